@@ -1,0 +1,69 @@
+// The simulation step: a pose in, a force out, and a bone with a little less in it. No file, clock, thread or device.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "kerf/bone.h"
+#include "kerf/force.h"
+#include "kerf/geometry.h"
+#include "kerf/tool.h"
+
+namespace kerf {
+
+struct SimulationParams {
+  DiscSaw saw;
+  ForceLaw law;
+  int rim_samples_per_pitch = 8;  // 1 to 256; how finely the rim looks for bone
+};
+
+struct TickInput {
+  Pose X_WT;            // the tool at the end of the tick
+  double dt_s = 0.001;  // > 0
+  double rpm = 7500;    // spindle speed; 0: stopped, does not cut
+};
+
+/// Bits of TickOutput::status. Each says what was done instead.
+enum TickStatus : std::uint32_t {
+  kTickOk = 0,
+  kTickBadPose = 1u << 0,         // pose or dt not finite: nothing done, zero force, last good pose kept
+  kTickSpindleStopped = 1u << 1,  // rpm = 0: the tool moved, nothing was cut, zero force
+  kTickSubstepsLimited = 1u << 2, // the tool jumped further than max sub-steps resolve: coarser steps along the path
+};
+
+/// All vectors in the world frame. Forces are forces on the tool, means over the tick.
+struct TickOutput {
+  Vec3 f_T_W_N{0};          // force on the tool
+  Vec3 tau_TG_W_Nmm{0};     // torque on the tool about the grip
+  double thrust_sum_N = 0;  // sum of the tooth forces' magnitudes
+  double engaged_teeth = 0; // engaged arc / pitch, a real number
+  double mean_E_MPa = 0;    // over the engaged teeth; 0 when none
+  double mean_bite_mm = 0;  // over the engaged teeth
+  double removed_mm3 = 0;
+  std::uint32_t status = kTickOk;
+};
+
+/// The bone, the saw in it, and the last pose.
+class Simulation {
+ public:
+  /// Throws Error when a parameter is out of range.
+  Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+  Simulation& operator=(Simulation&&) noexcept;
+
+  /// Moves the tool to in.X_WT and cuts what it sweeps. Deterministic: the same calls give the same bits.
+  TickOutput Tick(const TickInput& in);
+
+  const Bone& bone() const;
+  /// Removed volume so far by region id, mm^3; index 0: where no region was given.
+  const std::array<double, 256>& removed_mm3_by_region() const;
+  Bone TakeBone() &&;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace kerf

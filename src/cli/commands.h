@@ -1,0 +1,11 @@
+// The commands of the program, one file each. Only this folder prints.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace kerf::cli {
+
+// Each adds its sub-command, with options and what to do, to the program.
+// Bad use: throw CLI::ValidationError (exit 2). Failure: throw kerf::Error (exit 1).
+
+}  // namespace kerf::cli

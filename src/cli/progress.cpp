@@ -1,0 +1,37 @@
+#include "cli/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+namespace kerf::cli {
+
+ProgressBar::ProgressBar(std::string title) : title_(std::move(title)), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+ProgressBar::~ProgressBar() {
+  if (shown_) std::fputs("\r\x1b[K", stderr);
+}
+
+void ProgressBar::Show(double fraction) {
+  if (!terminal_) return;
+  const std::lock_guard lock(mutex_);
+  const Clock::time_point now = Clock::now();
+  const double elapsed_s = std::chrono::duration<double>(now - start_).count();
+  fraction = std::clamp(fraction, 0.0, 1.0);
+  const bool long_enough = elapsed_s > 0.5 && (shown_ || elapsed_s / std::max(fraction, 0.01) > 2);
+  if (!long_enough || now - last_ < std::chrono::milliseconds(100)) return;
+  last_ = now;
+  shown_ = true;
+  constexpr int kWidth = 30;
+  const int filled = static_cast<int>(fraction * kWidth + 0.5);
+  const std::string left =
+      fraction > 0.01 ? fmt::format("{:.0f} s left", elapsed_s * (1 - fraction) / fraction) : std::string("...");
+  fmt::print(stderr, "\r\x1b[K{} [{:#>{}}{:.>{}}] {:3.0f} %  {}", title_, "", filled, "", kWidth - filled,
+             100 * fraction, left);
+  std::fflush(stderr);
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,30 @@
+// A progress bar on stderr with the time left; shown on a terminal only, and only for what takes more than two seconds.
+#pragma once
+
+#include <chrono>
+#include <mutex>
+#include <string>
+
+namespace kerf::cli {
+
+class ProgressBar {
+ public:
+  explicit ProgressBar(std::string title);
+  ~ProgressBar();  // wipes the bar
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// `fraction` 0 to 1. Any thread.
+  void Show(double fraction);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::mutex mutex_;
+  std::string title_;
+  bool terminal_;
+  bool shown_ = false;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_{};
+};
+
+}  // namespace kerf::cli
