@@ -1,0 +1,101 @@
+// A scene: everything that a run is made of. The structs are the schema of the TOML file (docs/scene.md): a field has
+// the name, the unit and the default of its key. Ranges and meanings stand in src/scene/schema.h.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kerf/geometry.h"
+#include "kerf/material.h"
+#include "kerf/simulation.h"
+#include "models/block.h"
+
+namespace kerf {
+
+/// Where the bone comes from.
+enum class BoneSource { kFile, kMandible, kBlock, kPlate };
+
+struct SceneBone {
+  BoneSource source = BoneSource::kBlock;
+  std::string file;  // kFile only: a .vdb, absolute path
+  std::string
+      materials;      // a region table (CSV), absolute path; empty: the file's own or, for a model, the one built in
+  BlockParams block;  // kBlock and kPlate
+};
+
+struct SceneTool {
+  double diameter_mm = 22;
+  double thickness_mm = 0.25;
+  int teeth = 24;
+  double rpm = 7500;
+  double E_GPa = 205;
+  double nu = 0.28;
+  Vec3 grip_mm{0, 0, 80};  // in the tool frame
+};
+
+/// A straight stroke of the disc's centre at constant feed, the disc not turning but about its spindle.
+struct SceneStroke {
+  Vec3 start_mm{0};  // disc centre, world frame
+  Vec3 end_mm{0};
+  double feed_mm_per_s = 3;
+  Vec3 disc_normal{0, 1, 0};  // spindle axis, world frame; of any length but 0
+  double dwell_s = 0;         // the disc rests at end_mm, spinning
+  /// True: before the stroke the tool is lifted out and set down at start_mm, in no time and without cutting.
+  /// False: the stroke goes on where the one before ended, with the same disc_normal.
+  bool retract = true;
+};
+
+/// A row of a path file.
+struct TimedPose {
+  double time_s = 0;
+  Pose X_WT;
+};
+
+/// Either strokes or a file.
+struct ScenePath {
+  std::vector<SceneStroke> strokes;
+  std::string file;              // CSV, absolute path; empty: strokes
+  std::vector<TimedPose> poses;  // the file's rows, time strictly increasing, at least 2
+};
+
+struct SceneSimulation {
+  double rate_hz = 1000;
+  int rim_samples_per_pitch = 8;
+};
+
+struct SceneOutput {
+  bool pictures = true;
+  bool pieces = true;
+  bool bone = true;
+  double smallest_piece_mm3 = 1;
+  int forces_every_ticks = 1;
+};
+
+struct Scene {
+  std::string name;   // the scene file without folder and extension; not a key
+  std::string title;  // one line for people
+  SceneBone bone;
+  SceneTool tool;
+  ScenePath path;
+  ForceLaw force;
+  SceneSimulation simulation;
+  SceneOutput output;
+};
+
+/// Reads a scene and the path file that it names, if any. Relative file names are relative to the scene file.
+/// Throws Error that names every fault, one line each: `scenes/x.toml:14:1: thickness_mm = -0.1 is below 0.02; ...`.
+/// Does not open the bone or the region table.
+Scene ReadScene(const std::string& file);
+/// The same from text; `file` is named in messages and is what relative file names are relative to.
+Scene ParseScene(const std::string& text, const std::string& file);
+
+/// The scene as commented TOML with every value of it, each with unit, range and meaning. ParseScene() of it gives an
+/// equal scene.
+std::string ResolvedToml(const Scene& scene);
+/// A commented full scene that runs as it stands; what the default leaves out stands in it as comments.
+std::string DefaultSceneToml();
+
+/// The scene's values in the library's units.
+SimulationParams MakeSimulationParams(const Scene& scene);
+
+}  // namespace kerf
