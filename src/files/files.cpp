@@ -1,0 +1,130 @@
+#include "files/files.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Reason(int code) {
+  return std::generic_category().message(code);
+}
+
+// Removes the temporary unless it was renamed.
+class Temporary {
+ public:
+  explicit Temporary(const std::string& path) {
+    const fs::path target(path);
+    // Beside the target, so that the rename stays within one file system; with its extension, which some writers go by.
+    static std::atomic<int> count{0};
+    path_ = (target.parent_path() /
+             fmt::format(".{}.{}-{}{}", target.stem().string(), getpid(), count++, target.extension().string()))
+                .string();
+  }
+  ~Temporary() {
+    std::error_code ignored;
+    if (!renamed_) fs::remove(path_, ignored);
+  }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+
+  const std::string& path() const { return path_; }
+  void RenameTo(const std::string& path) {
+    std::error_code error;
+    fs::rename(path_, path, error);
+    if (error) throw Error(fmt::format("{}: can't be written: {}", path, error.message()));
+    renamed_ = true;
+  }
+
+ private:
+  std::string path_;
+  bool renamed_ = false;
+};
+
+// Onto the disk, so that the rename can't overtake the content.
+void Flush(const std::string& temporary, const std::string& path) {
+  const int file = open(temporary.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+  const int result = fsync(file);
+  const int code = errno;
+  close(file);
+  if (result != 0) throw Error(fmt::format("{}: can't be written: {}", path, Reason(code)));
+}
+
+void CheckFolder(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  std::error_code ignored;
+  if (!folder.empty() && !fs::is_directory(folder, ignored)) {
+    throw Error(fmt::format("{}: can't be written: there is no folder {}", path, folder.string()));
+  }
+  if (fs::is_directory(path, ignored)) throw Error(fmt::format("{}: can't be written: it is a folder", path));
+}
+
+}  // namespace
+
+std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw Error(fmt::format("{}: there is no such file", path));
+  if (fs::is_directory(status)) throw Error(fmt::format("{}: is a folder, not a file", path));
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw Error(fmt::format("{}: can't be read: {}", path, Reason(errno)));
+  std::string content;
+  // In blocks and not by the file's stated size: that is 0 for pipes.
+  constexpr std::size_t kBlock = std::size_t{1} << 20;
+  if (fs::is_regular_file(status)) {
+    const std::uintmax_t size = fs::file_size(path, error);
+    if (!error && size <= max_bytes) content.reserve(static_cast<std::size_t>(size) + 1);
+  }
+  while (in) {
+    const std::size_t old = content.size();
+    content.resize(old + kBlock);
+    in.read(content.data() + old, static_cast<std::streamsize>(kBlock));
+    content.resize(old + static_cast<std::size_t>(in.gcount()));
+    if (content.size() > max_bytes) {
+      throw Error(fmt::format("{}: is larger than {} MiB, which is more than a file of its kind can need", path,
+                              max_bytes >> 20));
+    }
+  }
+  if (in.bad()) throw Error(fmt::format("{}: can't be read to its end", path));
+  return content;
+}
+
+void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write) {
+  CheckFolder(path);
+  Temporary temporary(path);
+  write(temporary.path());
+  Flush(temporary.path(), path);
+  temporary.RenameTo(path);
+}
+
+void WriteTextFile(const std::string& path, const std::string& content) {
+  WriteAtomically(path, [&](const std::string& temporary) {
+    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+    out.close();
+    if (!out) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+  });
+}
+
+void MakeFolder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error || !fs::is_directory(path)) {
+    throw Error(fmt::format("{}: the folder can't be made: {}", path, error ? error.message() : "a file has its name"));
+  }
+}
+
+}  // namespace kerf

@@ -1,0 +1,91 @@
+#include "files/files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Files : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = ::testing::TempDir() + "kerf_files_" + ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string Path(const std::string& name) const { return folder_ + "/" + name; }
+  std::size_t CountFiles() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
+  std::string folder_;
+};
+
+std::string MessageOf(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST_F(Files, ReadGivesBackWhatWasWritten) {
+  std::string all_bytes;
+  for (int i = 0; i < 300000; ++i) all_bytes.push_back(static_cast<char>(i * 7));
+  WriteTextFile(Path("a.bin"), all_bytes);
+  EXPECT_EQ(ReadTextFile(Path("a.bin")), all_bytes);
+  WriteTextFile(Path("a.bin"), "");
+  EXPECT_EQ(ReadTextFile(Path("a.bin")), "");
+  EXPECT_EQ(CountFiles(), 1u);
+}
+
+TEST_F(Files, FailedWriteLeavesTheOldFileWholeAndNothingElse) {
+  WriteTextFile(Path("a.txt"), "old");
+  EXPECT_EQ(MessageOf([&] {
+              WriteAtomically(Path("a.txt"), [](const std::string& temporary) {
+                std::ofstream(temporary) << "half";
+                throw Error("the writer failed");
+              });
+            }),
+            "the writer failed");
+  EXPECT_EQ(ReadTextFile(Path("a.txt")), "old");
+  EXPECT_EQ(CountFiles(), 1u);
+}
+
+TEST_F(Files, TemporaryKeepsTheExtensionAndTheFolder) {
+  fs::path temporary_path;
+  WriteAtomically(Path("a.b.stl"), [&](const std::string& temporary) {
+    temporary_path = temporary;
+    std::ofstream(temporary) << "x";
+  });
+  EXPECT_EQ(temporary_path.extension(), ".stl");
+  EXPECT_EQ(temporary_path.parent_path(), folder_);
+}
+
+TEST_F(Files, MessagesNameTheFileAndTheReason) {
+  EXPECT_THAT(MessageOf([&] { ReadTextFile(Path("none")); }), HasSubstr("none: there is no such file"));
+  EXPECT_THAT(MessageOf([&] { ReadTextFile(folder_); }), HasSubstr("is a folder, not a file"));
+  EXPECT_THAT(MessageOf([&] { WriteTextFile(Path("x/y.txt"), ""); }), HasSubstr("there is no folder " + Path("x")));
+  EXPECT_THAT(MessageOf([&] { WriteTextFile(folder_, ""); }), HasSubstr("it is a folder"));
+  WriteTextFile(Path("big"), std::string(2 << 20, 'x'));
+  EXPECT_THAT(MessageOf([&] { ReadTextFile(Path("big"), 1 << 20); }), HasSubstr("is larger than 1 MiB"));
+  EXPECT_THAT(MessageOf([&] { MakeFolder(Path("big")); }), HasSubstr("big: the folder can't be made"));
+}
+
+TEST_F(Files, MakeFolderMakesParentsAndMayBeRepeated) {
+  MakeFolder(Path("a/b/c"));
+  MakeFolder(Path("a/b/c"));
+  EXPECT_TRUE(fs::is_directory(Path("a/b/c")));
+}
+
+}  // namespace
+}  // namespace kerf
