@@ -1,0 +1,61 @@
+// Plots of curves as PNG, drawn by VTK without a display.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mesh/meshfile.h"
+#include "render/image.h"
+
+namespace kerf {
+
+/// A curve. Points that are not finite (or not positive on a logarithmic axis) break it.
+struct PlotSeries {
+  std::string label;
+  std::vector<double> x;
+  std::vector<double> y;       // as many
+  std::optional<Rgb8> colour;  // none: the next of a palette that colour-blind people can tell apart
+  double width = 2;            // pixels; 0: no line
+  double marker = 0;           // diameter in pixels; 0: no markers
+  bool right_axis = false;
+};
+
+struct PlotAxis {
+  std::string label;  // with its unit: "force (N)"
+  bool log = false;
+  std::optional<double> lower;  // none: from the data
+  std::optional<double> upper;
+};
+
+/// A stretch of the x axis with a background colour of its own and a label at its top.
+struct PlotBand {
+  double x0 = 0;
+  double x1 = 0;
+  std::string label;
+  Rgb8 colour{230, 230, 230};
+};
+
+struct PlotSpec {
+  int width = 1280;  // 200 to 8192 pixels
+  int height = 720;
+  std::string title;
+  std::string caption;  // smaller, below the title
+  PlotAxis x;
+  PlotAxis y;
+  PlotAxis y_right;  // drawn when a series asks for it
+  std::vector<PlotSeries> series;
+  std::vector<PlotBand> bands;
+};
+
+/// Where data lie in the plot's picture, in pixels from the top left; for tests and for what is drawn over it.
+struct PlotFrame {
+  double left, right, top, bottom;            // the box of the axes, pixels
+  double x_lower, x_upper, y_lower, y_upper;  // the data at its edges
+};
+
+/// Throws Error when there is no finite point, x and y differ in length, or this machine can't draw.
+Image RenderPlot(const PlotSpec& spec, PlotFrame* frame = nullptr);
+void WritePlot(const PlotSpec& spec, const std::string& path);
+
+}  // namespace kerf
