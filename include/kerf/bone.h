@@ -15,9 +15,9 @@ namespace kerf {
 /// A bone as a narrow-band level set and a grid of region numbers, both OpenVDB grids in the world frame.
 ///
 /// phi: signed distance to the surface in mm, negative inside, exact within `band_mm()` of the surface and clamped to
-/// +-band_mm() beyond. region: 0 outside, else an id of materials(); it is defined a little beyond the surface too, so that a
-/// tooth that touches the surface finds its material. The two grids may have different voxel sizes.
-/// Copying is deep. Moving is cheap.
+/// +-band_mm() beyond. region: 0 outside, else an id of materials(); it is defined a little beyond the surface too, so
+/// that a tooth that touches the surface finds its material. The two grids may have different voxel sizes. Copying is
+/// deep. Moving is cheap.
 class Bone {
  public:
   Bone();  // no voxels
@@ -36,19 +36,20 @@ class Bone {
   const std::map<std::string, std::string>& notes() const;
   void set_note(const std::string& key, const std::string& value);
 
-  /// Signed distance at a world point, mm, trilinear between voxel centres. Tick-safe, but slow (it starts a tree search).
+  /// Signed distance at a world point, mm, trilinear between voxel centres. Tick-safe, but slow (it starts a tree
+  /// search).
   double SignedDistance(const Vec3& p_W) const;
   /// Region id at a world point (nearest voxel), 0 where there is none. Tick-safe, but slow likewise.
   int RegionAt(const Vec3& p_W) const;
 
-  bool empty() const;                       // no point with phi < 0
-  double CalcVolume() const;                // mm^3, piecewise-linear within each cell; exact for plane faces
+  bool empty() const;                               // no point with phi < 0
+  double CalcVolume() const;                        // mm^3, piecewise-linear within each cell; exact for plane faces
   std::map<int, double> CalcRegionVolumes() const;  // mm^3 by region; sums to CalcVolume()
-  Box3 CalcBounds() const;                  // of the surface, to about a voxel
-  std::uint64_t CountActiveVoxels() const;  // of phi
-  std::uint64_t CalcMemoryBytes() const;    // both grids
-  /// Order-independent 64-bit hash of all phi values with |phi| < band and of the region grid: equal iff the bones are (nearly
-  /// certainly) bit-identical.
+  Box3 CalcBounds() const;                          // of the surface, to about a voxel
+  std::uint64_t CountActiveVoxels() const;          // of phi
+  std::uint64_t CalcMemoryBytes() const;            // both grids
+  /// Order-independent 64-bit hash of all phi values with |phi| < band and of the region grid: equal iff the bones are
+  /// (nearly certainly) bit-identical.
   std::uint64_t CalcHash() const;
 
   struct Grids;  // OpenVDB lives behind this door: src/bone/grids.h

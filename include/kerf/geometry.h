@@ -49,7 +49,8 @@ struct TriangleMesh {
 
 /// Volume enclosed by a closed, outward-oriented surface, mm^3 (divergence theorem; negative when turned inside out).
 double CalcEnclosedVolume(const TriangleMesh& mesh);
-/// Edges that do not lie between exactly two oppositely directed triangles; 0 for a closed, consistently oriented surface.
+/// Edges that do not lie between exactly two oppositely directed triangles; 0 for a closed, consistently oriented
+/// surface.
 std::size_t CountOpenEdges(const TriangleMesh& mesh);
 
 }  // namespace kerf

@@ -18,10 +18,10 @@ struct Region {
   int id = 0;  // 1 to 255; 0 means "no bone" in the region grid
   std::string name;
   Tissue tissue = Tissue::kOther;
-  double E_MPa = 0;       // Young's modulus, MPa, > 0
-  double nu = 0;          // Poisson's ratio, 0 <= nu <= 0.5
-  bool estimate = true;   // true: assumed, not measured at this place
-  std::string source;     // where the figures come from
+  double E_MPa = 0;      // Young's modulus, MPa, > 0
+  double nu = 0;         // Poisson's ratio, 0 <= nu <= 0.5
+  bool estimate = true;  // true: assumed, not measured at this place
+  std::string source;    // where the figures come from
 };
 
 /// Regions by id, in order. Value type.

@@ -27,19 +27,19 @@ struct TickInput {
 /// Bits of TickOutput::status. Each says what was done instead.
 enum TickStatus : std::uint32_t {
   kTickOk = 0,
-  kTickBadPose = 1u << 0,         // pose or dt not finite: nothing done, zero force, last good pose kept
-  kTickSpindleStopped = 1u << 1,  // rpm = 0: the tool moved, nothing was cut, zero force
-  kTickSubstepsLimited = 1u << 2, // the tool jumped further than max sub-steps resolve: coarser steps along the path
+  kTickBadPose = 1u << 0,          // pose or dt not finite: nothing done, zero force, last good pose kept
+  kTickSpindleStopped = 1u << 1,   // rpm = 0: the tool moved, nothing was cut, zero force
+  kTickSubstepsLimited = 1u << 2,  // the tool jumped further than max sub-steps resolve: coarser steps along the path
 };
 
 /// All vectors in the world frame. Forces are forces on the tool, means over the tick.
 struct TickOutput {
-  Vec3 f_T_W_N{0};          // force on the tool
-  Vec3 tau_TG_W_Nmm{0};     // torque on the tool about the grip
-  double thrust_sum_N = 0;  // sum of the tooth forces' magnitudes
-  double engaged_teeth = 0; // engaged arc / pitch, a real number
-  double mean_E_MPa = 0;    // over the engaged teeth; 0 when none
-  double mean_bite_mm = 0;  // over the engaged teeth
+  Vec3 f_T_W_N{0};           // force on the tool
+  Vec3 tau_TG_W_Nmm{0};      // torque on the tool about the grip
+  double thrust_sum_N = 0;   // sum of the tooth forces' magnitudes
+  double engaged_teeth = 0;  // engaged arc / pitch, a real number
+  double mean_E_MPa = 0;     // over the engaged teeth; 0 when none
+  double mean_bite_mm = 0;   // over the engaged teeth
   double removed_mm3 = 0;
   std::uint32_t status = kTickOk;
 };

@@ -14,7 +14,8 @@ enum class BlockClass { kInside, kOutside, kMixed };
 struct SolidField {
   /// Negative inside, positive outside, zero on the surface; continuous. mm when `is_distance`.
   std::function<double(const Vec3&)> value;
-  /// Whether the ball (centre, radius mm) is certainly inside, certainly outside, or neither. Errors here are holes in the bone.
+  /// Whether the ball (centre, radius mm) is certainly inside, certainly outside, or neither. Errors here are holes in
+  /// the bone.
   std::function<BlockClass(const Vec3&, double)> classify;
   /// Region id at a point; only asked inside or within band of the surface. 0 is allowed (no material).
   std::function<int(const Vec3&)> region;
@@ -27,20 +28,20 @@ struct SolidField {
 std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<double(const Vec3&)> value);
 
 struct BuildOptions {
-  double voxel_mm = 0.2;         // 0.02 to 4
-  double region_voxel_mm = 0.2;  // of the region grid
+  double voxel_mm = 0.2;                 // 0.02 to 4
+  double region_voxel_mm = 0.2;          // of the region grid
   std::function<void(double)> progress;  // called with 0..1, from one thread; may be empty
 };
 
 /// Voxelises a solid within `box` (which it must not touch: leave at least 4 voxels around it).
 /// Voxel centres lie at integer multiples of voxel_mm in world coordinates.
-/// Throws Error when the box would need more than 2^36 voxels, or nothing is inside. Uses all cores; the result does not depend on
-/// their number.
+/// Throws Error when the box would need more than 2^36 voxels, or nothing is inside. Uses all cores; the result does
+/// not depend on their number.
 Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials);
 
 /// The same from a closed surface; the region function as above. Throws Error when the mesh is open.
-Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region, const BuildOptions& options,
-                      MaterialTable materials);
+Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
+                      const BuildOptions& options, MaterialTable materials);
 
 /// Replaces the region grid: asks `region` again for every region voxel at or near the bone. Thread-safe function.
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm);

@@ -7,11 +7,12 @@
 
 namespace kerf {
 
-/// The zero level as a closed triangle surface (world, mm), outward-oriented. `adaptivity` 0 to 1: larger merges flat parts.
+/// The zero level as a closed triangle surface (world, mm), outward-oriented. `adaptivity` 0 to 1: larger merges flat
+/// parts.
 TriangleMesh ExtractSurface(const Bone& bone, double adaptivity = 0);
 
-/// The bone's separate pieces, largest first. Two voxels belong together when both are inside and share a face, so a kerf at
-/// least one voxel wide separates. Volumes sum to the bone's. Pieces below `min_mm3` are counted, not returned.
+/// The bone's separate pieces, largest first. Two voxels belong together when both are inside and share a face, so a
+/// kerf at least one voxel wide separates. Volumes sum to the bone's. Pieces below `min_mm3` are counted, not returned.
 struct Pieces {
   std::vector<Bone> pieces;
   std::size_t dust_count = 0;

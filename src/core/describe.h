@@ -1,5 +1,5 @@
-// Parameter structs describe their fields once; the scene reader, `kerf scene --defaults`, command-line options and docs are
-// all made from that description.
+// Parameter structs describe their fields once; the scene reader, `kerf scene --defaults`, command-line options and
+// docs are all made from that description.
 //
 //   template <typename Visitor>
 //   void Describe(BlockParams& p, Visitor&& visit) {

@@ -4,8 +4,14 @@
 
 namespace kerf {
 
-const char* VersionString() { return KERF_VERSION; }
-const char* CommitString() { return KERF_COMMIT; }
-const char* CompilerString() { return "GCC " __VERSION__ ", " KERF_BUILD_TYPE; }
+const char* VersionString() {
+  return KERF_VERSION;
+}
+const char* CommitString() {
+  return KERF_COMMIT;
+}
+const char* CompilerString() {
+  return "GCC " __VERSION__ ", " KERF_BUILD_TYPE;
+}
 
 }  // namespace kerf

@@ -1,0 +1,252 @@
+#include "kerf/bone.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <bit>
+#include <mutex>
+
+#include "bone/cell_block.h"
+#include "bone/cell_volume.h"
+#include "bone/grids.h"
+#include "core/hash.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using FloatTree = openvdb::FloatTree;
+using FloatLeaf = FloatTree::LeafNodeType;
+using RegionTree = openvdb::Int32Tree;
+
+void InitializeOpenVdbOnce() {
+  static std::once_flag once;
+  std::call_once(once, [] { openvdb::initialize(); });
+}
+
+std::vector<const FloatLeaf*> Leaves(const FloatTree& tree) {
+  std::vector<const FloatLeaf*> leaves;
+  tree.getNodes(leaves);
+  return leaves;
+}
+
+/// Calls visit(bounding box in voxels, value) for each tile above the leaves, the background aside.
+template <typename Visit>
+void ForEachTile(const FloatTree& tree, Visit visit) {
+  auto it = tree.cbeginValueAll();
+  it.setMaxDepth(FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; it; ++it) {
+    openvdb::CoordBBox box;
+    if (it.getBoundingBox(box)) visit(box, *it);
+  }
+}
+
+/// Sums of cell shares over all leaves and tiles, by region when asked; in units of one cell.
+std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
+  const FloatTree& tree = grids.phi->tree();
+  const std::vector<const FloatLeaf*> leaves = Leaves(tree);
+  const double h = grids.voxel_mm();
+  const double region_h = grids.region_voxel_mm();
+  using Sums = std::array<double, 256>;
+  const auto region_of = [&](const auto& accessor, const openvdb::Coord& ijk) {
+    const Vec3 centre = h * (Vec3(ijk.x(), ijk.y(), ijk.z()) + 0.5);
+    return static_cast<std::size_t>(std::clamp(accessor.getValue(NearestVoxel(centre, region_h)), 0, 255));
+  };
+  // Deterministic: the same split into ranges whatever the number of threads.
+  Sums sums = tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<std::size_t>(0, leaves.size(), 64), Sums{},
+      [&](const tbb::blocked_range<std::size_t>& range, Sums part) {
+        const FloatTree& const_tree = tree;
+        openvdb::tree::ValueAccessor<const FloatTree> accessor(const_tree);
+        openvdb::tree::ValueAccessor<const RegionTree> regions(grids.region->constTree());
+        CellBlock block;
+        for (std::size_t n = range.begin(); n < range.end(); ++n) {
+          const openvdb::Coord origin = leaves[n]->origin();
+          block.Load(accessor, origin);
+          for (int x = 0; x < 8; ++x) {
+            for (int y = 0; y < 8; ++y) {
+              for (int z = 0; z < 8; ++z) {
+                const double share = CalcCellShare(block.Corners(x, y, z));
+                if (share == 0) continue;
+                part[by_region ? region_of(regions, origin.offsetBy(x, y, z)) : 0] += share;
+              }
+            }
+          }
+        }
+        return part;
+      },
+      [](Sums a, const Sums& b) {
+        for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
+        return a;
+      });
+  // A tile of the narrow band's level set is far from the surface: all its cells are whole.
+  openvdb::tree::ValueAccessor<const RegionTree> regions(grids.region->constTree());
+  ForEachTile(tree, [&](const openvdb::CoordBBox& box, float value) {
+    if (value >= 0) return;
+    if (!by_region) {
+      sums[0] += static_cast<double>(box.volume());
+      return;
+    }
+    for (auto it = box.begin(); it; ++it) sums[region_of(regions, *it)] += 1;
+  });
+  return sums;
+}
+
+}  // namespace
+
+openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm) {
+  InitializeOpenVdbOnce();
+  auto grid = openvdb::FloatGrid::create(static_cast<float>(kHalfBandVoxels * voxel_mm));
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel_mm));
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  grid->setName("phi");
+  return grid;
+}
+
+openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm) {
+  InitializeOpenVdbOnce();
+  auto grid = openvdb::Int32Grid::create(0);
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel_mm));
+  grid->setName("region");
+  return grid;
+}
+
+Bone::Bone() : grids_(std::make_unique<Grids>()) {
+  grids_->phi = MakePhiGrid(0.2);
+  grids_->region = MakeRegionGrid(0.2);
+}
+Bone::~Bone() = default;
+Bone::Bone(Bone&&) noexcept = default;
+Bone& Bone::operator=(Bone&&) noexcept = default;
+
+Bone::Bone(const Bone& other) : grids_(std::make_unique<Grids>(*other.grids_)) {
+  grids_->phi = other.grids_->phi->deepCopy();
+  grids_->region = other.grids_->region->deepCopy();
+}
+
+Bone& Bone::operator=(const Bone& other) {
+  if (this != &other) *this = Bone(other);
+  return *this;
+}
+
+double Bone::voxel_mm() const {
+  return grids_->voxel_mm();
+}
+double Bone::region_voxel_mm() const {
+  return grids_->region_voxel_mm();
+}
+double Bone::band_mm() const {
+  return kHalfBandVoxels * voxel_mm();
+}
+const MaterialTable& Bone::materials() const {
+  return grids_->materials;
+}
+void Bone::set_materials(MaterialTable table) {
+  grids_->materials = std::move(table);
+}
+const std::map<std::string, std::string>& Bone::notes() const {
+  return grids_->notes;
+}
+void Bone::set_note(const std::string& key, const std::string& value) {
+  grids_->notes[key] = value;
+}
+
+double Bone::SignedDistance(const Vec3& p_W) const {
+  return SampleTrilinear(grids_->phi->tree(), p_W / voxel_mm());
+}
+
+int Bone::RegionAt(const Vec3& p_W) const {
+  return grids_->region->tree().getValue(NearestVoxel(p_W, region_voxel_mm()));
+}
+
+bool Bone::empty() const {
+  for (const FloatLeaf* leaf : Leaves(grids_->phi->tree())) {
+    const float* values = leaf->buffer().data();
+    if (std::any_of(values, values + FloatLeaf::SIZE, [](float v) { return v < 0; })) return false;
+  }
+  return true;
+}
+
+double Bone::CalcVolume() const {
+  const double h = voxel_mm();
+  return SumShares(*grids_, false)[0] * h * h * h;
+}
+
+std::map<int, double> Bone::CalcRegionVolumes() const {
+  const double h = voxel_mm();
+  const std::array<double, 256> sums = SumShares(*grids_, true);
+  std::map<int, double> volumes;
+  for (std::size_t id = 0; id < sums.size(); ++id) {
+    if (sums[id] > 0) volumes[static_cast<int>(id)] = sums[id] * h * h * h;
+  }
+  return volumes;
+}
+
+Box3 Bone::CalcBounds() const {
+  // The crossings on the edges between an inside voxel and an outside neighbour; the outermost ones bound the surface.
+  const std::vector<const FloatLeaf*> leaves = Leaves(grids_->phi->tree());
+  const double h = voxel_mm();
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, leaves.size(), 64), Box3{},
+      [&](const tbb::blocked_range<std::size_t>& range, Box3 box) {
+        openvdb::tree::ValueAccessor<const FloatTree> accessor(grids_->phi->constTree());
+        for (std::size_t n = range.begin(); n < range.end(); ++n) {
+          for (auto it = leaves[n]->cbeginValueOn(); it; ++it) {
+            if (*it >= 0) continue;
+            const openvdb::Coord ijk = it.getCoord();
+            const double inside = static_cast<double>(*it);
+            for (int axis = 0; axis < 3; ++axis) {
+              for (int side = -1; side <= 1; side += 2) {
+                openvdb::Coord next = ijk;
+                next[axis] += side;
+                const double outside = static_cast<double>(accessor.getValue(next));
+                if (outside < 0) continue;
+                Vec3 p(ijk.x(), ijk.y(), ijk.z());
+                p[axis] += side * inside / (inside - outside);
+                box.Include(h * p);
+              }
+            }
+          }
+        }
+        return box;
+      },
+      [](Box3 a, const Box3& b) {
+        a.lower = glm::min(a.lower, b.lower);
+        a.upper = glm::max(a.upper, b.upper);
+        return a;
+      });
+}
+
+std::uint64_t Bone::CountActiveVoxels() const {
+  return grids_->phi->activeVoxelCount();
+}
+
+std::uint64_t Bone::CalcMemoryBytes() const {
+  return grids_->phi->memUsage() + grids_->region->memUsage();
+}
+
+std::uint64_t Bone::CalcHash() const {
+  const float band = grids_->phi->background();
+  std::uint64_t hash = MixHash(std::bit_cast<std::uint64_t>(voxel_mm()));
+  const auto key = [](const openvdb::Coord& c) {
+    return MixHash(
+        (static_cast<std::uint64_t>(static_cast<std::uint32_t>(c.x())) << 32 | static_cast<std::uint32_t>(c.y())) +
+        MixHash(static_cast<std::uint32_t>(c.z())));
+  };
+  for (const FloatLeaf* leaf : Leaves(grids_->phi->tree())) {
+    for (auto it = leaf->cbeginValueAll(); it; ++it) {
+      if (std::abs(*it) >= band) continue;
+      const float value = *it + 0.0f;  // -0 and +0 are the same surface
+      hash += MixHash(key(it.getCoord()) ^ std::bit_cast<std::uint32_t>(value));
+    }
+  }
+  for (auto it = grids_->region->tree().cbeginValueOn(); it; ++it) {
+    openvdb::CoordBBox box;
+    it.getBoundingBox(box);
+    hash += MixHash(key(box.min()) + 3 * key(box.max()) + static_cast<std::uint64_t>(*it));
+  }
+  return hash;
+}
+
+}  // namespace kerf

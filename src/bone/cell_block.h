@@ -1,0 +1,63 @@
+// The cells whose lowest corner lies in one 8 x 8 x 8 leaf: its values and one layer of its upper neighbours'.
+#pragma once
+
+#include <array>
+#include <cstring>
+
+#include "bone/grids.h"
+
+namespace kerf {
+
+/// 9 x 9 x 9 values, z fastest.
+class CellBlock {
+ public:
+  static constexpr int kEdge = 9;
+
+  float& at(int x, int y, int z) { return values_[(x * kEdge + y) * kEdge + z]; }
+  float at(int x, int y, int z) const { return values_[(x * kEdge + y) * kEdge + z]; }
+
+  /// The eight corner values of cell (x, y, z), each 0 to 7, in the order that CalcCellShare takes. Tick-safe.
+  std::array<float, 8> Corners(int x, int y, int z) const {
+    const float* p = &values_[(x * kEdge + y) * kEdge + z];
+    return {p[0],
+            p[1],
+            p[kEdge],
+            p[kEdge + 1],
+            p[kEdge * kEdge],
+            p[kEdge * kEdge + 1],
+            p[kEdge * kEdge + kEdge],
+            p[kEdge * kEdge + kEdge + 1]};
+  }
+
+  /// Fills from the tree around the leaf whose lowest voxel is `origin` (a multiple of 8). Tick-safe.
+  template <typename Accessor>
+  void Load(const Accessor& accessor, const openvdb::Coord& origin) {
+    for (int bx = 0; bx < 2; ++bx) {
+      for (int by = 0; by < 2; ++by) {
+        for (int bz = 0; bz < 2; ++bz) LoadPart(accessor, origin, bx, by, bz);
+      }
+    }
+  }
+
+ private:
+  template <typename Accessor>
+  void LoadPart(const Accessor& accessor, const openvdb::Coord& origin, int bx, int by, int bz) {
+    const openvdb::Coord part = origin.offsetBy(8 * bx, 8 * by, 8 * bz);
+    const int nx = bx ? 1 : 8;
+    const int ny = by ? 1 : 8;
+    const int nz = bz ? 1 : 8;
+    const auto* leaf = accessor.probeConstLeaf(part);
+    const float* data = leaf ? leaf->buffer().data() : nullptr;
+    const float uniform = leaf ? 0.0f : accessor.getValue(part);
+    for (int x = 0; x < nx; ++x) {
+      for (int y = 0; y < ny; ++y) {
+        float* row = &at(8 * bx + x, 8 * by + y, 8 * bz);
+        for (int z = 0; z < nz; ++z) row[z] = data ? data[64 * x + 8 * y + z] : uniform;
+      }
+    }
+  }
+
+  std::array<float, kEdge * kEdge * kEdge> values_{};
+};
+
+}  // namespace kerf

@@ -1,0 +1,55 @@
+// How much bone a cell holds. A cell is the cube between eight neighbouring voxel centres; within it phi is taken as
+// linear on each of six tetrahedra (Kuhn's division, the same in every cell, so neighbouring cells agree on their
+// common face). The volume is therefore exact for plane surfaces, second-order for curved ones, and a function of the
+// eight values alone: volumes before and after a cut differ by exactly what the changed cells lost.
+#pragma once
+
+#include <array>
+
+namespace kerf {
+
+/// Share (0 to 1) of a tetrahedron where the linear function with these corner values is negative. Tick-safe.
+inline double CalcNegativeShare(double a, double b, double c, double d) {
+  const auto swap_if = [](double& x, double& y) {
+    if (y < x) {
+      const double t = x;
+      x = y;
+      y = t;
+    }
+  };
+  // Sorted, so that the negative corners come first and the result does not depend on the corners' order.
+  swap_if(a, b);
+  swap_if(c, d);
+  swap_if(a, c);
+  swap_if(b, d);
+  swap_if(b, c);
+  if (a >= 0) return 0;
+  if (d < 0) return 1;
+  if (b >= 0) return a * a * a / ((a - b) * (a - c) * (a - d));
+  if (c >= 0) {
+    const double p = a / (a - c);
+    const double q = a / (a - d);
+    const double r = b / (b - c);
+    const double s = b / (b - d);
+    return r * s + p * s * (1 - r) + p * q * (1 - s);
+  }
+  return 1 - d * d * d / ((d - a) * (d - b) * (d - c));
+}
+
+/// Share of a cell where phi < 0; v[4x + 2y + z] is the value at corner (x, y, z). Tick-safe.
+inline double CalcCellShare(const std::array<float, 8>& v) {
+  int negative = 0;
+  for (const float value : v) negative += value < 0 ? 1 : 0;
+  if (negative == 0) return 0;
+  if (negative == 8) return 1;
+  // The six paths from corner 0 to corner 7 along the edges; each is a tetrahedron.
+  static constexpr int kPaths[6][2] = {{4, 6}, {4, 5}, {2, 6}, {2, 3}, {1, 5}, {1, 3}};
+  double sum = 0;
+  for (const auto& path : kPaths) {
+    sum += CalcNegativeShare(static_cast<double>(v[0]), static_cast<double>(v[path[0]]),
+                             static_cast<double>(v[path[1]]), static_cast<double>(v[7]));
+  }
+  return sum / 6;
+}
+
+}  // namespace kerf
