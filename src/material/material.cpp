@@ -1,0 +1,66 @@
+#include "kerf/material.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kMaxRegion = 255;
+constexpr double kMaxE_MPa = 1e7;  // ten times diamond: beyond it a unit was mixed up
+
+}  // namespace
+
+const char* ToString(Tissue tissue) {
+  switch (tissue) {
+    case Tissue::kCortical:
+      return "cortical";
+    case Tissue::kCancellous:
+      return "cancellous";
+    case Tissue::kTooth:
+      return "tooth";
+    case Tissue::kCanal:
+      return "canal";
+    case Tissue::kOther:
+      return "other";
+  }
+  return "other";
+}
+
+std::optional<Tissue> TissueFromString(const std::string& name) {
+  for (const Tissue tissue : {Tissue::kCortical, Tissue::kCancellous, Tissue::kTooth, Tissue::kCanal, Tissue::kOther}) {
+    if (name == ToString(tissue)) return tissue;
+  }
+  return std::nullopt;
+}
+
+void MaterialTable::Add(Region region) {
+  if (region.id < 1 || region.id > kMaxRegion) {
+    throw Error(fmt::format("region id {} is not within 1 to {}", region.id, kMaxRegion));
+  }
+  if (!(region.E_MPa > 0 && region.E_MPa <= kMaxE_MPa)) {  // refuses NaN too
+    throw Error(fmt::format("region {}: E = {} GPa is not above 0 and at most {}", region.id, region.E_MPa / 1000,
+                            kMaxE_MPa / 1000));
+  }
+  if (!(region.nu >= 0 && region.nu <= 0.5)) {
+    throw Error(fmt::format("region {}: nu = {} is not within 0 to 0.5", region.id, region.nu));
+  }
+  if (Contains(region.id)) throw Error(fmt::format("region {} is given twice", region.id));
+  const int id = region.id;
+  regions_.emplace(id, std::move(region));
+}
+
+const Region& MaterialTable::At(int id) const {
+  const auto it = regions_.find(id);
+  if (it == regions_.end()) throw Error(fmt::format("the region table has no region {}", id));
+  return it->second;
+}
+
+double CalcReducedModulus(double E1_MPa, double nu1, double E2_MPa, double nu2) {
+  return 1 / ((1 - nu1 * nu1) / E1_MPa + (1 - nu2 * nu2) / E2_MPa);
+}
+
+}  // namespace kerf
