@@ -1,0 +1,216 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "files/files.h"
+#include "kerf/error.h"
+#include "scene/path_csv.h"
+#include "scene/scene.h"
+#include "scene/schema.h"
+#include "scene/table_reader.h"
+
+namespace kerf {
+namespace {
+
+// A scene holds a thousand strokes at most, and each takes a few hundred bytes.
+constexpr std::size_t kMaxSceneBytes = std::size_t{4} << 20;
+constexpr std::size_t kMaxPathFileBytes = std::size_t{256} << 20;
+constexpr TextLimit kFileNameLimit{4096};
+constexpr TextLimit kTitleLimit{200};
+
+/// Where a stroke may go on from.
+constexpr double kSamePointTolerance_mm = 1e-6;
+constexpr double kSameDirectionTolerance = 1e-9;
+
+std::string ResolveFileName(const std::string& name, const std::string& scene_file) {
+  const std::filesystem::path folder = std::filesystem::absolute(scene_file).parent_path();
+  return (folder / name).lexically_normal().string();
+}
+
+void ReadFileName(TableReader& reader, const char* key, std::string& file, const std::string& scene_file) {
+  if (!reader.Has(key)) return;
+  std::string name;
+  reader(key, name, kFileNameLimit, "");
+  if (!name.empty()) {
+    file = ResolveFileName(name, scene_file);
+  } else {
+    reader.Fault(key, fmt::format("{} names no file", key));
+  }
+}
+
+void ReadBlock(TableReader& bone, const char* key, BlockParams& block, Faults& faults) {
+  const TomlNode* table = bone.Table(key);
+  if (table == nullptr) return;
+  TableReader reader(*table, fmt::format("[bone.{}]", key), faults);
+  DescribeBlock(block, reader);
+  const std::string layer_name = fmt::format("[[bone.{}.layer]]", key);
+  for (const TomlNode* item : reader.Tables("layer", kMaxLayers)) {
+    TableReader layer_reader(*item, layer_name, faults);
+    MaterialLayer layer;
+    Describe(layer, layer_reader);
+    layer_reader.Require("thickness_mm");
+    layer_reader.Require("region");
+    layer_reader.Finish();
+    block.layers.push_back(layer);
+  }
+  reader.Finish();
+}
+
+void ReadBoneTable(TableReader& root, SceneBone& bone, const std::string& scene_file, Faults& faults) {
+  root.Require("bone");
+  const TomlNode* table = root.Table("bone");
+  if (table == nullptr) return;
+  TableReader reader(*table, "[bone]", faults);
+
+  std::string model;
+  reader("model", model, Choices{BoneModelWords()}, "");
+  ReadFileName(reader, "file", bone.file, scene_file);
+  ReadFileName(reader, "materials", bone.materials, scene_file);
+  if (reader.Has("file") && reader.Has("model")) {
+    reader.Fault("model", "[bone] has both file and model; keep one of them");
+  } else if (!reader.Has("file") && !reader.Has("model")) {
+    reader.Fault("file", fmt::format("[bone] has neither file (a .vdb) nor model (\"{}\")",
+                                     fmt::join(BoneModelWords(), "\" or \"")));
+  }
+  bone.source = reader.Has("file") ? BoneSource::kFile : BoneSourceFromModel(model);
+
+  // Each model's parameters are read, so that a fault in them is told even when they are of another model.
+  if (bone.source == BoneSource::kPlate) bone.block = DefaultPlate();
+  ReadBlock(reader, "block", bone.block, faults);
+  ReadBlock(reader, "plate", bone.block, faults);
+  for (const std::string_view word : BoneModelWords()) {
+    const std::string key(word);
+    if (!reader.Has(key.c_str()) || bone.source == BoneSourceFromModel(key)) continue;
+    if (reader.Has("file") || !model.empty()) {
+      reader.Fault(key.c_str(), fmt::format("[bone.{}] is not used: the bone is {}; remove it", key,
+                                            reader.Has("file") ? "a file" : fmt::format("model = \"{}\"", model)));
+    }
+  }
+  reader.Finish();
+}
+
+/// Fills what a stroke takes from the one before, and checks what needs both.
+void LinkStroke(TableReader& reader, SceneStroke& stroke, const SceneStroke* before) {
+  reader.Require("end_mm");
+  reader.Require("feed_mm_per_s");
+  if (stroke.retract) {
+    reader.Require("start_mm");
+    reader.Require("disc_normal");
+  } else if (before == nullptr) {
+    reader.Fault("retract", "retract = false in the first stroke; it has no stroke to go on from");
+  } else {
+    const Vec3 n = stroke.disc_normal / glm::length(stroke.disc_normal);
+    const Vec3 n_before = before->disc_normal / glm::length(before->disc_normal);
+    if (reader.Has("start_mm") && !(glm::distance(stroke.start_mm, before->end_mm) <= kSamePointTolerance_mm)) {
+      reader.Fault("start_mm",
+                   "start_mm is not where the stroke before ends, and retract = false; leave it out or retract");
+    }
+    if (reader.Has("disc_normal") && !(glm::distance(n, n_before) <= kSameDirectionTolerance)) {
+      reader.Fault("disc_normal",
+                   "disc_normal is not that of the stroke before, and retract = false; leave it out or retract");
+    }
+    stroke.start_mm = before->end_mm;
+    stroke.disc_normal = before->disc_normal;
+  }
+  if (glm::length(stroke.disc_normal) < 1e-6)
+    reader.Fault("disc_normal", "disc_normal has no direction: its length is 0");
+  if (reader.Has("end_mm") && stroke.dwell_s == 0 &&
+      glm::distance(stroke.start_mm, stroke.end_mm) < kSamePointTolerance_mm) {
+    reader.Fault("end_mm", "the stroke ends where it starts and has no dwell_s; move end_mm or give dwell_s");
+  }
+}
+
+void ReadPath(TableReader& root, ScenePath& path, const std::string& scene_file, Faults& faults) {
+  root.Require("path");
+  const TomlNode* table = root.Table("path");
+  if (table == nullptr) return;
+  TableReader reader(*table, "[path]", faults);
+  ReadFileName(reader, "file", path.file, scene_file);
+  const std::vector<const TomlNode*> strokes = reader.Tables("stroke", kMaxStrokes);
+  if (reader.Has("file") && reader.Has("stroke")) {
+    reader.Fault("file", "[path] has both file and stroke; keep one of them");
+  } else if (const TomlNode* list = table->Find("stroke");
+             !reader.Has("file") &&
+             (list == nullptr || (list->kind == TomlNode::Kind::kArray && list->children.empty()))) {
+    reader.Fault("stroke", "[path] has neither [[path.stroke]] nor file");
+  }
+  double duration_s = 0;
+  for (const TomlNode* item : strokes) {
+    TableReader stroke_reader(*item, "[[path.stroke]]", faults);
+    SceneStroke stroke;
+    Describe(stroke, stroke_reader);
+    LinkStroke(stroke_reader, stroke, path.strokes.empty() ? nullptr : &path.strokes.back());
+    stroke_reader.Finish();
+    duration_s += glm::distance(stroke.start_mm, stroke.end_mm) / stroke.feed_mm_per_s + stroke.dwell_s;
+    path.strokes.push_back(stroke);
+  }
+  if (duration_s > kMaxDuration_s) {
+    reader.Fault("stroke", fmt::format("the strokes take {:.0f} s; at most {:.0f} s", duration_s, kMaxDuration_s));
+  }
+  reader.Finish();
+}
+
+template <typename Params>
+void ReadSection(TableReader& root, const char* key, Params& params, Faults& faults) {
+  const TomlNode* table = root.Table(key);
+  if (table == nullptr) return;
+  TableReader reader(*table, fmt::format("[{}]", key), faults);
+  Describe(params, reader);
+  reader.Finish();
+}
+
+}  // namespace
+
+Scene ParseScene(const std::string& text, const std::string& file) {
+  if (text.size() > kMaxSceneBytes) {
+    throw Error(fmt::format("{}: {} bytes; a scene has at most {}", file, text.size(), kMaxSceneBytes));
+  }
+  const TomlNode document = ParseToml(text, file);
+  Faults faults(file);
+  Scene scene;
+  scene.name = std::filesystem::path(file).stem().string();
+
+  TableReader root(document, "the scene", faults);
+  root("title", scene.title, kTitleLimit, "");
+  ReadBoneTable(root, scene.bone, file, faults);
+  ReadSection(root, "tool", scene.tool, faults);
+  ReadPath(root, scene.path, file, faults);
+  ReadSection(root, "force", scene.force, faults);
+  ReadSection(root, "simulation", scene.simulation, faults);
+  ReadSection(root, "output", scene.output, faults);
+  root.Finish();
+  faults.ThrowIfAny();
+
+  if (!scene.path.file.empty()) {
+    const TomlNode* at = document.Find("path")->Find("file");
+    std::string rows;
+    try {
+      rows = ReadTextFile(scene.path.file, kMaxPathFileBytes);
+    } catch (const Error& e) {
+      throw Error(fmt::format("{}:{}:{}: {}", file, at->line, at->column, e.what()));
+    }
+    scene.path.poses = ParsePathCsv(rows, scene.path.file);
+  }
+  return scene;
+}
+
+Scene ReadScene(const std::string& file) {
+  return ParseScene(ReadTextFile(file, kMaxSceneBytes), file);
+}
+
+SimulationParams MakeSimulationParams(const Scene& scene) {
+  SimulationParams params;
+  params.saw.diameter_mm = scene.tool.diameter_mm;
+  params.saw.thickness_mm = scene.tool.thickness_mm;
+  params.saw.teeth = scene.tool.teeth;
+  params.saw.E_MPa = 1000 * scene.tool.E_GPa;
+  params.saw.nu = scene.tool.nu;
+  params.saw.p_TG_mm = scene.tool.grip_mm;
+  params.law = scene.force;
+  params.rim_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
+  return params;
+}
+
+}  // namespace kerf

@@ -1,0 +1,59 @@
+#include "scene/schema.h"
+
+#include <array>
+#include <utility>
+
+namespace kerf {
+
+const std::vector<std::string_view>& BoneModelWords() {
+  static const std::vector<std::string_view> kWords{"mandible", "block", "plate"};
+  return kWords;
+}
+
+BoneSource BoneSourceFromModel(std::string_view word) {
+  if (word == "mandible") return BoneSource::kMandible;
+  return word == "plate" ? BoneSource::kPlate : BoneSource::kBlock;
+}
+
+std::string_view ToString(BoneSource source) {
+  switch (source) {
+    case BoneSource::kFile:
+      return "";
+    case BoneSource::kMandible:
+      return "mandible";
+    case BoneSource::kBlock:
+      return "block";
+    case BoneSource::kPlate:
+      return "plate";
+  }
+  return "";
+}
+
+BlockParams DefaultPlate() {
+  BlockParams plate;
+  plate.size_mm = {40, 40, 4};
+  return plate;
+}
+
+std::string_view UnitOfKey(std::string_view key) {
+  // Longest ending first.
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kEndings{{
+      {"_mm_per_s", "mm/s"},
+      {"_mm3", "mm3"},
+      {"_mm2", "mm2"},
+      {"_mm", "mm"},
+      {"_GPa", "GPa"},
+      {"_MPa", "MPa"},
+      {"_deg", "degrees"},
+      {"_hz", "Hz"},
+      {"_px", "pixels"},
+      {"_s", "s"},
+      {"rpm", "rpm"},
+  }};
+  for (const auto& [ending, unit] : kEndings) {
+    if (key.size() >= ending.size() && key.substr(key.size() - ending.size()) == ending) return unit;
+  }
+  return {};
+}
+
+}  // namespace kerf

@@ -1,0 +1,105 @@
+// The keys of a scene file: unit (in the name), range and meaning of each. The reader, the writer, `kerf scene
+// --defaults` and the tests all walk these descriptions, so they can't disagree.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/describe.h"
+#include "scene/scene.h"
+
+namespace kerf {
+
+/// The words that a text may be.
+struct Choices {
+  std::vector<std::string_view> words;
+};
+/// A text of at most this many characters, on one line.
+struct TextLimit {
+  std::size_t characters;
+};
+
+/// Coordinates beyond this are a unit error, mm.
+inline constexpr Range kCoordinateRange_mm{-5000, 5000};
+inline constexpr std::size_t kMaxStrokes = 1000;
+inline constexpr std::size_t kMaxLayers = 1000;
+inline constexpr std::size_t kMaxPathRows = 2'000'000;
+inline constexpr double kMaxDuration_s = 36'000;
+
+template <typename V>
+void Describe(SceneTool& p, V&& visit) {
+  visit("diameter_mm", p.diameter_mm, Range{1, 200}, "diameter of the disc over the teeth");
+  visit("thickness_mm", p.thickness_mm, Range{0.02, 10}, "thickness of the disc: the width of the kerf");
+  visit("teeth", p.teeth, Range{1, 1000}, "number of teeth, evenly spaced on the rim");
+  visit("rpm", p.rpm, Range{0, 100000}, "speed of the spindle; 0: stopped, does not cut");
+  visit("E_GPa", p.E_GPa, Range{1, 1500}, "Young's modulus of the disc's steel");
+  visit("nu", p.nu, Range{0, 0.5}, "Poisson's ratio of the disc's steel");
+  visit("grip_mm", p.grip_mm, Range{-1000, 1000},
+        "the hand's grip in the tool frame (z: spindle, x: feed); torques are about it");
+}
+
+template <typename V>
+void Describe(SceneStroke& p, V&& visit) {
+  visit("start_mm", p.start_mm, kCoordinateRange_mm, "centre of the disc where the stroke starts");
+  visit("end_mm", p.end_mm, kCoordinateRange_mm, "centre of the disc where it ends");
+  visit("feed_mm_per_s", p.feed_mm_per_s, Range{0.001, 1000}, "speed of the centre");
+  visit("disc_normal", p.disc_normal, Range{-1000, 1000}, "spindle axis, world frame; any length but 0");
+  visit("dwell_s", p.dwell_s, Range{0, 3600}, "rest at end_mm with the spindle turning");
+  visit("retract", p.retract,
+        "true: lifted out and set down at start_mm in no time, without cutting; false: goes on from the stroke before");
+}
+
+template <typename V>
+void Describe(ForceLaw& p, V&& visit) {
+  std::string law = p.kind == ForceLawKind::kHertzChip ? "hertz_chip" : "hertz_constant_bite";
+  visit("law", law, Choices{{"hertz_chip", "hertz_constant_bite"}},
+        "force on a tooth; hertz_chip grows with the bite, hertz_constant_bite is the paper's yield force");
+  p.kind = law == "hertz_constant_bite" ? ForceLawKind::kHertzConstantBite : ForceLawKind::kHertzChip;
+  visit("contact_radius_mm", p.contact_radius_mm, Range{0, 1000},
+        "R of Hertz's sphere; 0: half the disc's diameter, the paper's choice");
+  visit("contact_share_of_pitch", p.contact_share_of_pitch, Range{1e-6, 0.5},
+        "hertz_constant_bite only: a tooth's contact radius as a share of the tooth pitch");
+}
+
+template <typename V>
+void Describe(SceneSimulation& p, V&& visit) {
+  visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks a second of simulated time");
+  visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256}, "how finely the rim looks for bone");
+}
+
+template <typename V>
+void Describe(SceneOutput& p, V&& visit) {
+  visit("pictures", p.pictures, "PNG pictures: before, after, the cut from near, force against depth");
+  visit("pieces", p.pieces, "each separate piece as STL");
+  visit("bone", p.bone, "the bone after the cut as .vdb");
+  visit("smallest_piece_mm3", p.smallest_piece_mm3, Range{0, 1e6}, "smaller pieces are counted as dust, not written");
+  visit("forces_every_ticks", p.forces_every_ticks, Range{1, 1000000}, "forces.csv has a row for every so many ticks");
+}
+
+template <typename V>
+void Describe(MaterialLayer& p, V&& visit) {
+  visit("thickness_mm", p.thickness_mm, Range{0.001, 1000}, "thickness; the last layer fills what is left");
+  visit("region", p.region, Range{1, 255}, "region of the table of materials");
+}
+
+template <typename V>
+void DescribeBlock(BlockParams& p, V&& visit) {
+  visit("size_mm", p.size_mm, Range{0.1, 500}, "edges along the block's own x, y and z");
+  visit("top_mm", p.X_WB.p_AB, kCoordinateRange_mm, "middle of its top face (+z), world frame");
+  visit("rotation", p.X_WB.R_AB, "from its own axes to the world's: unit quaternion [w, x, y, z]");
+  visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
+}
+
+/// The words of `model` in [bone]; each is the name of its table of parameters too.
+const std::vector<std::string_view>& BoneModelWords();
+/// kBlock for a word that is none of them.
+BoneSource BoneSourceFromModel(std::string_view word);
+/// The word, or empty for kFile.
+std::string_view ToString(BoneSource source);
+BlockParams DefaultPlate();
+
+/// The unit that a key's name ends in, as people write it: "mm", "mm/s", "GPa"; empty for a number without unit.
+std::string_view UnitOfKey(std::string_view key);
+
+}  // namespace kerf

@@ -1,0 +1,203 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+
+#include "scene/scene.h"
+#include "scene/schema.h"
+
+namespace kerf {
+namespace {
+
+/// Shortest text that reads back as the same number, always with a point or an exponent.
+std::string Real(double x) {
+  std::string text = fmt::format("{}", x);
+  if (text.find_first_of(".en") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string Quoted(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      quoted += '\\';
+      quoted += c;
+    } else if (byte < 0x20 || byte == 0x7f) {
+      quoted += fmt::format("\\u{:04X}", byte);
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
+
+/// A visitor for Describe() that writes `key = value  # meaning; range`.
+class TomlWriter {
+ public:
+  void operator()(const char* key, double& value, Range range, const char* meaning) {
+    Line(key, Real(value), fmt::format("{}; {}", meaning, Show(key, range)));
+  }
+  void operator()(const char* key, int& value, Range range, const char* meaning) {
+    Line(key, fmt::format("{}", value), fmt::format("{}; {}", meaning, Show(key, range)));
+  }
+  void operator()(const char* key, bool& value, const char* meaning) { Line(key, value ? "true" : "false", meaning); }
+  void operator()(const char* key, Vec3& v, Range range, const char* meaning) {
+    Line(key, fmt::format("[{}, {}, {}]", Real(v.x), Real(v.y), Real(v.z)),
+         fmt::format("{}; {}", meaning, Show(key, range)));
+  }
+  void operator()(const char* key, Quat& q, const char* meaning) {
+    Line(key, fmt::format("[{}, {}, {}, {}]", Real(q.w), Real(q.x), Real(q.y), Real(q.z)), meaning);
+  }
+  void operator()(const char* key, std::string& value, const Choices& choices, const char* meaning) {
+    Line(key, Quoted(value), fmt::format("{}; \"{}\"", meaning, fmt::join(choices.words, "\" or \"")));
+  }
+  void operator()(const char* key, std::string& value, TextLimit, const char* meaning) {
+    Line(key, Quoted(value), meaning);
+  }
+
+  void Header(const std::string& header, const std::string& comment) {
+    if (!text_.empty()) text_ += '\n';
+    if (!comment.empty()) text_ += fmt::format("# {}\n", comment);
+    text_ += header + "\n";
+  }
+  void Comment(const std::string& comment) { text_ += fmt::format("# {}\n", comment); }
+  /// Without comments from here on: for the second and later of many alike.
+  void SetTerse(bool terse) { terse_ = terse; }
+  const std::string& text() const { return text_; }
+
+ private:
+  static std::string Show(const char* key, Range range) {
+    const std::string_view unit = UnitOfKey(key);
+    return fmt::format("{} to {}{}{}", range.lower, range.upper, unit.empty() ? "" : " ", unit);
+  }
+  void Line(const char* key, const std::string& value, const std::string& comment) {
+    const std::string assignment = fmt::format("{} = {}", key, value);
+    text_ += terse_ ? assignment + "\n" : fmt::format("{:<34}  # {}\n", assignment, comment);
+  }
+
+  std::string text_;
+  bool terse_ = false;
+};
+
+void WriteBlock(TomlWriter& write, const std::string& key, BlockParams block) {
+  write.Header(fmt::format("[bone.{}]", key), "A box with layers of material, the first at the top.");
+  DescribeBlock(block, write);
+  for (std::size_t i = 0; i < block.layers.size(); ++i) {
+    write.SetTerse(i > 0);
+    write.Header(fmt::format("[[bone.{}.layer]]", key), "");
+    Describe(block.layers[i], write);
+  }
+  write.SetTerse(false);
+}
+
+void WriteBone(TomlWriter& write, SceneBone bone) {
+  write.Header("[bone]", "");
+  if (bone.source == BoneSource::kFile) {
+    write("file", bone.file, TextLimit{0}, "a bone as kerf writes it (.vdb)");
+  } else {
+    std::string model(ToString(bone.source));
+    write("model", model, Choices{BoneModelWords()}, "a bone made from parameters, instead of file = \"bone.vdb\"");
+  }
+  if (bone.materials.empty()) {
+    write.Comment("materials = \"table.csv\": a table of regions to use instead of the bone's own");
+  } else {
+    write("materials", bone.materials, TextLimit{0}, "table of regions, instead of the bone's own");
+  }
+  if (bone.source == BoneSource::kBlock || bone.source == BoneSource::kPlate) {
+    WriteBlock(write, std::string(ToString(bone.source)), bone.block);
+  }
+}
+
+void WritePath(TomlWriter& write, ScenePath path) {
+  if (!path.file.empty()) {
+    write.Header("[path]", "Poses of the tool in the world, each row time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz.");
+    write("file", path.file, TextLimit{0}, "CSV, instead of strokes");
+    return;
+  }
+  for (std::size_t i = 0; i < path.strokes.size(); ++i) {
+    write.SetTerse(i > 0);
+    write.Header("[[path.stroke]]", i > 0 ? "" : "Straight strokes of the disc's centre, one after the other.");
+    Describe(path.strokes[i], write);
+  }
+  write.SetTerse(false);
+}
+
+template <typename Params>
+void WriteSection(TomlWriter& write, const std::string& key, Params params) {
+  write.Header(fmt::format("[{}]", key), "");
+  Describe(params, write);
+}
+
+std::string WriteScene(const Scene& scene, const std::string& heading) {
+  TomlWriter write;
+  write.Comment(heading);
+  write.Comment("Lengths in mm, world frame: for a CT the patient's, x to the left, y to the back, z to the head.");
+  std::string title = scene.title;
+  write("title", title, TextLimit{0}, "one line for people");
+  WriteBone(write, scene.bone);
+  WriteSection(write, "tool", scene.tool);
+  WritePath(write, scene.path);
+  WriteSection(write, "force", scene.force);
+  WriteSection(write, "simulation", scene.simulation);
+  WriteSection(write, "output", scene.output);
+  return write.text();
+}
+
+/// Turns lines into comments.
+std::string CommentedOut(const std::string& text) {
+  std::string commented;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    commented += (end > begin ? "# " : "#") + text.substr(begin, end - begin) + "\n";
+    begin = end + 1;
+  }
+  return commented;
+}
+
+Scene DefaultScene() {
+  Scene scene;
+  scene.title = "A slot 5 mm deep through a block";
+  scene.bone.block.layers = {{2, 24}, {18, 32}};
+  SceneStroke stroke;
+  stroke.start_mm = {-35, 0, 6};
+  stroke.end_mm = {35, 0, 6};
+  scene.path.strokes = {stroke};
+  return scene;
+}
+
+}  // namespace
+
+std::string ResolvedToml(const Scene& scene) {
+  return WriteScene(scene, "A scene of kerf with all its values. Run it with: kerf run FILE -o FOLDER");
+}
+
+std::string DefaultSceneToml() {
+  std::string text =
+      WriteScene(DefaultScene(), "A scene of kerf with all that it may say. Run it with: kerf run FILE -o FOLDER");
+
+  TomlWriter file;
+  SceneBone from_file;
+  from_file.source = BoneSource::kFile;
+  from_file.file = "bone.vdb";
+  from_file.materials = "table.csv";
+  WriteBone(file, from_file);
+  TomlWriter plate;
+  SceneBone from_plate;
+  from_plate.source = BoneSource::kPlate;
+  from_plate.block = DefaultPlate();
+  WriteBone(plate, from_plate);
+  TomlWriter poses;
+  ScenePath from_csv;
+  from_csv.file = "path.csv";
+  WritePath(poses, from_csv);
+  text += "\n# What may stand in place of the [bone] above (file names are relative to the scene file):\n#\n";
+  text += CommentedOut(file.text() + "\n" + plate.text());
+  text += "\n# What may stand in place of the strokes above:\n#\n";
+  text += CommentedOut(poses.text());
+  return text;
+}
+
+}  // namespace kerf

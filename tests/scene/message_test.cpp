@@ -1,0 +1,152 @@
+// What a scene's reader says of mistakes: where, what, and what to do.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <ostream>
+
+#include "scene/table_reader.h"
+#include "scene_text.h"
+
+namespace kerf {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+struct Mistake {
+  const char* name;
+  std::string text;
+  std::string message;
+
+  friend void PrintTo(const Mistake& mistake, std::ostream* out) { *out << mistake.name; }
+};
+
+class SceneMessage : public ::testing::TestWithParam<Mistake> {};
+
+TEST_P(SceneMessage, IsExactlyThis) {
+  EXPECT_EQ(test::MessageFor(GetParam().text), GetParam().message);
+}
+
+const std::string kTail =
+    "[[path.stroke]]\nstart_mm = [0,0,0]\nend_mm = [1,0,0]\nfeed_mm_per_s = 3\ndisc_normal = [0,1,0]\n";
+
+INSTANTIATE_TEST_SUITE_P(
+    All, SceneMessage,
+    ::testing::Values(
+        Mistake{"UnknownKey", test::ShortScene() + "[tool]\n  diamter_mm = 22\n",
+                "s.toml:9:3: unknown key \"diamter_mm\" in [tool]; the nearest valid key is \"diameter_mm\""},
+        Mistake{"UnknownTable", test::ShortScene() + "[tol]\nteeth = 3\n",
+                "s.toml:8:2: unknown key \"tol\" in the scene; the nearest valid key is \"tool\""},
+        Mistake{"UnknownKeyInStroke", test::ShortScene() + "feed = 3\n",
+                "s.toml:8:1: unknown key \"feed\" in [[path.stroke]]; the nearest valid key is \"end_mm\""},
+        Mistake{"NegativeThickness", test::ShortScene() + "[tool]\nthickness_mm = -0.1\n",
+                "s.toml:9:1: thickness_mm = -0.1 is below 0.02; valid range 0.02 to 10 mm"},
+        Mistake{"TextForNumber", test::ShortScene() + "[tool]\nrpm = \"fast\"\n",
+                "s.toml:9:1: rpm = \"fast\" is a text; it must be a number from 0 to 100000 rpm"},
+        Mistake{"DateForNumber", test::ShortScene() + "[tool]\nrpm = 2026-11-20\n",
+                "s.toml:9:1: rpm is a date or time; it must be a number from 0 to 100000 rpm"},
+        Mistake{"NaNInVector", test::ShortScene() + "[tool]\ngrip_mm = [0, nan, 80]\n",
+                "s.toml:9:15: grip_mm[1] = nan is not a finite number; valid range -1000 to 1000 mm"},
+        Mistake{
+            "TextInVector", test::ShortScene() + "[tool]\ngrip_mm = [0, 0, \"z\"]\n",
+            "s.toml:9:18: grip_mm[2] = \"z\" is a text; grip_mm must be a list of three numbers [x, y, z] from -1000 "
+            "to 1000 mm"},
+        Mistake{"NoBone", kTail, "s.toml:1:1: the scene has no bone"},
+        Mistake{"NoPath", "[bone]\nmodel = \"block\"\n", "s.toml:1:1: the scene has no path"},
+        Mistake{"EmptyPath", "[bone]\nmodel = \"block\"\n[path]\n",
+                "s.toml:3:2: [path] has neither [[path.stroke]] nor file"},
+        Mistake{"NoStrokes", "[bone]\nmodel = \"block\"\n[path]\nstroke = []\n",
+                "s.toml:4:1: [path] has neither [[path.stroke]] nor file"},
+        Mistake{"MissingKeys", "[bone]\nmodel = \"block\"\n[[path.stroke]]\nend_mm = [1,0,0]\n",
+                "s.toml:3:1: [[path.stroke]] has no feed_mm_per_s\n"
+                "s.toml:3:1: [[path.stroke]] has no start_mm\n"
+                "s.toml:3:1: [[path.stroke]] has no disc_normal"},
+        Mistake{"UnknownModel", "[bone]\nmodel = \"femur\"\n" + kTail,
+                "s.toml:2:1: model = \"femur\" is unknown; it must be \"mandible\" or \"block\" or \"plate\""},
+        Mistake{"NeitherFileNorModel", "[bone]\n" + kTail,
+                "s.toml:1:2: [bone] has neither file (a .vdb) nor model (\"mandible\" or \"block\" or \"plate\")"},
+        Mistake{"FileAndModel", "[bone]\nfile = \"a.vdb\"\nmodel = \"block\"\n" + kTail,
+                "s.toml:3:1: [bone] has both file and model; keep one of them"},
+        Mistake{"FileAndStrokes", "[bone]\nmodel = \"block\"\n[path]\nfile = \"p.csv\"\n" + kTail,
+                "s.toml:4:1: [path] has both file and stroke; keep one of them"},
+        Mistake{"ParametersOfAnotherModel", "[bone]\nmodel = \"block\"\n[bone.plate]\nvoxel_mm = 0.1\n" + kTail,
+                "s.toml:3:7: [bone.plate] is not used: the bone is model = \"block\"; remove it"},
+        Mistake{"EmptyFileName", "[bone]\nfile = \"\"\n" + kTail, "s.toml:2:1: file names no file"},
+        Mistake{"StrokeOfNoLength",
+                "[bone]\nmodel = \"block\"\n[[path.stroke]]\nstart_mm = [1,0,0]\nend_mm = [1,0,0]\nfeed_mm_per_s = 3\n"
+                "disc_normal = [0,1,0]\n",
+                "s.toml:5:1: the stroke ends where it starts and has no dwell_s; move end_mm or give dwell_s"},
+        Mistake{"NormalOfNoLength",
+                "[bone]\nmodel = \"block\"\n[[path.stroke]]\nstart_mm = [0,0,0]\nend_mm = [1,0,0]\nfeed_mm_per_s = 3\n"
+                "disc_normal = [0,0,0]\n",
+                "s.toml:7:1: disc_normal has no direction: its length is 0"},
+        Mistake{"GoesOnFromNothing", test::ShortScene() + "retract = false\n",
+                "s.toml:8:1: retract = false in the first stroke; it has no stroke to go on from"},
+        Mistake{
+            "GoesOnFromElsewhere",
+            test::ShortScene() + "[[path.stroke]]\nretract = false\nstart_mm = [1, 0, 0.1]\nend_mm = [2, 0, 0]\n"
+                                 "feed_mm_per_s = 1\ndisc_normal = [0, 2, 0.1]\n",
+            "s.toml:10:1: start_mm is not where the stroke before ends, and retract = false; leave it out or retract\n"
+            "s.toml:13:1: disc_normal is not that of the stroke before, and retract = false; leave it out or retract"},
+        Mistake{"TooLong",
+                "[bone]\nmodel = \"block\"\n[[path.stroke]]\nstart_mm = [0,0,0]\nend_mm = [100,0,0]\n"
+                "feed_mm_per_s = 0.001\ndisc_normal = [0,1,0]\n",
+                "s.toml:3:8: the strokes take 100000 s; at most 36000 s"},
+        Mistake{"StrokeIsATable", "[bone]\nmodel = \"block\"\n[path.stroke]\nend_mm = [1,0,0]\n",
+                "s.toml:3:7: stroke is a table; it must be a list of tables"},
+        Mistake{
+            "TwiceTheSameKey", test::ShortScene() + "[tool]\nrpm = 1\nrpm = 2\n",
+            "s.toml:10:7: not valid TOML: Error while parsing key-value pair: cannot redefine existing integer 'rpm'"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(SceneMessages, EveryFaultIsToldInTheOrderOfTheFile) {
+  const std::string message = test::MessageFor(
+      "[output]\npictures = 1\n[tool]\nnu = 0.6\nteeth = 0\n[bone]\nmodel = \"block\"\n[bone.block]\nvoxel_mm = 0\n"
+      "[[path.stroke]]\nstart_mm = [0,0]\n[force]\nlow = \"x\"\n");
+  EXPECT_EQ(message,
+            "s.toml:2:1: pictures = 1 is a number; it must be true or false\n"
+            "s.toml:4:1: nu = 0.6 is above 0.5; valid range 0 to 0.5\n"
+            "s.toml:5:1: teeth = 0 is below 1; valid range 1 to 1000\n"
+            "s.toml:9:1: voxel_mm = 0 is below 0.02; valid range 0.02 to 4 mm\n"
+            "s.toml:10:1: [[path.stroke]] has no end_mm\n"
+            "s.toml:10:1: [[path.stroke]] has no feed_mm_per_s\n"
+            "s.toml:10:1: [[path.stroke]] has no disc_normal\n"
+            "s.toml:11:1: start_mm has 2 items; it must be a list of three numbers [x, y, z] from -5000 to 5000 mm\n"
+            "s.toml:13:1: unknown key \"low\" in [force]; the nearest valid key is \"law\"");
+}
+
+TEST(SceneMessages, ManyFaultsAreCountedNotPoured) {
+  std::string text = test::ShortScene() + "[tool]\n";
+  for (int i = 0; i < 300; ++i) text += "a" + std::to_string(i) + " = 1\n";
+  const std::string message = test::MessageFor(text);
+  EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 50);
+  EXPECT_THAT(message, HasSubstr("s.toml: and 250 faults more"));
+}
+
+TEST(SceneMessages, TooManyStrokesAreRefused) {
+  std::string text = "[bone]\nmodel = \"block\"\n[path]\nstroke = [\n";
+  for (int i = 0; i < 1001; ++i) text += "{},";
+  EXPECT_EQ(test::MessageFor(text + "]\n"), "s.toml:4:1: 1001 of stroke; at most 1000");
+}
+
+TEST(SceneMessages, TooLargeATextIsRefusedBeforeItIsRead) {
+  EXPECT_EQ(test::MessageFor(std::string(4194305, '#')), "s.toml: 4194305 bytes; a scene has at most 4194304");
+}
+
+TEST(SceneMessages, DeepNestingIsRefused) {
+  EXPECT_THAT(test::MessageFor("a = " + std::string(100000, '[')), StartsWith("s.toml:1:"));
+}
+
+TEST(SceneMessages, BytesThatAreNotUtf8AreRefused) {
+  EXPECT_THAT(test::MessageFor("title = \"\xff\xfe\"\n"), StartsWith("s.toml:1:"));
+}
+
+TEST(NearestWord, IsTheOneWithTheFewestEdits) {
+  EXPECT_EQ(NearestWord("thicknes_mm", {"teeth", "diameter_mm", "thickness_mm"}), "thickness_mm");
+  EXPECT_EQ(NearestWord("", {"abc", "ab"}), "ab");
+  EXPECT_EQ(NearestWord("x", {}), "");
+}
+
+}  // namespace
+}  // namespace kerf

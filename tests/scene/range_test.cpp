@@ -1,0 +1,164 @@
+// Every number of a scene is accepted at both ends of its range and refused just outside, with the message that says
+// so.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "scene/schema.h"
+#include "scene_text.h"
+
+namespace kerf {
+namespace {
+
+/// Visits a description and tries each key by itself: `make_text` puts `key = value` into an otherwise valid scene.
+class RangeTester {
+ public:
+  RangeTester(std::function<std::string(const std::string& key, const std::string& value)> make_text)
+      : make_text_(std::move(make_text)) {}
+
+  void operator()(const char* key, double& value, Range range, const char* meaning) {
+    EXPECT_GE(value, range.lower) << key;  // the default
+    EXPECT_LE(value, range.upper) << key;
+    EXPECT_FALSE(std::string(meaning).empty()) << key;
+    for (const double x : {range.lower, range.upper}) Accepts(key, fmt::format("{}", x));
+    const double below = std::nextafter(range.lower, -std::numeric_limits<double>::infinity());
+    const double above = std::nextafter(range.upper, std::numeric_limits<double>::infinity());
+    Refuses(key, fmt::format("{}", below),
+            fmt::format("{} = {} is below {}; valid range {}", key, below, range.lower, Show(key, range)));
+    Refuses(key, fmt::format("{}", above),
+            fmt::format("{} = {} is above {}; valid range {}", key, above, range.upper, Show(key, range)));
+    for (const char* word : {"nan", "inf", "-inf"}) {
+      Refuses(key, word, fmt::format("{} = {} is not a finite number; valid range {}", key, word, Show(key, range)));
+    }
+    Refuses(key, "\"much\"",
+            fmt::format("{} = \"much\" is a text; it must be a number from {}", key, Show(key, range)));
+    Refuses(key, "[1]", fmt::format("{} is a list; it must be a number from {}", key, Show(key, range)));
+  }
+  void operator()(const char* key, int& value, Range range, const char*) {
+    EXPECT_GE(value, range.lower) << key;
+    EXPECT_LE(value, range.upper) << key;
+    for (const double x : {range.lower, range.upper}) Accepts(key, fmt::format("{}", x));
+    const double below = range.lower - 1;
+    const double above = range.upper + 1;
+    Refuses(key, fmt::format("{}", below),
+            fmt::format("{} = {} is below {}; valid range {}", key, below, range.lower, Show(key, range)));
+    Refuses(key, fmt::format("{}", above),
+            fmt::format("{} = {} is above {}; valid range {}", key, above, range.upper, Show(key, range)));
+    // 2^32 + the lowest: must not wrap into the range.
+    const double wrapped = 4294967296.0 + range.lower;
+    Refuses(key, fmt::format("{:.0f}", wrapped), fmt::format("{} = {:.0f} is above", key, wrapped));
+    Refuses(key, "1.5", fmt::format("{} = 1.5 is a number; it must be a whole number from {}", key, Show(key, range)));
+  }
+  void operator()(const char* key, bool&, const char*) {
+    Refuses(key, "1", fmt::format("{} = 1 is a number; it must be true or false", key));
+  }
+  void operator()(const char* key, Vec3&, Range range, const char*) {
+    for (int i = 0; i < 3; ++i) {
+      const auto list = [&](double x) {
+        return fmt::format("[{}, {}, {}]", i == 0 ? x : 1, i == 1 ? x : 1, i == 2 ? x : 1);
+      };
+      Accepts(key, list(range.lower));
+      Accepts(key, list(range.upper));
+      const double above = std::nextafter(range.upper, std::numeric_limits<double>::infinity());
+      const double below = std::nextafter(range.lower, -std::numeric_limits<double>::infinity());
+      Refuses(key, list(above),
+              fmt::format("{}[{}] = {} is above {}; valid range {}", key, i, above, range.upper, Show(key, range)));
+      Refuses(key, list(below),
+              fmt::format("{}[{}] = {} is below {}; valid range {}", key, i, below, range.lower, Show(key, range)));
+      Refuses(key, list(std::numeric_limits<double>::quiet_NaN()),
+              fmt::format("{}[{}] = nan is not a finite number", key, i));
+    }
+    Refuses(key, "[1, 2]", fmt::format("{} has 2 items; it must be a list of three numbers [x, y, z] from", key));
+    Refuses(key, "3", fmt::format("{} = 3 is a number; it must be a list of three numbers", key));
+  }
+  void operator()(const char* key, Quat&, const char*) {
+    Accepts(key, "[0.5, -0.5, 0.5, 0.5]");
+    Refuses(key, "[1, 0, 0, 0.1]", fmt::format("{} has length 1.004988; it must be a unit quaternion", key));
+  }
+  void operator()(const char* key, std::string&, const Choices& choices, const char*) {
+    for (const std::string_view word : choices.words) Accepts(key, fmt::format("\"{}\"", word));
+    Refuses(key, "\"none\"",
+            fmt::format("{} = \"none\" is unknown; it must be \"{}\"", key, fmt::join(choices.words, "\" or \"")));
+  }
+
+  int tried() const { return tried_; }
+
+ private:
+  static std::string Show(const char* key, Range range) {
+    const std::string_view unit = UnitOfKey(key);
+    return fmt::format("{} to {}{}{}", range.lower, range.upper, unit.empty() ? "" : " ", unit);
+  }
+  void Accepts(const char* key, const std::string& value) {
+    ++tried_;
+    EXPECT_EQ(test::MessageFor(make_text_(key, value)), "") << key << " = " << value;
+  }
+  void Refuses(const char* key, const std::string& value, const std::string& what) {
+    ++tried_;
+    const std::string message = test::MessageFor(make_text_(key, value));
+    EXPECT_NE(message.find(what), std::string::npos) << "said: " << message << "\nwanted: " << what;
+    EXPECT_EQ(message.rfind("s.toml:", 0), 0U) << message;
+  }
+
+  std::function<std::string(const std::string&, const std::string&)> make_text_;
+  int tried_ = 0;
+};
+
+RangeTester ForSection(const std::string& header) {
+  return RangeTester([header](const std::string& key, const std::string& value) {
+    return test::ShortScene() + header + "\n" + key + " = " + value + "\n";
+  });
+}
+
+TEST(SceneRange, ToolKeysHoldTheirRanges) {
+  RangeTester tester = ForSection("[tool]");
+  SceneTool tool;
+  Describe(tool, tester);
+  EXPECT_GT(tester.tried(), 60);
+}
+
+TEST(SceneRange, ForceSimulationAndOutputKeysHoldTheirRanges) {
+  RangeTester force = ForSection("[force]");
+  ForceLaw law;
+  Describe(law, force);
+  RangeTester simulation = ForSection("[simulation]");
+  SceneSimulation sim;
+  Describe(sim, simulation);
+  RangeTester output = ForSection("[output]");
+  SceneOutput out;
+  Describe(out, output);
+  EXPECT_GT(force.tried() + simulation.tried() + output.tried(), 40);
+}
+
+TEST(SceneRange, BlockKeysHoldTheirRanges) {
+  RangeTester tester = ForSection("[bone.block]");
+  BlockParams block;
+  DescribeBlock(block, tester);
+  RangeTester layer([](const std::string& key, const std::string& value) {
+    const std::string other = key == "region" ? "thickness_mm = 1" : "region = 1";
+    return test::ShortScene() + "[[bone.block.layer]]\n" + other + "\n" + key + " = " + value + "\n";
+  });
+  MaterialLayer params;
+  params.thickness_mm = 1;
+  Describe(params, layer);
+  EXPECT_GT(tester.tried() + layer.tried(), 40);
+}
+
+TEST(SceneRange, StrokeKeysHoldTheirRanges) {
+  // A stroke with all keys; the one under test is replaced.
+  RangeTester tester([](const std::string& key, const std::string& value) {
+    std::string text = "[bone]\nmodel = \"block\"\n[[path.stroke]]\n";
+    const std::vector<std::pair<std::string, std::string>> keys{{"start_mm", "[0, 0, 0]"}, {"end_mm", "[1, 0, 0]"},
+                                                                {"feed_mm_per_s", "3"},    {"disc_normal", "[0, 1, 0]"},
+                                                                {"dwell_s", "1"},          {"retract", "true"}};
+    for (const auto& [k, v] : keys) text += k + " = " + (k == key ? value : v) + "\n";
+    return text;
+  });
+  SceneStroke stroke;
+  Describe(stroke, tester);
+  EXPECT_GT(tester.tried(), 60);
+}
+
+}  // namespace
+}  // namespace kerf
