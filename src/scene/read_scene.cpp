@@ -46,7 +46,10 @@ void ReadBlock(TableReader& bone, const char* key, BlockParams& block, Faults& f
   TableReader reader(*table, fmt::format("[bone.{}]", key), faults);
   DescribeBlock(block, reader);
   const std::string layer_name = fmt::format("[[bone.{}.layer]]", key);
-  for (const TomlNode* item : reader.Tables("layer", kMaxLayers)) {
+  const std::vector<const TomlNode*> layers = reader.Tables("layer", kMaxLayers);
+  // Layers that the file gives stand in place of the model's.
+  if (reader.Has("layer")) block.layers.clear();
+  for (const TomlNode* item : layers) {
     TableReader layer_reader(*item, layer_name, faults);
     MaterialLayer layer;
     Describe(layer, layer_reader);
@@ -77,7 +80,7 @@ void ReadBoneTable(TableReader& root, SceneBone& bone, const std::string& scene_
   bone.source = reader.Has("file") ? BoneSource::kFile : BoneSourceFromModel(model);
 
   // Each model's parameters are read, so that a fault in them is told even when they are of another model.
-  if (bone.source == BoneSource::kPlate) bone.block = DefaultPlate();
+  if (bone.source == BoneSource::kPlate) bone.block = MakePlateParams();
   ReadBlock(reader, "block", bone.block, faults);
   ReadBlock(reader, "plate", bone.block, faults);
   for (const std::string_view word : BoneModelWords()) {

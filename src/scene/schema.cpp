@@ -29,12 +29,6 @@ std::string_view ToString(BoneSource source) {
   return "";
 }
 
-BlockParams DefaultPlate() {
-  BlockParams plate;
-  plate.size_mm = {40, 40, 4};
-  return plate;
-}
-
 std::string_view UnitOfKey(std::string_view key) {
   // Longest ending first.
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kEndings{{

@@ -83,12 +83,12 @@ void Describe(MaterialLayer& p, V&& visit) {
   visit("region", p.region, Range{1, 255}, "region of the table of materials");
 }
 
+/// A block's own parameters and where it stands.
 template <typename V>
 void DescribeBlock(BlockParams& p, V&& visit) {
-  visit("size_mm", p.size_mm, Range{0.1, 500}, "edges along the block's own x, y and z");
+  Describe(p, visit);
   visit("top_mm", p.X_WB.p_AB, kCoordinateRange_mm, "middle of its top face (+z), world frame");
   visit("rotation", p.X_WB.R_AB, "from its own axes to the world's: unit quaternion [w, x, y, z]");
-  visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
 }
 
 /// The words of `model` in [bone]; each is the name of its table of parameters too.
@@ -97,7 +97,6 @@ const std::vector<std::string_view>& BoneModelWords();
 BoneSource BoneSourceFromModel(std::string_view word);
 /// The word, or empty for kFile.
 std::string_view ToString(BoneSource source);
-BlockParams DefaultPlate();
 
 /// The unit that a key's name ends in, as people write it: "mm", "mm/s", "GPa"; empty for a number without unit.
 std::string_view UnitOfKey(std::string_view key);

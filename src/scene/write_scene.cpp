@@ -37,21 +37,21 @@ std::string Quoted(std::string_view text) {
 class TomlWriter {
  public:
   void operator()(const char* key, double& value, Range range, const char* meaning) {
-    Line(key, Real(value), fmt::format("{}; {}", meaning, Show(key, range)));
+    Line(key, Real(value), fmt::format("{} [{}]", meaning, Show(key, range)));
   }
   void operator()(const char* key, int& value, Range range, const char* meaning) {
-    Line(key, fmt::format("{}", value), fmt::format("{}; {}", meaning, Show(key, range)));
+    Line(key, fmt::format("{}", value), fmt::format("{} [{}]", meaning, Show(key, range)));
   }
   void operator()(const char* key, bool& value, const char* meaning) { Line(key, value ? "true" : "false", meaning); }
   void operator()(const char* key, Vec3& v, Range range, const char* meaning) {
     Line(key, fmt::format("[{}, {}, {}]", Real(v.x), Real(v.y), Real(v.z)),
-         fmt::format("{}; {}", meaning, Show(key, range)));
+         fmt::format("{} [{}]", meaning, Show(key, range)));
   }
   void operator()(const char* key, Quat& q, const char* meaning) {
     Line(key, fmt::format("[{}, {}, {}, {}]", Real(q.w), Real(q.x), Real(q.y), Real(q.z)), meaning);
   }
   void operator()(const char* key, std::string& value, const Choices& choices, const char* meaning) {
-    Line(key, Quoted(value), fmt::format("{}; \"{}\"", meaning, fmt::join(choices.words, "\" or \"")));
+    Line(key, Quoted(value), fmt::format("{} [\"{}\"]", meaning, fmt::join(choices.words, "\" or \"")));
   }
   void operator()(const char* key, std::string& value, TextLimit, const char* meaning) {
     Line(key, Quoted(value), meaning);
@@ -187,7 +187,7 @@ std::string DefaultSceneToml() {
   TomlWriter plate;
   SceneBone from_plate;
   from_plate.source = BoneSource::kPlate;
-  from_plate.block = DefaultPlate();
+  from_plate.block = MakePlateParams();
   WriteBone(plate, from_plate);
   TomlWriter poses;
   ScenePath from_csv;

@@ -79,6 +79,8 @@ Scene RandomScene(std::mt19937& random) {
   if (random() % 2 == 0) scene.bone.materials = "/a/t.csv";
   DescribeBlock(scene.bone.block, randomize);
   scene.bone.block.layers.resize(random() % 4);
+  // A plate has layers of its own, which stay when the file gives none.
+  if (scene.bone.source == BoneSource::kPlate && scene.bone.block.layers.empty()) scene.bone.block.layers.resize(1);
   for (MaterialLayer& layer : scene.bone.block.layers) Describe(layer, randomize);
   Describe(scene.tool, randomize);
   scene.path.strokes.resize(1 + random() % 4);
@@ -113,10 +115,10 @@ TEST(ResolvedScene, ReadsBackAsTheSameScene) {
 
 TEST(ResolvedScene, SaysUnitAndRangeOfEveryNumber) {
   const std::string text = ResolvedToml(ParseScene(test::ShortScene(), "s.toml"));
-  EXPECT_NE(text.find("diameter_mm = 22.0                  # diameter of the disc over the teeth; 1 to 200 mm\n"),
+  EXPECT_NE(text.find("diameter_mm = 22.0                  # diameter of the disc over the teeth [1 to 200 mm]\n"),
             std::string::npos)
       << text;
-  EXPECT_NE(text.find("feed_mm_per_s = 3.0                 # speed of the centre; 0.001 to 1000 mm/s\n"),
+  EXPECT_NE(text.find("feed_mm_per_s = 3.0                 # speed of the centre [0.001 to 1000 mm/s]\n"),
             std::string::npos)
       << text;
 }
