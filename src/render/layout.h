@@ -1,0 +1,21 @@
+// Where the words around a picture stand.
+#pragma once
+
+#include "render/picture.h"
+
+namespace kerf {
+
+/// Sizes in pixels of the finished picture. They follow its height, so that words stay legible when a picture is scaled
+/// to a page.
+struct Layout {
+  explicit Layout(const PictureSpec& spec);
+
+  double unit;  // 1 at 720 pixels of height
+  int title_size;
+  int text_size;
+  int small_size;
+  double edge;                                                  // between the picture's edge and words
+  double left_margin, right_margin, top_margin, bottom_margin;  // kept free of fitted shapes
+};
+
+}  // namespace kerf

@@ -1,0 +1,43 @@
+// Words, swatches and lines over a picture or a plot.
+#pragma once
+
+#include <string>
+
+#include "mesh/meshfile.h"
+
+class vtkRenderer;
+
+namespace kerf {
+
+enum class Align { kLeft, kCentre, kRight };
+
+struct TextStyle {
+  int size = 18;  // pixels of the finished picture
+  Rgb8 colour{40, 44, 52};
+  bool bold = false;
+  Align align = Align::kLeft;
+};
+
+/// Puts flat things over what a renderer draws. Positions and sizes in pixels of the finished picture, from its top
+/// left.
+class Overlay {
+ public:
+  Overlay(vtkRenderer& renderer, int height, int supersampling)
+      : renderer_(renderer), height_(height), supersampling_(supersampling) {}
+
+  struct Size {
+    double width;
+    double height;
+  };
+  Size MeasureText(const std::string& text, const TextStyle& style) const;
+  /// `row` is the text's top.
+  void AddText(const std::string& text, double column, double row, const TextStyle& style);
+  void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity = 1);
+
+ private:
+  vtkRenderer& renderer_;
+  int height_;
+  int supersampling_;
+};
+
+}  // namespace kerf

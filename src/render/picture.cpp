@@ -1,0 +1,338 @@
+#include "render/picture.h"
+
+#include <fmt/format.h>
+#include <vtkActor.h>
+#include <vtkAnnotatedCubeActor.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkLight.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkProperty.h>
+#include <vtkRenderStepsPass.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkSSAOPass.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "kerf/error.h"
+#include "mesh/vtk_mesh.h"
+#include "render/layout.h"
+#include "render/offscreen.h"
+#include "render/overlay.h"
+
+namespace kerf {
+namespace {
+
+constexpr Rgb8 kWhite{255, 255, 255};
+constexpr Rgb8 kDark{38, 41, 47};
+
+void SetColour(vtkProperty& property, const Rgb8& colour) {
+  property.SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+}
+
+vtkSmartPointer<vtkActor> MakeActor(const Shape& shape) {
+  const auto data = MakePolyData(shape.mesh_W);
+  const bool by_point = !shape.point_colours.empty();
+  if (by_point) {
+    if (shape.point_colours.size() != shape.mesh_W.points.size()) {
+      throw Error(fmt::format("a shape to draw has {} colours for {} points", shape.point_colours.size(),
+                              shape.mesh_W.points.size()));
+    }
+    const vtkNew<vtkUnsignedCharArray> colours;
+    colours->SetName("colours");
+    colours->SetNumberOfComponents(3);
+    colours->SetNumberOfTuples(static_cast<vtkIdType>(shape.point_colours.size()));
+    for (std::size_t i = 0; i < shape.point_colours.size(); ++i) {
+      colours->SetTypedTuple(static_cast<vtkIdType>(i), shape.point_colours[i].data());
+    }
+    data->GetPointData()->SetScalars(colours);
+  }
+  // Smooth where the surface is smooth, sharp where it was cut.
+  const vtkNew<vtkPolyDataNormals> normals;
+  normals->SetInputData(data);
+  normals->SetFeatureAngle(40);
+  normals->SplittingOn();
+  normals->ConsistencyOff();
+  const vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(normals->GetOutputPort());
+  mapper->SetScalarVisibility(by_point ? 1 : 0);
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  vtkProperty& property = *actor->GetProperty();
+  SetColour(property, shape.colour);
+  property.SetInterpolationToPhong();
+  property.SetAmbient(0.12);
+  property.SetDiffuse(0.88);
+  property.SetSpecular(shape.shiny ? 0.45 : 0.10);
+  property.SetSpecularPower(shape.shiny ? 40 : 18);
+  property.SetOpacity(shape.opacity);
+  return actor;
+}
+
+// A shaft with a conical head.
+Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
+  const Vec3 along = arrow.tip_W - arrow.tail_W;
+  const double length = glm::length(along);
+  const Vec3 axis = length > 0 ? along / length : Vec3{0, 0, 1};
+  const Vec3 other = std::abs(axis.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 u = glm::normalize(glm::cross(axis, other));
+  const Vec3 v = glm::cross(axis, u);
+  const double head = std::min(6 * shaft_radius_mm, 0.6 * length);
+  struct Ring {
+    double z;
+    double radius;
+  };
+  const Ring rings[] = {{0, 0},
+                        {0, shaft_radius_mm},
+                        {length - head, shaft_radius_mm},
+                        {length - head, 2.4 * shaft_radius_mm},
+                        {length, 0}};
+  constexpr std::uint32_t kSectors = 48;
+  Shape shape;
+  shape.colour = arrow.colour;
+  for (const Ring& ring : rings) {
+    for (std::uint32_t j = 0; j < kSectors; ++j) {
+      const double angle = 2 * 3.14159265358979323846 * j / kSectors;
+      shape.mesh_W.points.push_back(arrow.tail_W + ring.z * axis +
+                                    ring.radius * (std::cos(angle) * u + std::sin(angle) * v));
+    }
+  }
+  for (std::uint32_t i = 0; i + 1 < std::size(rings); ++i) {
+    for (std::uint32_t j = 0; j < kSectors; ++j) {
+      const std::uint32_t a = i * kSectors + j;
+      const std::uint32_t b = i * kSectors + (j + 1) % kSectors;
+      shape.mesh_W.triangles.push_back({a, b, b + kSectors});
+      shape.mesh_W.triangles.push_back({a, b + kSectors, a + kSectors});
+    }
+  }
+  return shape;
+}
+
+// Key from the upper left, fill from the right, a rim from behind: fixed to the camera, so that every view is lit
+// alike.
+void AddLights(vtkRenderer& renderer) {
+  struct Lamp {
+    double x, y, z;
+    double intensity;
+  };
+  constexpr Lamp kLamps[] = {{-0.7, 0.9, 1.0, 0.78}, {1.0, 0.1, 0.7, 0.30}, {0.2, -0.9, 0.3, 0.12}};
+  renderer.RemoveAllLights();
+  renderer.AutomaticLightCreationOff();
+  for (const Lamp& lamp : kLamps) {
+    const vtkNew<vtkLight> light;
+    light->SetLightTypeToCameraLight();
+    light->SetPosition(lamp.x, lamp.y, lamp.z);
+    light->SetFocalPoint(0, 0, 0);
+    light->SetIntensity(lamp.intensity);
+    light->SetPositional(false);
+    renderer.AddLight(light);
+  }
+}
+
+void SetCamera(const ViewFrame& frame, const Box3& box, vtkRenderer& renderer) {
+  // Everything lies between the clipping planes.
+  double nearest = -1;
+  double farthest = 1;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 p{(corner & 1) != 0 ? box.upper.x : box.lower.x, (corner & 2) != 0 ? box.upper.y : box.lower.y,
+                 (corner & 4) != 0 ? box.upper.z : box.lower.z};
+    const double depth = glm::dot(frame.toward_eye_W, p - frame.centre_W);
+    nearest = std::max(nearest, depth);
+    farthest = std::min(farthest, depth);
+  }
+  const double margin = 0.02 * (nearest - farthest) + 1;
+  const Vec3 eye = frame.centre_W + (nearest + 2 * margin) * frame.toward_eye_W;
+  vtkCamera& camera = *renderer.GetActiveCamera();
+  camera.ParallelProjectionOn();
+  camera.SetFocalPoint(frame.centre_W.x, frame.centre_W.y, frame.centre_W.z);
+  camera.SetPosition(eye.x, eye.y, eye.z);
+  camera.SetViewUp(frame.up_W.x, frame.up_W.y, frame.up_W.z);
+  camera.SetParallelScale(0.5 * frame.height / frame.pixels_per_mm);
+  camera.SetClippingRange(margin, nearest - farthest + 3 * margin);
+}
+
+// A cube in the corner that turns with the view: L R left and right of the patient, A P front and back, S I up and
+// down.
+void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, const Layout& layout, vtkRenderer& renderer) {
+  const vtkNew<vtkAnnotatedCubeActor> cube;
+  const bool patient = spec.orientation == Orientation::kPatient;
+  cube->SetXPlusFaceText(patient ? "L" : "x");
+  cube->SetXMinusFaceText(patient ? "R" : "-x");
+  cube->SetYPlusFaceText(patient ? "P" : "y");
+  cube->SetYMinusFaceText(patient ? "A" : "-y");
+  cube->SetZPlusFaceText(patient ? "S" : "z");
+  cube->SetZMinusFaceText(patient ? "I" : "-z");
+  cube->SetFaceTextScale(patient ? 0.62 : 0.5);
+  cube->SetXFaceTextRotation(90);
+  cube->SetYFaceTextRotation(180);
+  cube->SetZFaceTextRotation(patient ? 0 : 90);
+  cube->GetTextEdgesProperty()->SetOpacity(0);
+  SetColour(*cube->GetCubeProperty(), {226, 229, 233});
+  cube->GetCubeProperty()->SetAmbient(0.25);
+  for (vtkProperty* face :
+       {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
+        cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
+    SetColour(*face, {40, 44, 52});
+    face->SetInterpolationToFlat();
+  }
+  renderer.AddActor(cube);
+  AddLights(renderer);
+  const double side = 110 * layout.unit;  // pixels
+  renderer.SetViewport((spec.width - side - 6 * layout.unit) / spec.width, 6 * layout.unit / spec.height,
+                       (spec.width - 6 * layout.unit) / spec.width, (side + 6 * layout.unit) / spec.height);
+  vtkCamera& camera = *renderer.GetActiveCamera();
+  camera.ParallelProjectionOn();
+  const Vec3 eye = 5.0 * frame.toward_eye_W;
+  camera.SetFocalPoint(0, 0, 0);
+  camera.SetPosition(eye.x, eye.y, eye.z);
+  camera.SetViewUp(frame.up_W.x, frame.up_W.y, frame.up_W.z);
+  camera.SetParallelScale(0.95);
+  camera.SetClippingRange(1, 10);
+}
+
+// 1, 2 or 5 times a power of ten, about `wish`.
+double CalcRoundLength(double wish) {
+  const double power = std::pow(10.0, std::floor(std::log10(wish)));
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * power <= wish) return factor * power;
+  }
+  return power;
+}
+
+void AddWords(const PictureSpec& spec, const ViewFrame& frame, const Layout& layout, Overlay& overlay) {
+  const Rgb8 strong = spec.dark ? Rgb8{240, 240, 240} : Rgb8{33, 37, 43};
+  const Rgb8 soft = spec.dark ? Rgb8{190, 194, 200} : Rgb8{85, 92, 102};
+  double row = layout.edge;
+  overlay.AddText(spec.title, layout.edge, row, {layout.title_size, strong, true, Align::kLeft});
+  if (!spec.title.empty()) row += 1.45 * layout.title_size;
+  overlay.AddText(spec.caption, layout.edge, row, {layout.text_size, soft, false, Align::kLeft});
+
+  if (!spec.legend.empty()) {
+    const TextStyle style{layout.text_size, strong, false, Align::kLeft};
+    double text_width = 0;
+    for (const LegendEntry& entry : spec.legend)
+      text_width = std::max(text_width, overlay.MeasureText(entry.text, style).width);
+    const double swatch = 1.0 * layout.text_size;
+    const double line = 1.55 * layout.text_size;
+    const double left = spec.width - layout.edge - text_width - 1.6 * swatch;
+    double top = layout.edge;
+    for (const LegendEntry& entry : spec.legend) {
+      overlay.AddBox(left - 1, top - 1, swatch + 2, swatch + 2, soft);
+      overlay.AddBox(left, top, swatch, swatch, entry.colour);
+      overlay.AddText(entry.text, left + 1.6 * swatch, top - 0.06 * layout.text_size, style);
+      top += line;
+    }
+  }
+  if (spec.scale_bar) {
+    const double length_mm = CalcRoundLength(0.16 * spec.width / frame.pixels_per_mm);
+    const double length = length_mm * frame.pixels_per_mm;
+    const double bottom = spec.height - layout.edge;
+    const double thick = std::max(2.0, std::round(3 * layout.unit));
+    const double tick = std::round(9 * layout.unit);
+    overlay.AddBox(layout.edge, bottom - thick, length, thick, strong);
+    overlay.AddBox(layout.edge, bottom - tick, thick, tick, strong);
+    overlay.AddBox(layout.edge + length - thick, bottom - tick, thick, tick, strong);
+    overlay.AddText(fmt::format("{:g} mm", length_mm), layout.edge + 0.5 * length,
+                    bottom - tick - 1.25 * layout.text_size, {layout.text_size, strong, false, Align::kCentre});
+  }
+  for (const Arrow& arrow : spec.arrows) {
+    const ViewFrame::Pixel tail = frame.Project(arrow.tail_W);
+    const ViewFrame::Pixel tip = frame.Project(arrow.tip_W);
+    // Beyond the tail, on the side away from the tip.
+    const bool to_right = tail.column >= tip.column;
+    const double gap = 0.6 * layout.text_size;
+    overlay.AddText(
+        arrow.label, tail.column + (to_right ? gap : -gap), tail.row - 0.5 * layout.text_size,
+        {layout.text_size, spec.dark ? strong : arrow.colour, true, to_right ? Align::kLeft : Align::kRight});
+  }
+}
+
+}  // namespace
+
+Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0.5, 8.0)) {
+  title_size = static_cast<int>(std::round(26 * unit));
+  text_size = static_cast<int>(std::round(18 * unit));
+  small_size = static_cast<int>(std::round(15 * unit));
+  edge = std::round(24 * unit);
+  left_margin = right_margin = 0.04 * spec.width;
+  const bool words_above = !spec.title.empty() || !spec.caption.empty();
+  top_margin = words_above ? edge + 1.45 * title_size + 1.2 * text_size : 0.05 * spec.height;
+  bottom_margin = spec.scale_bar ? edge + 2.2 * text_size : 0.05 * spec.height;
+}
+
+Image RenderPicture(const PictureSpec& spec) {
+  const ViewFrame frame = CalcViewFrame(spec);
+  const Layout layout(spec);
+  // Four samples a pixel for smooth edges, unless that would be larger than drivers take.
+  const int supersampling = std::max(spec.width, spec.height) <= 4096 ? 2 : 1;
+
+  std::vector<vtkSmartPointer<vtkActor>> actors;
+  Box3 box;
+  const auto add = [&](const Shape& shape) {
+    if (shape.mesh_W.triangles.empty()) return;
+    for (const Vec3& p : shape.mesh_W.points) box.Include(p);
+    actors.push_back(MakeActor(shape));
+  };
+  for (const Shape& shape : spec.shapes) add(shape);
+  for (const SawInPicture& saw : spec.saws) {
+    Shape shape{MakeSawMesh(saw.saw), kSteelColour, {}, saw.opacity, true};
+    for (Vec3& p : shape.mesh_W.points) p = saw.X_WT.Point(p);
+    add(shape);
+  }
+  const double arrow_radius_mm = 3.0 * layout.unit / frame.pixels_per_mm;
+  for (const Arrow& arrow : spec.arrows) add(MakeArrowShape(arrow, arrow_radius_mm));
+
+  OffscreenWindow offscreen(spec.width * supersampling, spec.height * supersampling);
+  vtkRenderWindow& window = offscreen.window();
+  window.SetNumberOfLayers(3);
+  const Rgb8 background = spec.dark ? kDark : kWhite;
+
+  const vtkNew<vtkRenderer> scene;
+  scene->SetLayer(0);
+  scene->SetBackground(background[0] / 255.0, background[1] / 255.0, background[2] / 255.0);
+  for (const auto& actor : actors) scene->AddActor(actor);
+  AddLights(*scene);
+  window.AddRenderer(scene);
+  SetCamera(frame, box, *scene);
+  // Corners and slots darken as they do in daylight: this is what lets a thin kerf be seen.
+  const vtkNew<vtkRenderStepsPass> steps;
+  const vtkNew<vtkSSAOPass> occlusion;
+  const double view_height_mm = frame.height / frame.pixels_per_mm;
+  occlusion->SetRadius(0.045 * view_height_mm);
+  occlusion->SetBias(0.0015 * view_height_mm);
+  occlusion->SetKernelSize(64);
+  occlusion->BlurOn();
+  occlusion->SetDelegatePass(steps);
+  scene->SetPass(occlusion);
+
+  const vtkNew<vtkRenderer> corner;
+  if (spec.orientation != Orientation::kNone) {
+    corner->SetLayer(1);
+    AddOrientation(spec, frame, layout, *corner);
+    window.AddRenderer(corner);
+  }
+  const vtkNew<vtkRenderer> words;
+  words->SetLayer(2);
+  Overlay overlay(*words, spec.height, supersampling);
+  AddWords(spec, frame, layout, overlay);
+  window.AddRenderer(words);
+  Image image = offscreen.Draw(supersampling);
+  scene->SetPass(nullptr);
+  occlusion->ReleaseGraphicsResources(&window);
+  return image;
+}
+
+void WritePicture(const PictureSpec& spec, const std::string& path) {
+  WritePng(RenderPicture(spec), path);
+}
+
+}  // namespace kerf
