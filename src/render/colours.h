@@ -16,7 +16,7 @@ struct LegendEntry {
   Rgb8 colour;
 };
 
-inline constexpr Rgb8 kBoneColour{232, 217, 186};
+inline constexpr Rgb8 kBoneColour{241, 229, 206};
 inline constexpr Rgb8 kSteelColour{168, 178, 190};
 inline constexpr Rgb8 kForceColour{0, 114, 178};
 

@@ -70,8 +70,8 @@ vtkSmartPointer<vtkActor> MakeActor(const Shape& shape) {
   vtkProperty& property = *actor->GetProperty();
   SetColour(property, shape.colour);
   property.SetInterpolationToPhong();
-  property.SetAmbient(0.12);
-  property.SetDiffuse(0.88);
+  property.SetAmbient(0.16);
+  property.SetDiffuse(0.86);
   property.SetSpecular(shape.shiny ? 0.45 : 0.10);
   property.SetSpecularPower(shape.shiny ? 40 : 18);
   property.SetOpacity(shape.opacity);
@@ -124,7 +124,7 @@ void AddLights(vtkRenderer& renderer) {
     double x, y, z;
     double intensity;
   };
-  constexpr Lamp kLamps[] = {{-0.7, 0.9, 1.0, 0.78}, {1.0, 0.1, 0.7, 0.30}, {0.2, -0.9, 0.3, 0.12}};
+  constexpr Lamp kLamps[] = {{-0.7, 0.9, 1.0, 0.92}, {1.0, 0.1, 0.8, 0.50}, {0.2, -0.9, 0.3, 0.15}};
   renderer.RemoveAllLights();
   renderer.AutomaticLightCreationOff();
   for (const Lamp& lamp : kLamps) {
@@ -172,11 +172,11 @@ void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, const Layou
   cube->SetZPlusFaceText(patient ? "S" : "z");
   cube->SetZMinusFaceText(patient ? "I" : "-z");
   cube->SetFaceTextScale(patient ? 0.62 : 0.5);
-  cube->SetXFaceTextRotation(90);
-  cube->SetYFaceTextRotation(180);
-  cube->SetZFaceTextRotation(patient ? 0 : 90);
+  cube->SetXFaceTextRotation(0);
+  cube->SetYFaceTextRotation(0);
+  cube->SetZFaceTextRotation(-90);
   cube->GetTextEdgesProperty()->SetOpacity(0);
-  SetColour(*cube->GetCubeProperty(), {226, 229, 233});
+  SetColour(*cube->GetCubeProperty(), {196, 202, 210});
   cube->GetCubeProperty()->SetAmbient(0.25);
   for (vtkProperty* face :
        {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
@@ -307,7 +307,7 @@ Image RenderPicture(const PictureSpec& spec) {
   const vtkNew<vtkRenderStepsPass> steps;
   const vtkNew<vtkSSAOPass> occlusion;
   const double view_height_mm = frame.height / frame.pixels_per_mm;
-  occlusion->SetRadius(0.045 * view_height_mm);
+  occlusion->SetRadius(0.09 * view_height_mm);
   occlusion->SetBias(0.0015 * view_height_mm);
   occlusion->SetKernelSize(64);
   occlusion->BlurOn();
