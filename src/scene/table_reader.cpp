@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+
+#include "core/nearest_name.h"
 
 namespace kerf {
 namespace {
@@ -18,21 +19,6 @@ std::string WithUnit(const std::string& text, std::string_view unit) {
 
 std::string ShowRange(Range range, std::string_view unit) {
   return WithUnit(fmt::format("{} to {}", range.lower, range.upper), unit);
-}
-
-std::size_t EditDistance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
 }
 
 const char* KindName(Kind kind) {
@@ -54,18 +40,19 @@ const char* KindName(Kind kind) {
   return "something else";
 }
 
+/// The word that `key` may have been meant as, or "". A key without its unit is the commonest slip.
+std::string FindMeant(const std::string& key, const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    if (word.size() > key.size() && word.compare(0, key.size() + 1, key + "_") == 0) return word;
+  }
+  return FindNearestName(key.substr(0, 100), words);
+}
+
 bool IsNumber(const TomlNode& node) {
   return node.kind == Kind::kInteger || node.kind == Kind::kReal;
 }
 
 }  // namespace
-
-std::string NearestWord(std::string_view word, const std::vector<std::string>& words) {
-  const auto best = std::min_element(words.begin(), words.end(), [&](const std::string& a, const std::string& b) {
-    return EditDistance(word, a) < EditDistance(word, b);
-  });
-  return best == words.end() ? std::string() : *best;
-}
 
 TableReader::TableReader(const TomlNode& table, std::string name, Faults& faults)
     : table_(table), name_(std::move(name)), faults_(faults) {}
@@ -236,9 +223,10 @@ void TableReader::Finish() {
   for (const TomlNode& child : table_.children) {
     if (faults_.full()) return;
     if (std::find(known_.begin(), known_.end(), child.key) != known_.end()) continue;
-    faults_.Add(child.line, child.column,
-                fmt::format("unknown key \"{}\" in {}; the nearest valid key is \"{}\"", child.key, name_,
-                            NearestWord(child.key, known_)));
+    const std::string nearest = FindMeant(child.key, known_);
+    const std::string help = nearest.empty() ? fmt::format("valid keys: {}", fmt::join(known_, ", "))
+                                             : fmt::format("the nearest valid key is \"{}\"", nearest);
+    faults_.Add(child.line, child.column, fmt::format("unknown key \"{}\" in {}; {}", child.key, name_, help));
   }
 }
 

@@ -35,7 +35,8 @@ class TableReader {
   void Require(const char* key);
   /// Notes a fault at the key, or at the table when it is absent.
   void Fault(const char* key, const std::string& what);
-  /// Notes each key that nobody asked for, with the nearest that is valid. Call last.
+  /// Notes each key that nobody asked for, with the nearest that is valid or, when none is near, all that are. Call
+  /// last.
   void Finish();
 
  private:
@@ -50,8 +51,5 @@ class TableReader {
   Faults& faults_;
   std::vector<std::string> known_;
 };
-
-/// The word of `words` with the least edit distance to `word`; empty when there is none.
-std::string NearestWord(std::string_view word, const std::vector<std::string>& words);
 
 }  // namespace kerf

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <ostream>
 
-#include "scene/table_reader.h"
 #include "scene_text.h"
 
 namespace kerf {
@@ -38,8 +37,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "s.toml:9:3: unknown key \"diamter_mm\" in [tool]; the nearest valid key is \"diameter_mm\""},
         Mistake{"UnknownTable", test::ShortScene() + "[tol]\nteeth = 3\n",
                 "s.toml:8:2: unknown key \"tol\" in the scene; the nearest valid key is \"tool\""},
-        Mistake{"UnknownKeyInStroke", test::ShortScene() + "feed = 3\n",
-                "s.toml:8:1: unknown key \"feed\" in [[path.stroke]]; the nearest valid key is \"end_mm\""},
+        Mistake{"KeyWithoutItsUnit", test::ShortScene() + "[tool]\nthickness = 1\n",
+                "s.toml:9:1: unknown key \"thickness\" in [tool]; the nearest valid key is \"thickness_mm\""},
+        Mistake{"UnknownKeyInStroke", test::ShortScene() + "speed = 3\n",
+                "s.toml:8:1: unknown key \"speed\" in [[path.stroke]]; valid keys: start_mm, end_mm, feed_mm_per_s, "
+                "disc_normal, dwell_s, "
+                "retract"},
         Mistake{"NegativeThickness", test::ShortScene() + "[tool]\nthickness_mm = -0.1\n",
                 "s.toml:9:1: thickness_mm = -0.1 is below 0.02; valid range 0.02 to 10 mm"},
         Mistake{"TextForNumber", test::ShortScene() + "[tool]\nrpm = \"fast\"\n",
@@ -140,12 +143,6 @@ TEST(SceneMessages, DeepNestingIsRefused) {
 
 TEST(SceneMessages, BytesThatAreNotUtf8AreRefused) {
   EXPECT_THAT(test::MessageFor("title = \"\xff\xfe\"\n"), StartsWith("s.toml:1:"));
-}
-
-TEST(NearestWord, IsTheOneWithTheFewestEdits) {
-  EXPECT_EQ(NearestWord("thicknes_mm", {"teeth", "diameter_mm", "thickness_mm"}), "thickness_mm");
-  EXPECT_EQ(NearestWord("", {"abc", "ab"}), "ab");
-  EXPECT_EQ(NearestWord("x", {}), "");
 }
 
 }  // namespace
