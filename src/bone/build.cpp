@@ -139,10 +139,11 @@ void FinishLevelSet(openvdb::FloatGrid& grid) {
   openvdb::tools::pruneLevelSet(grid.tree(), band, -band);
 }
 
-/// Whether any part of a region voxel lies in bone or within a voxel of it.
+/// Whether any part of a region voxel lies in bone or within two voxels of it (a cell that the surface cuts may have
+/// its centre that far out).
 template <typename Accessor>
 bool IsNear(const Accessor& phi, const Vec3& centre_W, double h, double region_h) {
-  const auto near = [&](const Vec3& p_W) { return static_cast<double>(phi.getValue(NearestVoxel(p_W, h))) < 1.5 * h; };
+  const auto near = [&](const Vec3& p_W) { return static_cast<double>(phi.getValue(NearestVoxel(p_W, h))) < 2 * h; };
   if (near(centre_W)) return true;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3 offset((corner & 4) ? 0.5 : -0.5, (corner & 2) ? 0.5 : -0.5, (corner & 1) ? 0.5 : -0.5);
