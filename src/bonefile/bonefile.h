@@ -1,5 +1,5 @@
-// A bone on disk: one .vdb that any OpenVDB program opens. Grids "phi" (level set, mm) and "region" (int), with the region
-// table, units, frame and provenance in the file's metadata (docs/formats.md).
+// A bone on disk: one .vdb that any OpenVDB program opens. Grids "phi" (level set, mm) and "region" (int), with the
+// region table, units, frame and provenance in the file's metadata (docs/formats.md).
 #pragma once
 
 #include <string>

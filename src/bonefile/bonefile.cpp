@@ -1,0 +1,120 @@
+#include "bonefile/bonefile.h"
+
+#include <fmt/format.h>
+#include <openvdb/io/Stream.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "bone/grids.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "material/region_table.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kFormat = 1;
+constexpr char kNotePrefix[] = "note_";
+constexpr std::uint64_t kMaxFileBytes = std::uint64_t{8} << 30;
+
+[[noreturn]] void Refuse(const std::string& path, const std::string& why) {
+  throw Error(fmt::format("{}: {}", path, why));
+}
+
+std::string StringMeta(const openvdb::MetaMap& meta, const std::string& name, const std::string& path) {
+  const auto value = meta.getMetadata<openvdb::StringMetadata>(name);
+  if (!value) Refuse(path, fmt::format("not a kerf bone: its metadata has no \"{}\"", name));
+  return value->value();
+}
+
+/// The grid's voxel size, when its transform is a uniform scale without offset or turn.
+double VoxelSize(const openvdb::GridBase& grid, const std::string& path) {
+  const auto& transform = grid.constTransform();
+  const double h = transform.voxelSize()[0];
+  const openvdb::Vec3d one = transform.indexToWorld(openvdb::Vec3d(1, 1, 1));
+  const openvdb::Vec3d zero = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
+  const bool plain = zero.length() == 0 && (one - openvdb::Vec3d(h, h, h)).length() <= 1e-9 * h;
+  if (!plain || !(h >= 0.01 && h <= 10)) {
+    Refuse(path,
+           fmt::format("grid \"{}\" must have cubic voxels of 0.01 to 10 mm along the world axes", grid.getName()));
+  }
+  return h;
+}
+
+void CheckGrids(const Bone::Grids& grids, const std::string& path) {
+  const double h = VoxelSize(*grids.phi, path);
+  VoxelSize(*grids.region, path);
+  const float band = grids.phi->background();
+  if (!(std::abs(static_cast<double>(band) - kHalfBandVoxels * h) <= 1e-3 * h)) {
+    Refuse(path, fmt::format("grid \"phi\" has the background {} where {} mm (3 voxels) is expected", band, 3 * h));
+  }
+  for (auto it = grids.phi->cbeginValueAll(); it; ++it) {
+    if (!(std::abs(*it) <= band * 1.001f))
+      Refuse(path, "grid \"phi\" holds a value that is no distance within its band");
+  }
+  for (auto it = grids.region->cbeginValueOn(); it; ++it) {
+    if (*it != 0 && !grids.materials.Contains(*it)) {
+      Refuse(path, fmt::format("grid \"region\" names region {}, which the region table does not have", *it));
+    }
+  }
+}
+
+}  // namespace
+
+Bone ReadBone(const std::string& path) {
+  std::error_code failed;
+  const auto bytes = std::filesystem::file_size(path, failed);
+  if (failed) Refuse(path, fmt::format("can't be read: {}", failed.message()));
+  if (bytes > kMaxFileBytes) Refuse(path, "can't be read: it is larger than 8 GiB");
+  Bone bone;  // also gets OpenVDB ready
+  Bone::Grids& grids = bone.grids();
+  try {
+    openvdb::io::File file(path);
+    file.open(false);
+    const openvdb::MetaMap::Ptr meta = file.getMetadata();
+    const auto format = meta->getMetadata<openvdb::Int32Metadata>("kerf_format");
+    if (!format) Refuse(path, "not a kerf bone: its metadata has no \"kerf_format\"");
+    if (format->value() != kFormat) {
+      Refuse(path, fmt::format("written in format {}; this kerf reads format {}", format->value(), kFormat));
+    }
+    if (StringMeta(*meta, "units", path) != "mm") Refuse(path, "its lengths are not in mm");
+    grids.materials = ParseRegionTable(StringMeta(*meta, "region_table", path), path + " (region table)");
+    for (auto it = meta->beginMeta(); it != meta->endMeta(); ++it) {
+      if (it->first.starts_with(kNotePrefix)) grids.notes[it->first.substr(sizeof kNotePrefix - 1)] = it->second->str();
+    }
+    if (!file.hasGrid("phi") || !file.hasGrid("region"))
+      Refuse(path, "not a kerf bone: grids \"phi\" and \"region\" are needed");
+    grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("phi"));
+    grids.region = openvdb::gridPtrCast<openvdb::Int32Grid>(file.readGrid("region"));
+    if (!grids.phi || !grids.region) Refuse(path, "grid \"phi\" must be of type float and \"region\" of type int32");
+  } catch (const openvdb::Exception& e) {
+    Refuse(path, fmt::format("not a whole OpenVDB file ({})", e.what()));
+  } catch (const std::ios_base::failure&) {
+    Refuse(path, "not a whole OpenVDB file (it ends early)");
+  }
+  CheckGrids(grids, path);
+  if (bone.empty()) Refuse(path, "the bone is empty: no voxel lies inside");
+  return bone;
+}
+
+void WriteBone(const Bone& bone, const std::string& path) {
+  const Bone::Grids& grids = bone.grids();
+  openvdb::MetaMap meta;
+  meta.insertMeta("kerf_format", openvdb::Int32Metadata(kFormat));
+  meta.insertMeta("units", openvdb::StringMetadata("mm"));
+  meta.insertMeta("frame", openvdb::StringMetadata("LPS: x to the patient's left, y to the back, z to the head"));
+  meta.insertMeta("region_table", openvdb::StringMetadata(FormatRegionTable(grids.materials)));
+  for (const auto& [key, value] : grids.notes) meta.insertMeta(kNotePrefix + key, openvdb::StringMetadata(value));
+  WriteAtomically(path, [&](const std::string& temporary) {
+    try {
+      openvdb::io::File file(temporary);
+      file.write({grids.phi, grids.region}, meta);
+      file.close();
+    } catch (const openvdb::Exception& e) {
+      throw Error(fmt::format("{}: can't be written: {}", path, e.what()));
+    }
+  });
+}
+
+}  // namespace kerf

@@ -1,0 +1,124 @@
+#include "contact/rim.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bone/grids.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr int kMaxHalvings = 6;             // of an interval in which engagement or material changes
+constexpr double kEngagementChange = 0.02;  // that asks for halving
+
+/// What a tooth at one angle meets.
+struct Sample {
+  double theta = 0;       // from the feed's direction, rad
+  Vec3 e_T{0};            // outward
+  double engagement = 0;  // 0 to 1
+  int region = 0;
+};
+
+/// Looks at the bone from points of the rim.
+class Prober {
+ public:
+  Prober(const Bone::Grids& grids, const Pose& X_WT, double radius_mm, const Vec3& feed_T)
+      : phi_(grids.phi->constTree()),
+        region_(grids.region->constTree()),
+        X_WT_(X_WT),
+        h_(grids.voxel_mm()),
+        region_h_(grids.region_voxel_mm()),
+        radius_mm_(radius_mm),
+        u_(feed_T),
+        v_(-feed_T.y, feed_T.x, 0) {}
+
+  Sample At(double theta) const {
+    Sample sample;
+    sample.theta = theta;
+    sample.e_T = std::cos(theta) * u_ + std::sin(theta) * v_;
+    const double look_ahead = kLookAheadVoxels * h_;
+    const Vec3 p_W = X_WT_.Point((radius_mm_ + look_ahead) * sample.e_T);
+    const double distance = SampleTrilinear(phi_, p_W / h_);
+    // Whole where bone fills the look-ahead, none where the surface is reached: continuous on entering and leaving.
+    sample.engagement = std::clamp(-distance / look_ahead, 0.0, 1.0);
+    if (sample.engagement == 0) return sample;
+    sample.region = region_.getValue(NearestVoxel(p_W, region_h_));
+    if (sample.region == 0) {  // a coarse region voxel with its centre outside: look one further in
+      sample.region = region_.getValue(NearestVoxel(p_W + region_h_ * X_WT_.Vector(sample.e_T), region_h_));
+    }
+    return sample;
+  }
+
+ private:
+  openvdb::FloatGrid::ConstAccessor phi_;
+  openvdb::Int32Grid::ConstAccessor region_;
+  const Pose& X_WT_;
+  double h_;
+  double region_h_;
+  double radius_mm_;
+  Vec3 u_;  // feed direction in the disc's plane
+  Vec3 v_;
+};
+
+}  // namespace
+
+RimMaterials MakeRimMaterials(const MaterialTable& materials, const DiscSaw& saw) {
+  RimMaterials rim;
+  for (const auto& [id, region] : materials.regions()) {
+    rim.E_MPa[id] = region.E_MPa;
+    rim.E_star_MPa[id] = CalcReducedModulus(saw.E_MPa, saw.nu, region.E_MPa, region.nu);
+  }
+  return rim;
+}
+
+Rim::Rim(const DiscSaw& saw, const ToothForce& force, const RimMaterials& materials, int samples_per_pitch)
+    : radius_mm_(saw.radius_mm()),
+      teeth_(saw.teeth),
+      force_(force),
+      materials_(materials),
+      half_samples_(std::max(32, saw.teeth * samples_per_pitch / 2)) {}
+
+RimLoad Rim::CalcLoad(const Bone& bone, const Pose& X_WT, const Vec3& v_T_mm_per_s, double passes_per_s) const {
+  RimLoad load;
+  const Vec3 in_plane(v_T_mm_per_s.x, v_T_mm_per_s.y, 0);
+  const double feed = glm::length(in_plane);
+  if (!(feed > 0) || !(passes_per_s > 0)) return load;
+  const double full_bite = feed / passes_per_s;
+  const Prober prober(bone.grids(), X_WT, radius_mm_, in_plane / feed);
+
+  // Only the half of the rim that moves outwards can bite, so the integral over it has no edge of its own.
+  const auto add_end = [&](const Sample& s, double teeth) {
+    const double weight = s.engagement * teeth;
+    if (weight == 0 || s.region <= 0 || s.region > 255) return;
+    const double bite = full_bite * std::max(0.0, std::cos(s.theta));
+    const double force = weight * force_(bite, materials_.E_star_MPa[s.region]);
+    load.f_T_N -= force * s.e_T;
+    load.thrust_sum_N += force;
+    load.engaged_teeth += weight;
+    load.E_sum_MPa += weight * materials_.E_MPa[s.region];
+    load.bite_sum_mm += weight * bite;
+  };
+  const auto add_interval = [&](const auto& self, const Sample& a, const Sample& b, int halvings) -> void {
+    const bool uniform = std::abs(a.engagement - b.engagement) <= kEngagementChange && a.region == b.region;
+    if (!uniform && halvings < kMaxHalvings) {
+      const Sample middle = prober.At(0.5 * (a.theta + b.theta));
+      self(self, a, middle, halvings + 1);
+      self(self, middle, b, halvings + 1);
+      return;
+    }
+    const double teeth = teeth_ / (2 * kPi) * (b.theta - a.theta);
+    add_end(a, 0.5 * teeth);
+    add_end(b, 0.5 * teeth);
+  };
+  const double step = kPi / half_samples_;
+  Sample previous = prober.At(-0.5 * kPi);
+  for (int i = 1; i <= half_samples_; ++i) {
+    const Sample next = prober.At(-0.5 * kPi + i * step);
+    if (previous.engagement > 0 || next.engagement > 0) add_interval(add_interval, previous, next, 0);
+    previous = next;
+  }
+  return load;
+}
+
+}  // namespace kerf

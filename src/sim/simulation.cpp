@@ -1,0 +1,130 @@
+#include "kerf/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "contact/rim.h"
+#include "kerf/error.h"
+#include "removal/cutter.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kMaxSubsteps = 4096;
+
+/// Point of the way from a to b: straight for the centre, at constant turning speed for the orientation.
+Pose Interpolate(const Pose& a, const Pose& b, double t) {
+  Pose X;
+  X.R_AB = glm::normalize(glm::slerp(a.R_AB, b.R_AB, t));
+  X.p_AB = a.p_AB + t * (b.p_AB - a.p_AB);
+  return X;
+}
+
+/// So many that in one sub-step the rim moves outwards by at most half a voxel, and no part of the disc along the
+/// spindle by more than a quarter of the thinner of disc and voxel: nothing is jumped over, and the force sees each
+/// layer.
+double CountSubsteps(const Pose& a, const Pose& b, const DiscSaw& saw, double voxel_mm) {
+  const Vec3 normal_a = a.Vector({0, 0, 1});
+  const Vec3 normal_b = b.Vector({0, 0, 1});
+  const Vec3 move = b.p_AB - a.p_AB;
+  const double tilt = std::acos(std::clamp(glm::dot(normal_a, normal_b), -1.0, 1.0));
+  const double along = std::max(std::abs(glm::dot(move, normal_a)), std::abs(glm::dot(move, normal_b))) +
+                       tilt * (saw.radius_mm() + glm::length(move));
+  return std::max({1.0, std::ceil(glm::length(move) / (0.5 * voxel_mm)),
+                   std::ceil(along / (0.25 * std::min(saw.thickness_mm, voxel_mm)))});
+}
+
+}  // namespace
+
+struct Simulation::State {
+  State(Bone the_bone, const SimulationParams& the_params, const Pose& X_WT_start)
+      : bone(std::move(the_bone)),
+        params(the_params),
+        rim(params.saw, MakeToothForce(params.law, params.saw), MakeRimMaterials(bone.materials(), params.saw),
+            params.rim_samples_per_pitch),
+        cutter(bone, params.saw),
+        X_WT(X_WT_start) {}
+
+  Bone bone;
+  SimulationParams params;
+  Rim rim;
+  Cutter cutter;
+  Pose X_WT;  // last good pose
+};
+
+Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start) {
+  params.saw.Validate();
+  if (params.rim_samples_per_pitch < 1 || params.rim_samples_per_pitch > 256) {
+    throw Error("rim_samples_per_pitch is out of range; valid range 1 to 256");
+  }
+  if (!IsValid(X_WT_start)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
+  state_ = std::make_unique<State>(std::move(bone), params, X_WT_start);
+}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+const Bone& Simulation::bone() const {
+  return state_->bone;
+}
+Bone Simulation::TakeBone() && {
+  return std::move(state_->bone);
+}
+const std::array<double, 256>& Simulation::removed_mm3_by_region() const {
+  return state_->cutter.removed_mm3_by_region();
+}
+
+TickOutput Simulation::Tick(const TickInput& in) {
+  State& s = *state_;
+  TickOutput out;
+
+  // 1 accept
+  if (!IsValid(in.X_WT) || !std::isfinite(in.rpm) || !(in.dt_s > 0) || !std::isfinite(in.dt_s)) {
+    out.status = kTickBadPose;
+    return out;
+  }
+  const Pose X_from = std::exchange(s.X_WT, in.X_WT);
+  const double passes_per_s = s.params.saw.teeth * std::abs(in.rpm) / 60;
+  if (passes_per_s == 0) {
+    out.status = kTickSpindleStopped;
+    return out;
+  }
+  double substeps = CountSubsteps(X_from, in.X_WT, s.params.saw, s.bone.voxel_mm());
+  if (substeps > kMaxSubsteps) {
+    out.status |= kTickSubstepsLimited;
+    substeps = kMaxSubsteps;
+  }
+
+  // 2 engage and 3 remove, in turn, so that each sub-step meets the bone that the one before has left
+  const double dt_s = in.dt_s / substeps;
+  double E_sum_MPa = 0;
+  double bite_sum_mm = 0;
+  Pose X_a = X_from;
+  for (int i = 1; i <= static_cast<int>(substeps); ++i) {
+    const Pose X_b = i == static_cast<int>(substeps) ? in.X_WT : Interpolate(X_from, in.X_WT, i / substeps);
+    const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
+    const RimLoad load = s.rim.CalcLoad(s.bone, X_a, v_T, passes_per_s);
+    out.f_T_W_N += X_a.Vector(load.f_T_N);
+    out.tau_TG_W_Nmm += X_a.Vector(glm::cross(-s.params.saw.p_TG_mm, load.f_T_N));
+    out.thrust_sum_N += load.thrust_sum_N;
+    out.engaged_teeth += load.engaged_teeth;
+    E_sum_MPa += load.E_sum_MPa;
+    bite_sum_mm += load.bite_sum_mm;
+    out.removed_mm3 += s.cutter.Cut(X_a, X_b);
+    X_a = X_b;
+  }
+
+  // 4 publish: means over the tick
+  if (out.engaged_teeth > 0) {
+    out.mean_E_MPa = E_sum_MPa / out.engaged_teeth;
+    out.mean_bite_mm = bite_sum_mm / out.engaged_teeth;
+  }
+  out.f_T_W_N /= substeps;
+  out.tau_TG_W_Nmm /= substeps;
+  out.thrust_sum_N /= substeps;
+  out.engaged_teeth /= substeps;
+  return out;
+}
+
+}  // namespace kerf
