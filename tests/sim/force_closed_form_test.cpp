@@ -153,8 +153,8 @@ TEST(ForceClosedForm, ToothForceIsHertz) {
 }
 
 TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
-  // Plunging a saw wider than the plate is long: the whole width of the plate is cut at one depth, save the rim's sag.
-  const Vec3 size(2, 1.5, 6);
+  // Plunging a saw much wider than the plate is long: the whole length of the plate is cut at nearly one depth.
+  const Vec3 size(10, 1, 6);
   SolidField field;
   field.value = [=](const Vec3& p) { return test::BoxDistance(p, 0.5 * size); };
   field.classify = ClassifyByDistance(field.value);
@@ -162,15 +162,19 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
   MaterialTable table = test::OneRegionTable(24, 19300, 0.28);
   table.Add({32, "cancellous", Tissue::kCancellous, 500, 0.3, true, "test"});
   table.Add({6, "lower", Tissue::kCortical, 17300, 0.38, true, "test"});
-  const Bone bone = MakeBone(field, Box3{Vec3(-4), Vec3(4)}, {0.1, 0.1, {}}, table);
+  const Bone bone = MakeBone(field, Box3{Vec3(-6, -1.5, -4), Vec3(6, 1.5, 4)}, {0.1, 0.1, {}}, table);
 
   SimulationParams params;
-  Simulation simulation(bone, params, DiscPose(Pose{}, {0, 0, 3 + kR + 0.5}));
+  params.saw.diameter_mm = 200;
+  params.saw.teeth = 200;
+  params.law.contact_radius_mm = 11;
+  const double R = params.saw.radius_mm();
+  Simulation simulation(bone, params, DiscPose(Pose{}, {0, 0, 3.5 + R}));
   const double feed = 5;
-  const std::vector<TickOutput> ticks = Stroke(simulation, Pose{}, {0, 0, 3 + kR + 0.5}, {0, 0, -3 + kR}, feed);
-  const double sag = kR - std::sqrt(kR * kR - 1);  // 0.045 mm: the rim's ends are that much higher than its middle
-  const double bite = feed / (kSaw.teeth * 7500 / 60);
-  const double arc_teeth = 2 * std::asin(1 / kR) * kR / kSaw.pitch_mm();
+  const std::vector<TickOutput> ticks = Stroke(simulation, Pose{}, {0, 0, 3.5 + R}, {0, 0, -3 + R}, feed);
+  const double sag = R - std::sqrt(R * R - 25);  // 0.125 mm: the rim's ends are that much higher than its middle
+  const double bite = feed / (params.saw.teeth * 7500 / 60);
+  const double arc_teeth = 2 * std::asin(5 / R) * R / params.saw.pitch_mm();
   int checked = 0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double lowest =
@@ -178,18 +182,19 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
     const double highest = lowest + sag;
     for (const auto& [id, top, bottom] :
          {std::tuple{24, 3.0, 1.0}, std::tuple{32, 1.0, -1.0}, std::tuple{6, -1.0, -3.0}}) {
-      // Within a voxel of a border the look-ahead and the region voxels blur.
-      if (!(highest < top - 0.1 && lowest > bottom + 0.1)) continue;
+      // Look-ahead and region voxels blur a border by a voxel; breaking through begins three voxels before the far
+      // face.
+      if (!(highest < top - 0.1 && lowest > bottom + (id == 6 ? 0.3 : 0.1))) continue;
       const Region& region = table.At(id);
       const double E_star = CalcReducedModulus(kSaw.E_MPa, kSaw.nu, region.E_MPa, region.nu);
       EXPECT_NEAR(ticks[i].mean_E_MPa, region.E_MPa, 1e-6 * region.E_MPa);
-      // cos^1.5 over the short arc differs from 1 by less than 1 - cos^1.5(asin(1/11)) = 0.6 %, a third of that on
-      // average.
-      EXPECT_NEAR(ticks[i].thrust_sum_N / (arc_teeth * HertzByHand({}, E_star, bite)), 1, 0.012);
+      // At each end of the plate the kerf's floor loses up to 0.07 mm to the rounding of its edge at this voxel
+      // size: 1.4 %.
+      EXPECT_NEAR(ticks[i].thrust_sum_N / (arc_teeth * HertzByHand({}, E_star, bite)), 1, 0.015);
       ++checked;
     }
   }
-  EXPECT_GT(checked, 900);
+  EXPECT_GT(checked, 800);
 }
 
 TEST(ForceClosedForm, ForceIsContinuousOnEntryAndBetweenTicks) {
