@@ -2,10 +2,12 @@
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
+#include <GL/gl.h>
 #include <fmt/format.h>
 #include <vtkCallbackCommand.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkNew.h>
+#include <vtkOpenGLState.h>
 #include <vtkRendererCollection.h>
 #include <vtkUnsignedCharArray.h>
 
@@ -126,6 +128,9 @@ OffscreenWindow::OffscreenWindow(int width, int height) {
   window.SetReadyForRendering(true);
   window.SetSize(width, height);
   window.SetFrameBlitModeToNoBlit();
+  // VTK leaves OpenGL's own default in a context that it did not make, under which flat things drawn later would lie
+  // below.
+  window.GetState()->vtkglDepthFunc(GL_LEQUAL);
 }
 
 OffscreenWindow::~OffscreenWindow() = default;

@@ -8,9 +8,13 @@
 #include <vtkPolyDataMapper2D.h>
 #include <vtkProperty2D.h>
 #include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 #include <vtkTextRenderer.h>
+
+#include <cmath>
+#include <initializer_list>
 
 namespace kerf {
 namespace {
@@ -24,10 +28,45 @@ void Apply(const TextStyle& style, int supersampling, vtkTextProperty& property)
   property.SetColor(style.colour[0] / 255.0, style.colour[1] / 255.0, style.colour[2] / 255.0);
   property.SetVerticalJustificationToTop();
   property.SetLineSpacing(1.15);
+  property.SetOrientation(style.upward ? 90 : 0);
   if (style.align == Align::kLeft) property.SetJustificationToLeft();
   if (style.align == Align::kCentre) property.SetJustificationToCentered();
   if (style.align == Align::kRight) property.SetJustificationToRight();
 }
+
+// Polygons in the window's pixels, which count rows from the bottom.
+class Polygons {
+ public:
+  Polygons(int height, int supersampling) : height_(height), supersampling_(supersampling) {}
+
+  void Add(std::initializer_list<OverlayPoint> corners) {
+    cells_->InsertNextCell(static_cast<int>(corners.size()));
+    for (const OverlayPoint& corner : corners) AddCorner(corner);
+  }
+  void AddDisc(const OverlayPoint& centre, double radius, int corners) {
+    cells_->InsertNextCell(corners);
+    for (int i = 0; i < corners; ++i) {
+      const double angle = 2 * 3.14159265358979323846 * i / corners;
+      AddCorner({centre.column + radius * std::cos(angle), centre.row + radius * std::sin(angle)});
+    }
+  }
+  vtkSmartPointer<vtkPolyData> MakeData() const {
+    auto data = vtkSmartPointer<vtkPolyData>::New();
+    data->SetPoints(points_);
+    data->SetPolys(cells_);
+    return data;
+  }
+
+ private:
+  void AddCorner(const OverlayPoint& p) {
+    cells_->InsertCellPoint(points_->InsertNextPoint(p.column * supersampling_, (height_ - p.row) * supersampling_, 0));
+  }
+
+  int height_;
+  int supersampling_;
+  vtkNew<vtkPoints> points_;
+  vtkNew<vtkCellArray> cells_;
+};
 
 }  // namespace
 
@@ -49,28 +88,41 @@ void Overlay::AddText(const std::string& text, double column, double row, const 
   renderer_.AddActor2D(actor);
 }
 
-void Overlay::AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity) {
-  const double x0 = left * supersampling_;
-  const double x1 = (left + width) * supersampling_;
-  const double y0 = (height_ - top - height) * supersampling_;
-  const double y1 = (height_ - top) * supersampling_;
-  const vtkNew<vtkPoints> points;
-  points->InsertNextPoint(x0, y0, 0);
-  points->InsertNextPoint(x1, y0, 0);
-  points->InsertNextPoint(x1, y1, 0);
-  points->InsertNextPoint(x0, y1, 0);
-  const vtkNew<vtkCellArray> cells;
-  cells->InsertNextCell({0, 1, 2, 3});
-  const vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetPolys(cells);
+void Overlay::AddFlat(vtkPolyData& data, const Rgb8& colour) {
   const vtkNew<vtkPolyDataMapper2D> mapper;
-  mapper->SetInputData(data);
+  mapper->SetInputData(&data);
   const vtkNew<vtkActor2D> actor;
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
-  actor->GetProperty()->SetOpacity(opacity);
   renderer_.AddActor2D(actor);
+}
+
+void Overlay::AddBox(double left, double top, double width, double height, const Rgb8& colour) {
+  Polygons polygons(height_, supersampling_);
+  polygons.Add({{left, top + height}, {left + width, top + height}, {left + width, top}, {left, top}});
+  AddFlat(*polygons.MakeData(), colour);
+}
+
+void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour) {
+  Polygons polygons(height_, supersampling_);
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    const OverlayPoint& a = points[i];
+    const OverlayPoint& b = points[i + 1];
+    const double length = std::hypot(b.column - a.column, b.row - a.row);
+    if (length <= 0) continue;
+    const double x = 0.5 * width * (b.row - a.row) / length;
+    const double y = -0.5 * width * (b.column - a.column) / length;
+    polygons.Add(
+        {{a.column + x, a.row + y}, {b.column + x, b.row + y}, {b.column - x, b.row - y}, {a.column - x, a.row - y}});
+    if (i > 0) polygons.AddDisc(a, 0.5 * width, 8);
+  }
+  AddFlat(*polygons.MakeData(), colour);
+}
+
+void Overlay::AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour) {
+  Polygons polygons(height_, supersampling_);
+  for (const OverlayPoint& centre : centres) polygons.AddDisc(centre, 0.5 * diameter, 24);
+  AddFlat(*polygons.MakeData(), colour);
 }
 
 }  // namespace kerf

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "mesh/meshfile.h"
 
+class vtkPolyData;
 class vtkRenderer;
 
 namespace kerf {
@@ -16,10 +18,18 @@ struct TextStyle {
   Rgb8 colour{40, 44, 52};
   bool bold = false;
   Align align = Align::kLeft;
+  bool upward =
+      false;  // turned by 90 degrees, read from below; `column` is then the text's left edge, and Align goes upward
 };
 
-/// Puts flat things over what a renderer draws. Positions and sizes in pixels of the finished picture, from its top
-/// left.
+/// In pixels of the finished picture, from its top left.
+struct OverlayPoint {
+  double column;
+  double row;
+};
+
+/// Puts flat things over what a renderer draws, the later above the earlier. Positions and sizes in pixels of the
+/// finished picture, from its top left.
 class Overlay {
  public:
   Overlay(vtkRenderer& renderer, int height, int supersampling)
@@ -32,9 +42,14 @@ class Overlay {
   Size MeasureText(const std::string& text, const TextStyle& style) const;
   /// `row` is the text's top.
   void AddText(const std::string& text, double column, double row, const TextStyle& style);
-  void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity = 1);
+  void AddBox(double left, double top, double width, double height, const Rgb8& colour);
+  /// A line of `width` pixels with round joins.
+  void AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour);
+  void AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour);
 
  private:
+  void AddFlat(vtkPolyData& data, const Rgb8& colour);
+
   vtkRenderer& renderer_;
   int height_;
   int supersampling_;
