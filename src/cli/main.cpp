@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version",
                        [] { return fmt::format("kerf {} ({})", kerf::VersionString(), kerf::CommitString()); });
+  kerf::cli::AddCheckCommand(app);
   kerf::cli::AddSceneCommand(app);
 
   try {

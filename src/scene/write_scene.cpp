@@ -161,6 +161,7 @@ Scene DefaultScene() {
   Scene scene;
   scene.title = "A slot 5 mm deep through a block";
   scene.bone.block.layers = {{2, 24}, {18, 32}};
+  scene.bone.block.voxel_mm = 0.1;
   SceneStroke stroke;
   stroke.start_mm = {-35, 0, 6};
   stroke.end_mm = {35, 0, 6};

@@ -160,5 +160,14 @@ TEST(SceneRange, StrokeKeysHoldTheirRanges) {
   EXPECT_GT(tester.tried(), 60);
 }
 
+TEST(SceneRange, SawOfTheSceneAtItsEndsIsValidForTheTool) {
+  // The scene's ranges must not be wider than those of DiscSaw.
+  for (const char* text : {"diameter_mm = 1", "diameter_mm = 200", "thickness_mm = 0.02", "thickness_mm = 10",
+                           "teeth = 1", "teeth = 1000", "E_GPa = 1", "E_GPa = 1500", "nu = 0", "nu = 0.5"}) {
+    const Scene scene = ParseScene(test::ShortScene() + "[tool]\n" + text + "\n", "s.toml");
+    EXPECT_NO_THROW(MakeSimulationParams(scene).saw.Validate()) << text;
+  }
+}
+
 }  // namespace
 }  // namespace kerf

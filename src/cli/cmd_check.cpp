@@ -1,0 +1,115 @@
+// kerf check: is a scene fit to run, and what will it do.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bonefile/bonefile.h"
+#include "cli/commands.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "material/region_table.h"
+#include "scene/doubts.h"
+#include "scene/path.h"
+#include "scene/scene.h"
+#include "scene/schema.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string file;
+  bool json = false;
+};
+
+struct BoneSummary {
+  std::string text;
+  double voxel_mm = 0;
+};
+
+/// Opens what the scene names. Throws Error when that fails.
+BoneSummary CheckBone(const Scene& scene) {
+  MaterialTable table = DefaultMandibleTable();
+  if (!scene.bone.materials.empty()) table = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
+  switch (scene.bone.source) {
+    case BoneSource::kFile: {
+      const Bone bone = ReadBone(scene.bone.file);
+      const Vec3 size = bone.CalcBounds().size();
+      return {fmt::format("{}, {:.1f} x {:.1f} x {:.1f} mm, voxels of {} mm", scene.bone.file, size.x, size.y, size.z,
+                          bone.voxel_mm()),
+              bone.voxel_mm()};
+    }
+    case BoneSource::kMandible:
+      return {"generic mandible", 0};
+    case BoneSource::kBlock:
+    case BoneSource::kPlate: {
+      const BlockParams& block = scene.bone.block;
+      for (const MaterialLayer& layer : block.layers) table.At(layer.region);
+      return {fmt::format("{} {} x {} x {} mm, {} {}, voxels of {} mm", ToString(scene.bone.source), block.size_mm.x,
+                          block.size_mm.y, block.size_mm.z, block.layers.size(),
+                          block.layers.size() == 1 ? "layer" : "layers", block.voxel_mm),
+              block.voxel_mm};
+    }
+  }
+  return {};
+}
+
+void Run(const Options& options) {
+  const Scene scene = ReadScene(options.file);
+  const Path path = MakePath(scene);
+  const BoneSummary bone = CheckBone(scene);
+  const std::vector<std::string> doubts = FindDoubts(scene, bone.voxel_mm);
+  for (const std::string& doubt : doubts) fmt::print(stderr, "kerf: {}: warning: {}\n", options.file, doubt);
+
+  const std::string law = ToString(scene.force.kind);
+  const double bite_um = 1000 * CalcTopBite(scene);
+  const std::size_t ticks = path.CountTicks(scene.simulation.rate_hz);
+  if (options.json) {
+    nlohmann::ordered_json json;
+    json["file"] = options.file;
+    json["title"] = scene.title;
+    json["bone"] = {{"summary", bone.text}, {"voxel_mm", bone.voxel_mm}};
+    json["tool"] = {{"diameter_mm", scene.tool.diameter_mm},
+                    {"thickness_mm", scene.tool.thickness_mm},
+                    {"teeth", scene.tool.teeth},
+                    {"rpm", scene.tool.rpm}};
+    json["path"] = {{"segments", path.segments().size()},
+                    {"length_mm", path.length_mm()},
+                    {"duration_s", path.duration_s()},
+                    {"top_speed_mm_per_s", path.CalcTopSpeed()}};
+    json["force"] = {{"law", law}};
+    json["force"]["top_bite_um"] = std::isfinite(bite_um) ? nlohmann::ordered_json(bite_um) : nullptr;
+    json["simulation"] = {{"rate_hz", scene.simulation.rate_hz}, {"ticks", ticks}};
+    json["warnings"] = doubts;
+    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    return;
+  }
+  fmt::print("{}: valid{}{}\n", options.file, scene.title.empty() ? "" : ": ", scene.title);
+  fmt::print("  bone   {}\n", bone.text);
+  fmt::print("  tool   disc {} x {} mm, {} teeth, {} rpm\n", scene.tool.diameter_mm, scene.tool.thickness_mm,
+             scene.tool.teeth, scene.tool.rpm);
+  const std::size_t parts = path.segments().size();
+  fmt::print("  path   {} {}, {:.1f} mm in {:.2f} s, {} ticks at {} Hz\n", parts,
+             scene.path.strokes.empty() ? "segment"
+             : parts == 1               ? "stroke"
+                                        : "strokes",
+             path.length_mm(), path.duration_s(), ticks, scene.simulation.rate_hz);
+  fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law, bite_um, path.CalcTopSpeed());
+}
+
+}  // namespace
+
+void AddCheckCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("check", "Check a scene and the files that it names, and say what it will do.");
+  command->add_option("SCENE", options->file, "The scene file (TOML).")->required();
+  command->add_flag("--json", options->json, "Print the summary as JSON.");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli
