@@ -40,6 +40,7 @@ struct TickOutput {
   double engaged_teeth = 0;  // engaged arc / pitch, a real number
   double mean_E_MPa = 0;     // over the engaged teeth; 0 when none
   double mean_bite_mm = 0;   // over the engaged teeth
+  int main_region = 0;      // region id with the largest share of thrust_sum_N; 0 when no tooth is engaged
   double removed_mm3 = 0;
   std::uint32_t status = kTickOk;
 };
@@ -55,6 +56,9 @@ class Simulation {
 
   /// Moves the tool to in.X_WT and cuts what it sweeps. Deterministic: the same calls give the same bits.
   TickOutput Tick(const TickInput& in);
+
+  /// Lifts the tool out and sets it down at X_WT, cutting nothing on the way. False, and nothing done, for a bad pose.
+  bool SetDown(const Pose& X_WT);
 
   const Bone& bone() const;
   /// Removed volume so far by region id, mm^3; index 0: where no region was given.

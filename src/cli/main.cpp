@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version",
                        [] { return fmt::format("kerf {} ({})", kerf::VersionString(), kerf::CommitString()); });
   kerf::cli::AddCheckCommand(app);
+  kerf::cli::AddInfoCommand(app);
+  kerf::cli::AddRunCommand(app);
   kerf::cli::AddSceneCommand(app);
 
   try {

@@ -95,6 +95,7 @@ RimLoad Rim::CalcLoad(const Bone& bone, const Pose& X_WT, const Vec3& v_T_mm_per
     const double force = weight * force_(bite, materials_.E_star_MPa[s.region]);
     load.f_T_N -= force * s.e_T;
     load.thrust_sum_N += force;
+    load.thrust_by_region_N[s.region] += force;
     load.engaged_teeth += weight;
     load.E_sum_MPa += weight * materials_.E_MPa[s.region];
     load.bite_sum_mm += weight * bite;

@@ -24,6 +24,7 @@ struct RimLoad {
   double engaged_teeth = 0;  // engaged arc / pitch, a real number
   double E_sum_MPa = 0;      // sums over the engaged teeth; divide by engaged_teeth for the mean
   double bite_sum_mm = 0;
+  std::array<double, 256> thrust_by_region_N{};  // sums to thrust_sum_N
 };
 
 /// How far ahead of the rim a tooth looks for bone, as a share of the voxel's edge. The cut surface lies exactly on the

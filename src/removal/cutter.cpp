@@ -78,6 +78,9 @@ Cutter& Cutter::operator=(Cutter&&) noexcept = default;
 double Cutter::Cut(const Pose& X_from, const Pose& X_to) {
   return state_->Cut(X_from, X_to);
 }
+void Cutter::Lift() {
+  state_->X_flanks.reset();
+}
 const std::array<double, 256>& Cutter::removed_mm3_by_region() const {
   return state_->removed_mm3;
 }

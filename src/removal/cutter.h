@@ -31,6 +31,9 @@ class Cutter {
   /// cut for the first time where a tile stood is allocated.
   double Cut(const Pose& X_from, const Pose& X_to);
 
+  /// The tool is taken away; the next cut may begin anywhere.
+  void Lift();
+
   const std::array<double, 256>& removed_mm3_by_region() const;
 
  private:

@@ -75,6 +75,13 @@ const std::array<double, 256>& Simulation::removed_mm3_by_region() const {
   return state_->cutter.removed_mm3_by_region();
 }
 
+bool Simulation::SetDown(const Pose& X_WT) {
+  if (!IsValid(X_WT)) return false;
+  state_->X_WT = X_WT;
+  state_->cutter.Lift();
+  return true;
+}
+
 TickOutput Simulation::Tick(const TickInput& in) {
   State& s = *state_;
   TickOutput out;
@@ -100,6 +107,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
   const double dt_s = in.dt_s / substeps;
   double E_sum_MPa = 0;
   double bite_sum_mm = 0;
+  std::array<double, 256> thrust_by_region_N{};
   Pose X_a = X_from;
   for (int i = 1; i <= static_cast<int>(substeps); ++i) {
     const Pose X_b = i == static_cast<int>(substeps) ? in.X_WT : Interpolate(X_from, in.X_WT, i / substeps);
@@ -111,6 +119,9 @@ TickOutput Simulation::Tick(const TickInput& in) {
     out.engaged_teeth += load.engaged_teeth;
     E_sum_MPa += load.E_sum_MPa;
     bite_sum_mm += load.bite_sum_mm;
+    for (std::size_t id = 0; id < thrust_by_region_N.size(); ++id) {
+      thrust_by_region_N[id] += load.thrust_by_region_N[id];
+    }
     out.removed_mm3 += s.cutter.Cut(X_a, X_b);
     X_a = X_b;
   }
@@ -119,6 +130,8 @@ TickOutput Simulation::Tick(const TickInput& in) {
   if (out.engaged_teeth > 0) {
     out.mean_E_MPa = E_sum_MPa / out.engaged_teeth;
     out.mean_bite_mm = bite_sum_mm / out.engaged_teeth;
+    const auto main = std::max_element(thrust_by_region_N.begin(), thrust_by_region_N.end());
+    if (*main > 0) out.main_region = static_cast<int>(main - thrust_by_region_N.begin());
   }
   out.f_T_W_N /= substeps;
   out.tau_TG_W_Nmm /= substeps;

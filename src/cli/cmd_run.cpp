@@ -1,0 +1,93 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "scene/doubts.h"
+#include "scene/scene.h"
+#include "session/run_scene.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string scene;
+  std::string folder = "out";
+  bool json = false;
+};
+
+void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& folder) {
+  fmt::print("{}\n", scene.title.empty() ? scene.name : scene.title);
+  fmt::print("  bone      {:.2f} cm3 at {:g} mm voxels, {:.0f} MB\n", s.volume_before_mm3 / 1000, s.voxel_mm,
+             s.bone_memory_MB);
+  fmt::print("  removed   {:.2f} mm3", s.removed_mm3);
+  std::map<std::string, double> by_tissue;
+  for (const auto& [id, mm3] : s.removed_mm3_by_region) {
+    by_tissue[s.materials.Contains(id) ? ToString(s.materials.At(id).tissue) : "no material"] += mm3;
+  }
+  for (auto it = by_tissue.begin(); it != by_tissue.end(); ++it) {
+    fmt::print("{}{:.2f} {}", it == by_tissue.begin() ? " (" : ", ", it->second, it->first);
+  }
+  fmt::print("{}\n", by_tissue.empty() ? "" : ")");
+  fmt::print(
+      "  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth engaged\n",
+      s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
+  fmt::print("  pieces    {}", s.pieces.size());
+  for (std::size_t i = 0; i < s.pieces.size(); ++i) {
+    fmt::print("{}{:.2f} cm3", i == 0 ? ": " : ", ", s.pieces[i].volume_mm3 / 1000);
+  }
+  if (s.dust_count > 0) fmt::print("; {} crumbs of {:.3f} mm3 together", s.dust_count, s.dust_mm3);
+  fmt::print("\n");
+  fmt::print("  ticks     {} in {:.1f} s, {:.0f} a second; each p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us\n",
+             s.ticks, s.ticks_wall_s, s.ticks_wall_s > 0 ? static_cast<double>(s.ticks) / s.ticks_wall_s : 0,
+             s.times.p50_us, s.times.p99_us, s.times.p999_us, s.times.max_us);
+  fmt::print("  state     {:016x} before, {:016x} after\n", s.hash_before, s.hash_after);
+  fmt::print("  results   {}/:", folder);
+  for (const std::string& file : s.files) fmt::print(" {}", file);
+  fmt::print("\n");
+}
+
+void Run(const Options& options) {
+  const Scene scene = ReadScene(options.scene);
+  RunSummary summary;
+  {
+    std::unique_ptr<ProgressBar> bar;
+    std::string stage;
+    summary = RunScene(scene, options.folder, [&](const std::string& now, double fraction) {
+      if (now != stage) {
+        bar.reset();
+        bar = std::make_unique<ProgressBar>(now);
+        stage = now;
+      }
+      bar->Show(fraction);
+    });
+  }
+  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: note: {}\n", doubt);
+  if (summary.ticks_with_status > 0) {
+    fmt::print(stderr, "kerf: note: {} ticks report that something was not done as asked; see the status column\n",
+               summary.ticks_with_status);
+  }
+  if (options.json) {
+    fmt::print("{}", FormatSummaryJson(scene, summary));
+  } else {
+    PrintSummary(scene, summary, options.folder);
+  }
+}
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("run", "Run a scene: cut the bone along the path, write forces, bone, pieces and pictures");
+  command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')")->required();
+  command->add_option("-o,--output", options->folder, "Folder for the results; made when missing")
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Print the summary as JSON");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

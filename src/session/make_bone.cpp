@@ -1,0 +1,38 @@
+#include "session/make_bone.h"
+
+#include "bonefile/bonefile.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "material/region_table.h"
+#include "models/block.h"
+
+namespace kerf {
+
+Bone MakeSceneBone(const Scene& scene, [[maybe_unused]] const std::function<void(double)>& progress) {
+  MaterialTable materials = DefaultMandibleTable();
+  if (!scene.bone.materials.empty()) {
+    materials = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
+  }
+  switch (scene.bone.source) {
+    case BoneSource::kFile: {
+      Bone bone = ReadBone(scene.bone.file);
+      if (!scene.bone.materials.empty()) {
+        for (const auto& [id, volume_mm3] : bone.CalcRegionVolumes()) {
+          if (id == 0 || materials.Contains(id)) continue;
+          throw Error(scene.bone.materials + ": has no row for region " + std::to_string(id) + " of " +
+                      scene.bone.file);
+        }
+        bone.set_materials(materials);
+      }
+      return bone;
+    }
+    case BoneSource::kBlock:
+    case BoneSource::kPlate:
+      return MakeBlock(scene.bone.block, materials);
+    case BoneSource::kMandible:
+      break;
+  }
+  throw Error("the mandible model is not built in");
+}
+
+}  // namespace kerf

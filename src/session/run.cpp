@@ -1,0 +1,95 @@
+#include "session/run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+
+namespace kerf {
+
+RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
+                  const std::function<void(double)>& progress) {
+  using Clock = std::chrono::steady_clock;
+  RunResult result;
+  const std::size_t total = path.CountTicks(rate_hz);
+  result.ticks.reserve(total);
+  std::vector<double> times_us;
+  times_us.reserve(total);
+
+  Simulation simulation(std::move(bone), params, path.CalcPose(0, 0));
+  const Clock::time_point start = Clock::now();
+  for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
+    const PathSegment& stretch = path.segments()[segment];
+    if (stretch.retract_before) simulation.SetDown(path.CalcPose(segment, stretch.start_s));
+    double time_s = stretch.start_s;
+    Pose X_WT = path.CalcPose(segment, time_s);
+    double travel_mm = 0;
+    bool touched = false;
+    const std::size_t count = path.CountTicks(segment, rate_hz);
+    for (std::size_t k = 1; k <= count; ++k) {
+      const double end_s = std::min(stretch.start_s + static_cast<double>(k) / rate_hz, stretch.end_s);
+      TickRecord record;
+      record.X_WT = path.CalcPose(segment, end_s);
+      const Clock::time_point before = Clock::now();
+      record.out = simulation.Tick({record.X_WT, end_s - time_s, rpm});
+      times_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - before).count());
+      touched = touched || record.out.engaged_teeth > 0;
+      if (touched) travel_mm += glm::length(record.X_WT.p_AB - X_WT.p_AB);
+      record.time_s = time_s = end_s;
+      record.segment = segment;
+      record.travel_mm = travel_mm;
+      record.touched = touched;
+      X_WT = record.X_WT;
+      result.removed_mm3 += record.out.removed_mm3;
+      result.ticks.push_back(record);
+      if (progress && k % 64 == 0) progress(static_cast<double>(result.ticks.size()) / static_cast<double>(total));
+    }
+  }
+  result.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
+  result.times = CalcTickTimes(std::move(times_us));
+  result.removed_mm3_by_region = simulation.removed_mm3_by_region();
+  result.bone = std::move(simulation).TakeBone();
+  return result;
+}
+
+TickTimes CalcTickTimes(std::vector<double> microseconds) {
+  if (microseconds.empty()) return {};
+  std::sort(microseconds.begin(), microseconds.end());
+  const auto rank = [&](double share) {
+    const double n = static_cast<double>(microseconds.size());
+    return microseconds[static_cast<std::size_t>(std::max(0.0, std::ceil(share * n) - 1))];
+  };
+  return {rank(0.5), rank(0.99), rank(0.999), microseconds.back()};
+}
+
+std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every) {
+  std::string csv =
+      "time_s,segment,x_mm,y_mm,z_mm,qw,qx,qy,qz,force_x_N,force_y_N,force_z_N,torque_x_Nmm,torque_y_Nmm,torque_z_Nmm,"
+      "thrust_sum_N,engaged_teeth,mean_bite_um,mean_E_GPa,main_region,travel_mm,removed_mm3,removed_total_mm3,status\n";
+  csv.reserve(csv.size() + 256 * (ticks.size() / static_cast<std::size_t>(std::max(every, 1)) + 1));
+  double total_mm3 = 0;
+  double since_last_row_mm3 = 0;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const TickRecord& t = ticks[i];
+    total_mm3 += t.out.removed_mm3;
+    since_last_row_mm3 += t.out.removed_mm3;
+    if ((i + 1) % static_cast<std::size_t>(std::max(every, 1)) != 0 && i + 1 != ticks.size()) continue;
+    const Vec3& p = t.X_WT.p_AB;
+    const Quat& q = t.X_WT.R_AB;
+    const Vec3& f = t.out.f_T_W_N;
+    const Vec3& m = t.out.tau_TG_W_Nmm;
+    fmt::format_to(
+        std::back_inserter(csv),
+        "{:.6f},{},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f},{:.9f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
+        "{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6f},{:.6g},{:.9g},{}\n",
+        t.time_s, t.segment + 1, p.x, p.y, p.z, q.w, q.x, q.y, q.z, f.x, f.y, f.z, m.x, m.y, m.z, t.out.thrust_sum_N,
+        t.out.engaged_teeth, 1000 * t.out.mean_bite_mm, t.out.mean_E_MPa / 1000, t.out.main_region, t.travel_mm,
+        since_last_row_mm3, total_mm3, t.out.status);
+    since_last_row_mm3 = 0;
+  }
+  return csv;
+}
+
+}  // namespace kerf

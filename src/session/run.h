@@ -1,0 +1,51 @@
+// A scene run from beginning to end without a window: the path is followed exactly and the force is what it costs.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "kerf/simulation.h"
+#include "scene/path.h"
+#include "scene/scene.h"
+
+namespace kerf {
+
+/// One tick, as logged.
+struct TickRecord {
+  double time_s = 0;  // path time at the end of the tick
+  std::size_t segment = 0;
+  Pose X_WT;             // at the end of the tick
+  double travel_mm = 0;  // of the disc's centre since this segment's first contact; 0 before
+  bool touched = false;  // this segment has met bone
+  TickOutput out;
+};
+
+/// How long ticks took, microseconds.
+struct TickTimes {
+  double p50_us = 0;
+  double p99_us = 0;
+  double p999_us = 0;
+  double max_us = 0;
+};
+
+struct RunResult {
+  Bone bone;  // after the cut
+  std::vector<TickRecord> ticks;
+  std::array<double, 256> removed_mm3_by_region{};
+  double removed_mm3 = 0;
+  TickTimes times;
+  double wall_s = 0;  // of the ticks alone
+};
+
+/// Runs all ticks of `path`. `progress` gets 0..1; may be empty. Throws Error for parameters out of range.
+RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
+                  const std::function<void(double)>& progress);
+
+/// Nearest-rank percentiles; all 0 for none.
+TickTimes CalcTickTimes(std::vector<double> microseconds);
+
+/// One row a tick (or every `every`th); units in the header. docs/formats.md says what each column is.
+std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every);
+
+}  // namespace kerf

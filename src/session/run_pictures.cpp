@@ -1,0 +1,240 @@
+#include "session/run_pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bone/surface.h"
+#include "render/colours.h"
+#include "render/picture.h"
+#include "report/plot.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kCloseUpMm = 34;        // height of what the close-up shows
+constexpr double kShortestBandMm = 0.4;  // thinner runs of a region join their neighbour
+
+/// Where the saw met bone first and hardest, and how it stood.
+struct Moments {
+  std::size_t first = 0;  // tick of first contact
+  std::size_t peak = 0;   // tick of the largest force
+  std::size_t last = 0;   // last tick in bone
+  bool any = false;
+};
+
+Moments FindMoments(const std::vector<TickRecord>& ticks) {
+  Moments m;
+  double peak = 0;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    if (ticks[i].out.engaged_teeth <= 0) continue;
+    if (!m.any) m.first = i;
+    m.any = true;
+    m.last = i;
+    const double force = glm::length(ticks[i].out.f_T_W_N);
+    if (force > peak) {
+      peak = force;
+      m.peak = i;
+    }
+  }
+  return m;
+}
+
+Shape ShapeOf(const Bone& bone, TriangleMesh mesh, ColourBy by, std::vector<LegendEntry>* legend) {
+  Shape shape;
+  const SurfaceColours colours = CalcSurfaceColours(bone, mesh, by);
+  shape.point_colours = colours.points;
+  shape.mesh_W = std::move(mesh);
+  if (legend) *legend = colours.legend;
+  return shape;
+}
+
+Vec3 UpNotAlong(const Vec3& direction) {
+  return std::abs(glm::normalize(direction).z) < 0.9 ? Vec3(0, 0, 1) : Vec3(0, -1, 0);
+}
+
+Vec3 Centroid(const TriangleMesh& mesh) {
+  Vec3 sum(0);
+  for (const Vec3& p : mesh.points) sum += p;
+  return mesh.points.empty() ? sum : sum / static_cast<double>(mesh.points.size());
+}
+
+/// The bone seen from the side that the cut is on, a little from above and in front.
+Camera OverviewCamera(const Bone& bone, const Vec3& cut_W) {
+  const double side = cut_W.x - bone.CalcBounds().centre().x;
+  return {Vec3(side >= 0 ? 0.75 : -0.75, -1, 0.55), Vec3(0, 0, 1), {}, 0};
+}
+
+}  // namespace
+
+std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress) {
+  std::vector<std::string> written;
+  const Moments moments = FindMoments(run.ticks);
+  const TickRecord& first = run.ticks[moments.any ? moments.first : 0];
+  const TickRecord& peak = run.ticks[moments.any ? moments.peak : 0];
+  const bool patient = run.scene.bone.source == BoneSource::kFile || run.scene.bone.source == BoneSource::kMandible;
+  const DiscSaw saw = MakeSimulationParams(run.scene).saw;
+  const Camera overview = OverviewCamera(run.before, peak.X_WT.p_AB);
+  const std::string name = run.scene.title.empty() ? run.scene.name : run.scene.title;
+  const auto write = [&](const PictureSpec& spec, const char* file) {
+    WritePicture(spec, run.folder + "/" + file);
+    written.emplace_back(file);
+    if (progress) progress(static_cast<double>(written.size()) / 5);
+  };
+  const auto base = [&](const std::string& title) {
+    PictureSpec spec;
+    spec.title = title;
+    spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
+    return spec;
+  };
+
+  PictureSpec before = base(name + ": before the cut");
+  before.shapes.push_back(ShapeOf(run.before, ExtractSurface(run.before), ColourBy::kTissue, &before.legend));
+  before.saws.push_back({saw, first.X_WT, 1});
+  before.camera = overview;
+  before.caption = fmt::format("{:.1f} cm3 of bone; disc {:g} x {:g} mm, {} teeth, at first contact",
+                               run.before.CalcVolume() / 1000, saw.diameter_mm, saw.thickness_mm, saw.teeth);
+  write(before, "before.png");
+  before = {};
+
+  const TriangleMesh after_mesh = ExtractSurface(run.after);
+  PictureSpec after = base(name + ": after the cut");
+  after.shapes.push_back(ShapeOf(run.after, after_mesh, ColourBy::kTissue, &after.legend));
+  after.camera = overview;
+  after.fit_to_saw = false;
+  after.caption = fmt::format("{} separate piece{}", run.pieces.size(), run.pieces.size() == 1 ? "" : "s");
+  write(after, "after.png");
+
+  // From where the saw came, turned aside so that one looks into the kerf; the force where it was largest.
+  PictureSpec cut = base(name + ": the cut from near");
+  cut.shapes = after.shapes;
+  cut.legend = after.legend;
+  const Vec3 normal = peak.X_WT.Vector({0, 0, 1});
+  const Vec3 feed = peak.X_WT.p_AB - run.ticks[moments.peak > 0 ? moments.peak - 1 : 0].X_WT.p_AB;
+  const Vec3 back = glm::length(feed) > 0 ? -glm::normalize(feed) : Vec3(0, 0, 1);
+  const Vec3 across = glm::dot(normal, overview.toward_eye_W) < 0 ? -normal : normal;
+  const Vec3 outward = glm::normalize(overview.toward_eye_W);
+  const Vec3 toward_eye = 0.8 * back + 0.75 * across + 0.5 * outward;
+  cut.camera =
+      MakeCamera(toward_eye, UpNotAlong(toward_eye), first.X_WT.p_AB - back * (saw.radius_mm() + 3), kCloseUpMm);
+  cut.saws.push_back({saw, peak.X_WT, 0.35});
+  const double peak_N = glm::length(peak.out.f_T_W_N);
+  if (peak_N > 0) {
+    const Vec3 tip = peak.X_WT.p_AB + peak.out.f_T_W_N / peak_N * 12.0;
+    cut.arrows.push_back({peak.X_WT.p_AB, tip, kForceColour, fmt::format("{:.1f} N", peak_N)});
+  }
+  cut.caption = fmt::format("the saw and the force on it at its largest: {:.1f} N at {:.2f} s", peak_N, peak.time_s);
+  write(cut, "cut.png");
+  cut = {};
+  after = {};
+
+  if (run.pieces.size() > 1) {
+    PictureSpec apart = base(name + ": the pieces moved apart");
+    constexpr double kGapMm = 6;
+    for (const Bone& piece : run.pieces) {
+      TriangleMesh mesh = ExtractSurface(piece);
+      const double side = glm::dot(Centroid(mesh) - peak.X_WT.p_AB, normal);
+      Shape shape = ShapeOf(piece, std::move(mesh), ColourBy::kTissue, apart.legend.empty() ? &apart.legend : nullptr);
+      for (Vec3& p : shape.mesh_W.points) p += (side < 0 ? -kGapMm : kGapMm) * normal;
+      apart.shapes.push_back(std::move(shape));
+    }
+    apart.camera = {0.9 * across + 0.5 * outward + 0.4 * back, UpNotAlong(across + outward), {}, 0};
+    apart.caption =
+        fmt::format("{} pieces, moved {:g} mm apart along the spindle's axis; the cut faces show the layers",
+                    run.pieces.size(), 2 * kGapMm);
+    write(apart, "apart.png");
+  }
+
+  if (moments.any) {
+    WritePlot(MakeForcePlot(run.ticks, run.after.materials(), name), run.folder + "/force.png");
+    written.emplace_back("force.png");
+  }
+  return written;
+}
+
+namespace {
+
+struct Run {
+  int region;
+  double x0;
+  double x1;
+};
+
+/// Stretches of travel in which one region carries most of the force; short ones joined to the one before.
+std::vector<Run> FindRegionRuns(const std::vector<TickRecord>& ticks, std::size_t segment) {
+  std::vector<Run> runs;
+  for (const TickRecord& t : ticks) {
+    if (t.segment != segment || t.out.main_region == 0) continue;
+    if (runs.empty() || runs.back().region != t.out.main_region)
+      runs.push_back({t.out.main_region, t.travel_mm, t.travel_mm});
+    runs.back().x1 = t.travel_mm;
+  }
+  std::vector<Run> merged;
+  for (const Run& run : runs) {
+    const bool too_short = run.x1 - run.x0 < kShortestBandMm;
+    if (!merged.empty() && (too_short || merged.back().region == run.region)) {
+      merged.back().x1 = run.x1;
+    } else {
+      merged.push_back(run);
+    }
+  }
+  for (std::size_t i = 1; i < merged.size(); ++i) merged[i - 1].x1 = merged[i].x0;
+  return merged;
+}
+
+Rgb8 Pale(const Rgb8& c) {
+  const auto mix = [](std::uint8_t v) { return static_cast<std::uint8_t>(255 - (255 - v) / 4); };
+  return {mix(c[0]), mix(c[1]), mix(c[2])};
+}
+
+}  // namespace
+
+PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name) {
+  PlotSpec plot;
+  plot.title = name + ": force on the saw";
+  plot.x.label = "depth: travel along the feed since first contact (mm)";
+  plot.y.label = "force (N)";
+  plot.y.lower = 0;
+  plot.y_right.label = "engaged teeth";
+  plot.y_right.lower = 0;
+  std::size_t segments = 0;
+  std::size_t longest = 0;
+  double longest_mm = -1;
+  for (const TickRecord& t : ticks) {
+    segments = std::max(segments, t.segment + 1);
+    if (t.travel_mm > longest_mm) {
+      longest_mm = t.travel_mm;
+      longest = t.segment;
+    }
+  }
+  constexpr std::size_t kMostCurves = 6;
+  for (std::size_t segment = 0; segment < std::min(segments, kMostCurves); ++segment) {
+    PlotSeries force;
+    force.label = segments > 1 ? fmt::format("force, stroke {}", segment + 1) : std::string("force");
+    PlotSeries teeth;
+    teeth.label = "engaged teeth";
+    teeth.right_axis = true;
+    teeth.width = 1;
+    for (const TickRecord& t : ticks) {
+      if (t.segment != segment || !t.touched) continue;
+      force.x.push_back(t.travel_mm);
+      force.y.push_back(glm::length(t.out.f_T_W_N));
+      teeth.x.push_back(t.travel_mm);
+      teeth.y.push_back(t.out.engaged_teeth);
+    }
+    if (force.x.size() < 2) continue;
+    plot.series.push_back(std::move(force));
+    if (segments == 1) plot.series.push_back(std::move(teeth));
+  }
+  for (const Run& run : FindRegionRuns(ticks, longest)) {
+    const std::string label = materials.Contains(run.region) && run.x1 - run.x0 > 0.06 * longest_mm
+                                  ? fmt::format("{}", run.region)
+                                  : std::string();
+    plot.bands.push_back({run.x0, run.x1, label, Pale(RegionColour(run.region))});
+  }
+  plot.caption = "bands: the region that carries most of the force, by its number in the region table";
+  return plot;
+}
+
+}  // namespace kerf

@@ -1,0 +1,31 @@
+// The pictures of a run.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "kerf/bone.h"
+#include "report/plot.h"
+#include "scene/scene.h"
+#include "session/run.h"
+
+namespace kerf {
+
+/// What the pictures are made from. Surfaces are extracted once and shared.
+struct RunPictures {
+  const Scene& scene;
+  const std::vector<TickRecord>& ticks;
+  const Bone& before;
+  const Bone& after;
+  const std::vector<Bone>& pieces;
+  std::string folder;
+};
+
+/// Writes before.png, after.png, cut.png, force.png and, with more than one piece, apart.png. Returns their names.
+std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress);
+
+/// Magnitude of the force against depth, a curve a stroke, over bands of the region that carries most of it.
+PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name);
+
+}  // namespace kerf

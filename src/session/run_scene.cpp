@@ -1,0 +1,189 @@
+#include "session/run_scene.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "bone/surface.h"
+#include "bonefile/bonefile.h"
+#include "files/files.h"
+#include "kerf/version.h"
+#include "mesh/meshfile.h"
+#include "session/make_bone.h"
+#include "session/run_pictures.h"
+
+namespace kerf {
+namespace {
+
+using nlohmann::ordered_json;
+
+double PeakMemoryMB() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+ordered_json BoxJson(const Box3& box) {
+  return {{"lower_mm", {box.lower.x, box.lower.y, box.lower.z}}, {"upper_mm", {box.upper.x, box.upper.y, box.upper.z}}};
+}
+
+}  // namespace
+
+ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz) {
+  ForceSummary summary;
+  double time_before_s = 0;
+  double sum_N_s = 0;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const TickRecord& t = ticks[i];
+    // The last tick of a segment may be shorter than the others.
+    const double dt_s = std::min(t.time_s - time_before_s, 1 / rate_hz);
+    time_before_s = t.time_s;
+    const double force_N = glm::length(t.out.f_T_W_N);
+    summary.impulse_Ns += force_N * dt_s;
+    if (i > 0 && ticks[i - 1].segment == t.segment) {
+      summary.work_Nmm -= glm::dot(t.out.f_T_W_N, t.X_WT.p_AB - ticks[i - 1].X_WT.p_AB);
+    }
+    if (t.out.engaged_teeth > 0) {
+      summary.cutting_time_s += dt_s;
+      sum_N_s += force_N * dt_s;
+    }
+    summary.engaged_teeth_peak = std::max(summary.engaged_teeth_peak, t.out.engaged_teeth);
+    if (force_N > summary.peak_N) {
+      summary.peak_N = force_N;
+      summary.peak_time_s = t.time_s;
+    }
+  }
+  if (summary.cutting_time_s > 0) summary.mean_N = sum_N_s / summary.cutting_time_s;
+  return summary;
+}
+
+RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress) {
+  const auto stage = [&](const char* name) {
+    return [&progress, name](double fraction) {
+      if (progress) progress(name, fraction);
+    };
+  };
+  MakeFolder(folder);
+  const Path path = MakePath(scene);
+  const SimulationParams params = MakeSimulationParams(scene);
+  const Bone before = MakeSceneBone(scene, stage("making the bone"));
+  const double rate_hz = scene.simulation.rate_hz;
+  RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"));
+
+  RunSummary summary;
+  summary.hash_before = before.CalcHash();
+  summary.hash_after = result.bone.CalcHash();
+  summary.volume_before_mm3 = before.CalcVolume();
+  summary.volume_after_mm3 = result.bone.CalcVolume();
+  summary.removed_mm3 = result.removed_mm3;
+  for (std::size_t id = 0; id < result.removed_mm3_by_region.size(); ++id) {
+    const double mm3 = result.removed_mm3_by_region[id];
+    if (mm3 > 0) summary.removed_mm3_by_region[static_cast<int>(id)] = mm3;
+  }
+  summary.materials = before.materials();
+  summary.force = SummarizeForces(result.ticks, rate_hz);
+  summary.ticks = result.ticks.size();
+  for (const TickRecord& t : result.ticks) summary.ticks_with_status += t.out.status != kTickOk ? 1 : 0;
+  summary.simulated_s = path.duration_s();
+  summary.ticks_wall_s = result.wall_s;
+  summary.times = result.times;
+  summary.voxel_mm = before.voxel_mm();
+  summary.bone_memory_MB = static_cast<double>(result.bone.CalcMemoryBytes()) / 1e6;
+
+  const auto add_file = [&](const std::string& name) { summary.files.push_back(name); };
+  WriteTextFile(folder + "/scene.toml", ResolvedToml(scene));
+  add_file("scene.toml");
+  WriteTextFile(folder + "/forces.csv", FormatForceLog(result.ticks, scene.output.forces_every_ticks));
+  add_file("forces.csv");
+  if (scene.output.bone) {
+    result.bone.set_note("cut_by_scene", scene.name);
+    WriteBone(result.bone, folder + "/bone.vdb");
+    add_file("bone.vdb");
+  }
+
+  stage("taking the pieces apart")(0);
+  const Pieces split = SplitPieces(result.bone, scene.output.smallest_piece_mm3);
+  summary.dust_count = split.dust_count;
+  summary.dust_mm3 = split.dust_mm3;
+  for (std::size_t i = 0; i < split.pieces.size(); ++i) {
+    PieceSummary piece;
+    piece.volume_mm3 = split.pieces[i].CalcVolume();
+    piece.bounds_W = split.pieces[i].CalcBounds();
+    if (scene.output.pieces) {
+      piece.file = fmt::format("piece_{}.stl", i + 1);
+      WriteMesh(ExtractSurface(split.pieces[i]), folder + "/" + piece.file);
+      add_file(piece.file);
+    }
+    summary.pieces.push_back(piece);
+    stage("taking the pieces apart")(static_cast<double>(i + 1) / static_cast<double>(split.pieces.size()));
+  }
+  if (scene.output.pictures) {
+    const RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
+    for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"))) add_file(name);
+  }
+  summary.peak_memory_MB = PeakMemoryMB();
+  add_file("summary.json");
+  WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
+  return summary;
+}
+
+std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
+  ordered_json json;
+  json["kerf"] = {{"version", VersionString()}, {"commit", CommitString()}, {"compiler", CompilerString()}};
+  json["scene"] = scene.name;
+  json["bone"] = {{"voxel_mm", s.voxel_mm},
+                  {"hash_before", fmt::format("{:016x}", s.hash_before)},
+                  {"hash_after", fmt::format("{:016x}", s.hash_after)},
+                  {"volume_before_mm3", s.volume_before_mm3},
+                  {"volume_after_mm3", s.volume_after_mm3},
+                  {"memory_MB", s.bone_memory_MB}};
+  ordered_json regions = ordered_json::array();
+  for (const auto& [id, mm3] : s.removed_mm3_by_region) {
+    ordered_json row = {{"region", id}, {"removed_mm3", mm3}};
+    if (s.materials.Contains(id)) {
+      const Region& region = s.materials.At(id);
+      row["name"] = region.name;
+      row["tissue"] = ToString(region.tissue);
+      row["E_GPa"] = region.E_MPa / 1000;
+      row["nu"] = region.nu;
+      row["estimate"] = region.estimate;
+    }
+    regions.push_back(row);
+  }
+  json["removed"] = {
+      {"total_mm3", s.removed_mm3},
+      {"removed_plus_remaining_minus_initial_mm3", s.removed_mm3 + s.volume_after_mm3 - s.volume_before_mm3},
+      {"by_region", regions}};
+  json["force"] = {{"law", ToString(scene.force.kind)},
+                   {"peak_N", s.force.peak_N},
+                   {"peak_time_s", s.force.peak_time_s},
+                   {"mean_while_cutting_N", s.force.mean_N},
+                   {"impulse_Ns", s.force.impulse_Ns},
+                   {"work_J", s.force.work_Nmm / 1000},
+                   {"engaged_teeth_peak", s.force.engaged_teeth_peak},
+                   {"cutting_time_s", s.force.cutting_time_s}};
+  json["pieces"] = ordered_json::array();
+  for (const PieceSummary& piece : s.pieces) {
+    ordered_json row = {{"volume_mm3", piece.volume_mm3}, {"bounds", BoxJson(piece.bounds_W)}};
+    if (!piece.file.empty()) row["file"] = piece.file;
+    json["pieces"].push_back(row);
+  }
+  json["dust"] = {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}};
+  json["ticks"] = {{"count", s.ticks},
+                   {"with_status", s.ticks_with_status},
+                   {"simulated_s", s.simulated_s},
+                   {"wall_s", s.ticks_wall_s},
+                   {"per_second", s.ticks_wall_s > 0 ? static_cast<double>(s.ticks) / s.ticks_wall_s : 0},
+                   {"p50_us", s.times.p50_us},
+                   {"p99_us", s.times.p99_us},
+                   {"p999_us", s.times.p999_us},
+                   {"max_us", s.times.max_us}};
+  json["peak_memory_MB"] = s.peak_memory_MB;
+  json["files"] = s.files;
+  return json.dump(2) + "\n";
+}
+
+}  // namespace kerf

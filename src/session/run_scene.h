@@ -1,0 +1,63 @@
+// `kerf run`: a scene in, a folder of results out.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+#include "session/run.h"
+
+namespace kerf {
+
+/// A separate piece of the bone after the cut.
+struct PieceSummary {
+  double volume_mm3 = 0;
+  Box3 bounds_W;
+  std::string file;  // its STL in the output folder; empty when none was asked for
+};
+
+struct ForceSummary {
+  double peak_N = 0;  // largest magnitude of the force on the tool
+  double peak_time_s = 0;
+  double mean_N = 0;      // over the ticks with a tooth engaged
+  double impulse_Ns = 0;  // integral of the magnitude
+  double work_Nmm = 0;    // done by the hand against the force along the path
+  double engaged_teeth_peak = 0;
+  double cutting_time_s = 0;  // with a tooth engaged
+};
+
+struct RunSummary {
+  std::uint64_t hash_before = 0;
+  std::uint64_t hash_after = 0;
+  double volume_before_mm3 = 0;
+  double volume_after_mm3 = 0;
+  double removed_mm3 = 0;
+  std::map<int, double> removed_mm3_by_region;
+  MaterialTable materials;
+  ForceSummary force;
+  std::vector<PieceSummary> pieces;
+  std::size_t dust_count = 0;
+  double dust_mm3 = 0;
+  std::size_t ticks = 0;
+  std::size_t ticks_with_status = 0;  // any bit of TickOutput::status
+  double simulated_s = 0;
+  double ticks_wall_s = 0;
+  TickTimes times;
+  double voxel_mm = 0;
+  double bone_memory_MB = 0;
+  double peak_memory_MB = 0;       // of the whole program
+  std::vector<std::string> files;  // written, relative to the output folder
+};
+
+/// What is being done (for a progress bar) and how much of it, 0..1.
+using RunProgress = std::function<void(const std::string& stage, double fraction)>;
+
+/// Runs `scene` and writes into `folder` (made when missing): forces.csv, scene.toml (resolved), and, as the scene
+/// asks: bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png; summary.json last. Throws Error.
+RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress);
+
+std::string FormatSummaryJson(const Scene& scene, const RunSummary& summary);
+ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz);
+
+}  // namespace kerf
