@@ -16,6 +16,8 @@ class CellBlock {
   float& at(int x, int y, int z) { return values_[(x * kEdge + y) * kEdge + z]; }
   float at(int x, int y, int z) const { return values_[(x * kEdge + y) * kEdge + z]; }
 
+  const float* data() const { return values_.data(); }
+
   /// The eight corner values of cell (x, y, z), each 0 to 7, in the order that CalcCellShare takes. Tick-safe.
   std::array<float, 8> Corners(int x, int y, int z) const {
     const float* p = &values_[(x * kEdge + y) * kEdge + z];

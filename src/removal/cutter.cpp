@@ -1,5 +1,6 @@
 #include "removal/cutter.h"
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -19,6 +20,7 @@ using Accessor = openvdb::FloatGrid::Accessor;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kLeafEdge = 8;
+constexpr double kHalfLeafDiagonal = 6.0622;  // of 7 voxels along each axis, in voxels
 
 /// A leaf with its values after the cut.
 struct ChangedLeaf {
@@ -38,6 +40,7 @@ struct Cutter::State {
       : bone(the_bone),
         saw(the_saw),
         h(the_bone.voxel_mm()),
+        region_h(the_bone.region_voxel_mm()),
         band_mm(static_cast<double>(the_bone.grids().phi->background())),
         phi(the_bone.grids().phi->tree()),
         region(the_bone.grids().region->constTree()) {}
@@ -55,6 +58,7 @@ struct Cutter::State {
   Bone& bone;
   DiscSaw saw;
   double h;
+  double region_h;
   double band_mm;
   Accessor phi;
   openvdb::Int32Grid::ConstAccessor region;
@@ -154,7 +158,6 @@ void Cutter::State::FindLeavesAtRim(const DiscSweep& sweep, const Pose& X) {
 
 void Cutter::State::FindLeavesAtDisc(const DiscSweep& sweep, const Pose& X) {
   // Each leaf that comes within the band of the swept stadium.
-  const double half_diagonal = 0.5 * std::sqrt(3.0) * (kLeafEdge - 1) * h;
   const double reach = sweep.radius_mm + band_mm;
   const Vec3 normal = X.Vector({0, 0, 1});
   Box3 box;
@@ -170,7 +173,7 @@ void Cutter::State::FindLeavesAtDisc(const DiscSweep& sweep, const Pose& X) {
     for (int y = first.y(); y <= last.y(); y += kLeafEdge) {
       for (int z = first.z(); z <= last.z(); z += kLeafEdge) {
         const Vec3 p_T = X.InversePoint(h * (Vec3(x, y, z) + 0.5 * (kLeafEdge - 1)));
-        if (sweep.Distance(p_T.x, p_T.y, p_T.z) > band_mm + half_diagonal) continue;
+        if (sweep.Distance(p_T.x, p_T.y, p_T.z) > band_mm + kHalfLeafDiagonal * h) continue;
         const Coord origin(x, y, z);
         if (candidate_set.Insert(origin, 0)) candidates.push_back(origin);
       }
@@ -183,31 +186,37 @@ void Cutter::State::CarveLeaf(const DiscSweep& sweep, const Pose& X, const Coord
   const FloatLeaf* leaf = phi.probeConstLeaf(origin);
   const float uniform = leaf ? 0.0f : phi.getValue(origin);
   if (!leaf && uniform >= 0) return;  // no bone here
-  if (changed_count == changed.size()) changed.emplace_back();
-  ChangedLeaf& after = changed[changed_count];
-  const float* before = leaf ? leaf->buffer().data() : nullptr;
-
   const Vec3 corner_T = X.InversePoint(h * Vec3(origin.x(), origin.y(), origin.z()));
   const Vec3 step_x = X.InverseVector({h, 0, 0});
   const Vec3 step_y = X.InverseVector({0, h, 0});
   const Vec3 step_z = X.InverseVector({0, 0, h});
+  const Vec3 middle_T = corner_T + 3.5 * (step_x + step_y + step_z);
+  if (sweep.Distance(middle_T.x, middle_T.y, middle_T.z) > band_mm + kHalfLeafDiagonal * h) return;
+
+  if (changed_count == changed.size()) changed.emplace_back();
+  ChangedLeaf& after = changed[changed_count];
+  if (leaf) {
+    std::copy_n(leaf->buffer().data(), FloatLeaf::SIZE, after.values.begin());
+  } else {
+    after.values.fill(uniform);
+  }
   const float band = static_cast<float>(band_mm);
-  bool any = false;
+  int differing = 0;
   for (int x = 0; x < kLeafEdge; ++x) {
     for (int y = 0; y < kLeafEdge; ++y) {
       const Vec3 row_T = corner_T + static_cast<double>(x) * step_x + static_cast<double>(y) * step_y;
-      const int row = 64 * x + 8 * y;
+      float* row = &after.values[64 * x + 8 * y];
       for (int z = 0; z < kLeafEdge; ++z) {
-        const Vec3 p_T = row_T + static_cast<double>(z) * step_z;
-        const float carved = std::min(static_cast<float>(-sweep.Distance(p_T.x, p_T.y, p_T.z)), band);
-        const float old = before ? before[row + z] : uniform;
-        const float value = std::max(old, carved);
-        after.values[row + z] = value;
-        any |= value != old;
+        const double px = row_T.x + z * step_z.x;
+        const double py = row_T.y + z * step_z.y;
+        const double pz = row_T.z + z * step_z.z;
+        const float carved = std::min(static_cast<float>(-sweep.Distance(px, py, pz)), band);
+        differing += carved > row[z] ? 1 : 0;
+        row[z] = std::max(row[z], carved);
       }
     }
   }
-  if (!any) return;
+  if (differing == 0) return;
   after.origin = origin;
   changed_map.Insert(origin, static_cast<int>(changed_count));
   ++changed_count;
@@ -246,17 +255,27 @@ double Cutter::State::MeasureLossInBlock(const Coord& owner) {
       }
     }
   }
+  // Only a cell that has lost a corner's worth and that the surface passes through before or after has changed: of its
+  // corners one was inside, one is outside now, and one has changed. Most cells of the band fail that.
+  constexpr int kEdge = CellBlock::kEdge;
+  constexpr int kCount = kEdge * kEdge * kEdge;
+  std::array<std::uint8_t, kCount> flags;
+  for (int i = 0; i < kCount; ++i) {
+    const float old = before.data()[i];
+    const float now = after.data()[i];
+    flags[i] = static_cast<std::uint8_t>((old < 0 ? 1 : 0) | (now >= 0 ? 2 : 0) | (now != old ? 4 : 0));
+  }
+  for (const int stride : {1, kEdge, kEdge * kEdge}) {
+    for (int i = 0; i + stride < kCount; ++i) flags[i] = static_cast<std::uint8_t>(flags[i] | flags[i + stride]);
+  }
   double loss = 0;
   for (int x = 0; x < 8; ++x) {
     for (int y = 0; y < 8; ++y) {
       for (int z = 0; z < 8; ++z) {
-        const std::array<float, 8> old_corners = before.Corners(x, y, z);
-        const std::array<float, 8> new_corners = after.Corners(x, y, z);
-        if (old_corners == new_corners) continue;
-        const double share = CalcCellShare(old_corners) - CalcCellShare(new_corners);
-        if (share == 0) continue;
+        if (flags[(x * kEdge + y) * kEdge + z] != 7) continue;
+        const double share = CalcCellShare(before.Corners(x, y, z)) - CalcCellShare(after.Corners(x, y, z));
         const Vec3 centre = h * (Vec3(owner.x() + x, owner.y() + y, owner.z() + z) + 0.5);
-        const int id = region.getValue(NearestVoxel(centre, bone.region_voxel_mm()));
+        const int id = region.getValue(NearestVoxel(centre, region_h));
         removed_mm3[static_cast<std::size_t>(std::clamp(id, 0, 255))] += share * h * h * h;
         loss += share;
       }
