@@ -46,7 +46,7 @@ Rgb8 TissueColour(Tissue tissue) {
     case Tissue::kCortical:
       return kBoneColour;
     case Tissue::kCancellous:
-      return {196, 92, 44};
+      return {217, 112, 62};
     case Tissue::kTooth:
       return {250, 250, 246};
     case Tissue::kCanal:

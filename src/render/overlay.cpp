@@ -88,19 +88,20 @@ void Overlay::AddText(const std::string& text, double column, double row, const 
   renderer_.AddActor2D(actor);
 }
 
-void Overlay::AddFlat(vtkPolyData& data, const Rgb8& colour) {
+void Overlay::AddFlat(vtkPolyData& data, const Rgb8& colour, double opacity) {
   const vtkNew<vtkPolyDataMapper2D> mapper;
   mapper->SetInputData(&data);
   const vtkNew<vtkActor2D> actor;
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+  actor->GetProperty()->SetOpacity(opacity);
   renderer_.AddActor2D(actor);
 }
 
-void Overlay::AddBox(double left, double top, double width, double height, const Rgb8& colour) {
+void Overlay::AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity) {
   Polygons polygons(height_, supersampling_);
   polygons.Add({{left, top + height}, {left + width, top + height}, {left + width, top}, {left, top}});
-  AddFlat(*polygons.MakeData(), colour);
+  AddFlat(*polygons.MakeData(), colour, opacity);
 }
 
 void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour) {
@@ -116,13 +117,13 @@ void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width,
         {{a.column + x, a.row + y}, {b.column + x, b.row + y}, {b.column - x, b.row - y}, {a.column - x, a.row - y}});
     if (i > 0) polygons.AddDisc(a, 0.5 * width, 8);
   }
-  AddFlat(*polygons.MakeData(), colour);
+  AddFlat(*polygons.MakeData(), colour, 1);
 }
 
 void Overlay::AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour) {
   Polygons polygons(height_, supersampling_);
   for (const OverlayPoint& centre : centres) polygons.AddDisc(centre, 0.5 * diameter, 24);
-  AddFlat(*polygons.MakeData(), colour);
+  AddFlat(*polygons.MakeData(), colour, 1);
 }
 
 }  // namespace kerf

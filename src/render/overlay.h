@@ -42,13 +42,13 @@ class Overlay {
   Size MeasureText(const std::string& text, const TextStyle& style) const;
   /// `row` is the text's top.
   void AddText(const std::string& text, double column, double row, const TextStyle& style);
-  void AddBox(double left, double top, double width, double height, const Rgb8& colour);
+  void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity = 1);
   /// A line of `width` pixels with round joins.
   void AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour);
   void AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour);
 
  private:
-  void AddFlat(vtkPolyData& data, const Rgb8& colour);
+  void AddFlat(vtkPolyData& data, const Rgb8& colour, double opacity);
 
   vtkRenderer& renderer_;
   int height_;

@@ -70,9 +70,9 @@ vtkSmartPointer<vtkActor> MakeActor(const Shape& shape) {
   vtkProperty& property = *actor->GetProperty();
   SetColour(property, shape.colour);
   property.SetInterpolationToPhong();
-  property.SetAmbient(0.16);
+  property.SetAmbient(0.2);
   property.SetDiffuse(0.86);
-  property.SetSpecular(shape.shiny ? 0.45 : 0.10);
+  property.SetSpecular(shape.shiny ? 0.40 : 0.06);
   property.SetSpecularPower(shape.shiny ? 40 : 18);
   property.SetOpacity(shape.opacity);
   return actor;
@@ -86,7 +86,7 @@ Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
   const Vec3 other = std::abs(axis.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 u = glm::normalize(glm::cross(axis, other));
   const Vec3 v = glm::cross(axis, u);
-  const double head = std::min(6 * shaft_radius_mm, 0.6 * length);
+  const double head = std::min(8 * shaft_radius_mm, 0.6 * length);
   struct Ring {
     double z;
     double radius;
@@ -94,7 +94,7 @@ Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
   const Ring rings[] = {{0, 0},
                         {0, shaft_radius_mm},
                         {length - head, shaft_radius_mm},
-                        {length - head, 2.4 * shaft_radius_mm},
+                        {length - head, 3 * shaft_radius_mm},
                         {length, 0}};
   constexpr std::uint32_t kSectors = 48;
   Shape shape;
@@ -124,7 +124,8 @@ void AddLights(vtkRenderer& renderer) {
     double x, y, z;
     double intensity;
   };
-  constexpr Lamp kLamps[] = {{-0.7, 0.9, 1.0, 0.92}, {1.0, 0.1, 0.8, 0.50}, {0.2, -0.9, 0.3, 0.15}};
+  constexpr Lamp kLamps[] = {
+      {-0.5, 0.7, 1.2, 0.70}, {0.9, 0.0, 1.0, 0.40}, {0.0, 0.0, 1.0, 0.25}, {0.2, -0.9, 0.3, 0.10}};
   renderer.RemoveAllLights();
   renderer.AutomaticLightCreationOff();
   for (const Lamp& lamp : kLamps) {
@@ -176,8 +177,9 @@ void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, const Layou
   cube->SetYFaceTextRotation(0);
   cube->SetZFaceTextRotation(-90);
   cube->GetTextEdgesProperty()->SetOpacity(0);
-  SetColour(*cube->GetCubeProperty(), {196, 202, 210});
-  cube->GetCubeProperty()->SetAmbient(0.25);
+  SetColour(*cube->GetCubeProperty(), {186, 191, 199});
+  cube->GetCubeProperty()->SetAmbient(0.3);
+  cube->GetCubeProperty()->SetDiffuse(0.85);
   for (vtkProperty* face :
        {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
         cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
@@ -208,27 +210,46 @@ double CalcRoundLength(double wish) {
   return power;
 }
 
+// A quiet ground under words that shapes may reach.
+void AddPanel(const PictureSpec& spec, const Layout& layout, double left, double top, double right, double bottom,
+              Overlay& overlay) {
+  if (!spec.camera.target_W) return;  // fitted shapes keep away from the words
+  const double room = 0.5 * layout.text_size;
+  overlay.AddBox(left - room, top - room, right - left + 2 * room, bottom - top + 2 * room, spec.dark ? kDark : kWhite,
+                 0.8);
+}
+
 void AddWords(const PictureSpec& spec, const ViewFrame& frame, const Layout& layout, Overlay& overlay) {
   const Rgb8 strong = spec.dark ? Rgb8{240, 240, 240} : Rgb8{33, 37, 43};
   const Rgb8 soft = spec.dark ? Rgb8{190, 194, 200} : Rgb8{85, 92, 102};
-  double row = layout.edge;
-  overlay.AddText(spec.title, layout.edge, row, {layout.title_size, strong, true, Align::kLeft});
-  if (!spec.title.empty()) row += 1.45 * layout.title_size;
-  overlay.AddText(spec.caption, layout.edge, row, {layout.text_size, soft, false, Align::kLeft});
-
+  const TextStyle title{layout.title_size, strong, true};
+  const TextStyle caption{layout.text_size, soft};
+  const TextStyle text{layout.text_size, strong};
+  const double edge = layout.edge;
+  if (!spec.title.empty() || !spec.caption.empty()) {
+    const Overlay::Size title_size = spec.title.empty() ? Overlay::Size{0, 0} : overlay.MeasureText(spec.title, title);
+    const Overlay::Size caption_size =
+        spec.caption.empty() ? Overlay::Size{0, 0} : overlay.MeasureText(spec.caption, caption);
+    const double caption_top = edge + (spec.title.empty() ? 0 : 1.45 * layout.title_size);
+    const double bottom = spec.caption.empty() ? edge + title_size.height : caption_top + caption_size.height;
+    AddPanel(spec, layout, edge, edge, edge + std::max(title_size.width, caption_size.width), bottom, overlay);
+    overlay.AddText(spec.title, edge, edge, title);
+    overlay.AddText(spec.caption, edge, caption_top, caption);
+  }
   if (!spec.legend.empty()) {
-    const TextStyle style{layout.text_size, strong, false, Align::kLeft};
     double text_width = 0;
     for (const LegendEntry& entry : spec.legend)
-      text_width = std::max(text_width, overlay.MeasureText(entry.text, style).width);
+      text_width = std::max(text_width, overlay.MeasureText(entry.text, text).width);
     const double swatch = 1.0 * layout.text_size;
     const double line = 1.55 * layout.text_size;
-    const double left = spec.width - layout.edge - text_width - 1.6 * swatch;
-    double top = layout.edge;
+    const double left = spec.width - edge - text_width - 1.6 * swatch;
+    double top = edge;
+    AddPanel(spec, layout, left, top, spec.width - edge,
+             top + line * static_cast<double>(spec.legend.size()) - 0.5 * swatch, overlay);
     for (const LegendEntry& entry : spec.legend) {
       overlay.AddBox(left - 1, top - 1, swatch + 2, swatch + 2, soft);
       overlay.AddBox(left, top, swatch, swatch, entry.colour);
-      overlay.AddText(entry.text, left + 1.6 * swatch, top - 0.06 * layout.text_size, style);
+      overlay.AddText(entry.text, left + 1.6 * swatch, top - 0.06 * layout.text_size, text);
       top += line;
     }
   }
@@ -238,6 +259,7 @@ void AddWords(const PictureSpec& spec, const ViewFrame& frame, const Layout& lay
     const double bottom = spec.height - layout.edge;
     const double thick = std::max(2.0, std::round(3 * layout.unit));
     const double tick = std::round(9 * layout.unit);
+    AddPanel(spec, layout, layout.edge, bottom - tick - 1.25 * layout.text_size, layout.edge + length, bottom, overlay);
     overlay.AddBox(layout.edge, bottom - thick, length, thick, strong);
     overlay.AddBox(layout.edge, bottom - tick, thick, tick, strong);
     overlay.AddBox(layout.edge + length - thick, bottom - tick, thick, tick, strong);
@@ -279,7 +301,10 @@ Image RenderPicture(const PictureSpec& spec) {
   Box3 box;
   const auto add = [&](const Shape& shape) {
     if (shape.mesh_W.triangles.empty()) return;
-    for (const Vec3& p : shape.mesh_W.points) box.Include(p);
+    for (const Vec3& p : shape.mesh_W.points) {
+      if (!std::isfinite(p.x + p.y + p.z)) throw Error("a surface to draw has a point that is not finite");
+      box.Include(p);
+    }
     actors.push_back(MakeActor(shape));
   };
   for (const Shape& shape : spec.shapes) add(shape);
@@ -289,11 +314,16 @@ Image RenderPicture(const PictureSpec& spec) {
     add(shape);
   }
   const double arrow_radius_mm = 3.0 * layout.unit / frame.pixels_per_mm;
-  for (const Arrow& arrow : spec.arrows) add(MakeArrowShape(arrow, arrow_radius_mm));
+  std::vector<vtkSmartPointer<vtkActor>> arrow_actors;
+  for (const Arrow& arrow : spec.arrows) {
+    const Shape shape = MakeArrowShape(arrow, arrow_radius_mm);
+    for (const Vec3& p : shape.mesh_W.points) box.Include(p);
+    arrow_actors.push_back(MakeActor(shape));
+  }
 
   OffscreenWindow offscreen(spec.width * supersampling, spec.height * supersampling);
   vtkRenderWindow& window = offscreen.window();
-  window.SetNumberOfLayers(3);
+  window.SetNumberOfLayers(4);
   const Rgb8 background = spec.dark ? kDark : kWhite;
 
   const vtkNew<vtkRenderer> scene;
@@ -314,14 +344,23 @@ Image RenderPicture(const PictureSpec& spec) {
   occlusion->SetDelegatePass(steps);
   scene->SetPass(occlusion);
 
+  // Arrows lie over everything: one that bone hides tells nothing.
+  const vtkNew<vtkRenderer> over;
+  if (!arrow_actors.empty()) {
+    over->SetLayer(1);
+    for (const auto& actor : arrow_actors) over->AddActor(actor);
+    AddLights(*over);
+    window.AddRenderer(over);
+    SetCamera(frame, box, *over);
+  }
   const vtkNew<vtkRenderer> corner;
   if (spec.orientation != Orientation::kNone) {
-    corner->SetLayer(1);
+    corner->SetLayer(2);
     AddOrientation(spec, frame, layout, *corner);
     window.AddRenderer(corner);
   }
   const vtkNew<vtkRenderer> words;
-  words->SetLayer(2);
+  words->SetLayer(3);
   Overlay overlay(*words, spec.height, supersampling);
   AddWords(spec, frame, layout, overlay);
   window.AddRenderer(words);

@@ -125,8 +125,6 @@ ViewFrame CalcViewFrame(const PictureSpec& spec) {
   Span span(frame.right_W, frame.up_W);
   IncludeEverything(spec, span);
   if (span.box().empty()) throw Error("there is nothing to draw: the picture has no surface");
-  if (!IsFinite(span.box().lower) || !IsFinite(span.box().upper))
-    throw Error("a surface to draw has a point that is not finite");
   // Fitted below the title and above the scale bar, with a margin.
   const Layout layout(spec);
   const double free_width = spec.width - layout.left_margin - layout.right_margin;
