@@ -16,4 +16,5 @@ file(CONFIGURE OUTPUT ${OUTPUT} CONTENT
 #define KERF_VERSION \"@VERSION@\"
 #define KERF_COMMIT \"@commit@\"
 #define KERF_BUILD_TYPE \"@BUILD_TYPE@\"
+#define KERF_LIBRARIES \"@LIBRARIES@\"
 " @ONLY)

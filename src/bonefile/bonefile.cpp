@@ -88,10 +88,11 @@ Bone ReadBone(const std::string& path) {
     grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("phi"));
     grids.region = openvdb::gridPtrCast<openvdb::Int32Grid>(file.readGrid("region"));
     if (!grids.phi || !grids.region) Refuse(path, "grid \"phi\" must be of type float and \"region\" of type int32");
-  } catch (const openvdb::Exception& e) {
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    // OpenVDB's own exceptions, and the standard library's when a damaged file names absurd sizes.
     Refuse(path, fmt::format("not a whole OpenVDB file ({})", e.what()));
-  } catch (const std::ios_base::failure&) {
-    Refuse(path, "not a whole OpenVDB file (it ends early)");
   }
   CheckGrids(grids, path);
   if (bone.empty()) Refuse(path, "the bone is empty: no voxel lies inside");

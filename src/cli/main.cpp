@@ -18,8 +18,10 @@ constexpr int kUsage = 2;
 int main(int argc, char** argv) {
   CLI::App app{"kerf: a simulator of cutting bone with a saw", "kerf"};
   app.require_subcommand(1);
-  app.set_version_flag("--version",
-                       [] { return fmt::format("kerf {} ({})", kerf::VersionString(), kerf::CommitString()); });
+  app.set_version_flag("--version", [] {
+    return fmt::format("kerf {} (commit {}; {})\nbuilt with {}", kerf::VersionString(), kerf::CommitString(),
+                       kerf::CompilerString(), kerf::LibrariesString());
+  });
   kerf::cli::AddCheckCommand(app);
   kerf::cli::AddInfoCommand(app);
   kerf::cli::AddRunCommand(app);

@@ -1,0 +1,99 @@
+#include "bonefile/bonefile.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "files/files.h"
+#include "kerf/error.h"
+#include "support/solids.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BoneFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("kerf_bonefile_" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string MessageOf(const std::string& path) {
+    try {
+      ReadBone(path);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "accepted";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(BoneFile, RoundTripKeepsEverything) {
+  Bone bone = test::MakeSphere({10, -20, 30}, 4, 0.2);
+  bone.set_note("input", "a sphere, \"quoted\"\nand a second line");
+  WriteBone(bone, Path("a.vdb"));
+  const Bone read = ReadBone(Path("a.vdb"));
+  EXPECT_EQ(read.CalcHash(), bone.CalcHash());
+  EXPECT_EQ(read.notes(), bone.notes());
+  EXPECT_EQ(read.voxel_mm(), bone.voxel_mm());
+  EXPECT_EQ(read.region_voxel_mm(), bone.region_voxel_mm());
+  ASSERT_EQ(read.materials().regions().size(), 1u);
+  const Region& region = read.materials().At(24);
+  EXPECT_EQ(region.E_MPa, 19300);
+  EXPECT_EQ(region.nu, 0.28);
+  EXPECT_EQ(region.tissue, Tissue::kCortical);
+  EXPECT_EQ(region.source, "test");
+  EXPECT_TRUE(region.estimate);
+}
+
+TEST_F(BoneFile, WhatIsNoBoneIsRefusedInOneSentence) {
+  EXPECT_EQ(MessageOf(Path("none.vdb")), Path("none.vdb") + ": can't be read: No such file or directory");
+  std::ofstream(Path("text.vdb")) << "this is no volume";
+  EXPECT_NE(MessageOf(Path("text.vdb")).find(": not a whole OpenVDB file ("), std::string::npos);
+  std::ofstream(Path("empty.vdb")).close();
+  EXPECT_NE(MessageOf(Path("empty.vdb")).find(": not a whole OpenVDB file ("), std::string::npos);
+}
+
+TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
+  WriteBone(test::MakeSphere({0, 0, 0}, 2, 0.4), Path("a.vdb"));
+  const std::string whole = ReadTextFile(Path("a.vdb"));
+  std::mt19937 random(11);
+  for (int n = 0; n < 120; ++n) {
+    std::string content = whole;
+    if (n % 2 == 0) {
+      content.resize(random() % whole.size());
+    } else {
+      for (int k = 0; k < 4; ++k) content[random() % content.size()] = static_cast<char>(random());
+    }
+    std::ofstream(Path("b.vdb"), std::ios::binary) << content;
+    // Either it is refused with a sentence or what was flipped did not matter; nothing else.
+    const std::string message = MessageOf(Path("b.vdb"));
+    if (n % 2 == 0) {
+      EXPECT_NE(message, "accepted") << "cut off at " << content.size() << " of " << whole.size();
+    }
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+  }
+}
+
+TEST_F(BoneFile, FailedWriteLeavesTheEarlierFileWhole) {
+  const Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
+  WriteBone(bone, Path("a.vdb"));
+  fs::create_directory(Path("folder.vdb"));
+  EXPECT_THROW(WriteBone(bone, Path("folder.vdb")), Error);
+  EXPECT_THROW(WriteBone(bone, Path("missing/a.vdb")), Error);
+  EXPECT_EQ(ReadBone(Path("a.vdb")).CalcHash(), bone.CalcHash());
+  // No temporaries are left behind.
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 2);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,172 @@
+#include "session/run.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bonefile/bonefile.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "mesh/meshfile.h"
+#include "session/make_bone.h"
+#include "session/run_scene.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A block of 8 x 4 x 6 mm that a stroke straight down cuts in two.
+constexpr char kScene[] = R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 8.0
+size_y_mm = 4.0
+size_z_mm = 6.0
+voxel_mm = 0.1
+[[path.stroke]]
+start_mm = [0.0, 0.0, 11.5]
+end_mm = [0.0, 0.0, 3.0]
+feed_mm_per_s = 10.0
+disc_normal = [0.0, 1.0, 0.0]
+)";
+
+class Run : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = (fs::temp_directory_path() / ("kerf_run_" + std::to_string(getpid()))).string();
+    fs::remove_all(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string folder_;
+};
+
+TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
+  const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\n", "scene.toml");
+  const RunSummary summary = RunScene(scene, folder_, {});
+  // A cuboid of kerf: 8 mm long, 0.25 mm wide, 6 mm deep. Along its 56 mm of edges the bone is rounded by about 0.2
+  // h^2: 0.11 mm^3.
+  EXPECT_NEAR(summary.removed_mm3, 8 * 0.25 * 6, 0.02 * 12);
+  EXPECT_NEAR(summary.removed_mm3 + summary.volume_after_mm3, summary.volume_before_mm3, 1e-9 * 192);
+  ASSERT_EQ(summary.pieces.size(), 2u);
+  EXPECT_NEAR(summary.pieces[0].volume_mm3, summary.pieces[1].volume_mm3, 0.01 * 90);
+  EXPECT_EQ(summary.ticks, 850u);
+  EXPECT_EQ(summary.ticks_with_status, 0u);
+
+  // The log: a row a tick, and its sums are the summary's.
+  std::istringstream log(ReadTextFile(folder_ + "/forces.csv"));
+  std::string line;
+  std::getline(log, line);
+  EXPECT_EQ(line.substr(0, 30), "time_s,segment,x_mm,y_mm,z_mm,");
+  std::vector<std::vector<double>> rows;
+  while (std::getline(log, line)) {
+    std::vector<double> row;
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
+    rows.push_back(row);
+  }
+  ASSERT_EQ(rows.size(), 850u);
+  double removed = 0;
+  double peak = 0;
+  for (const auto& row : rows) {
+    ASSERT_EQ(row.size(), 24u);
+    removed += row[21];
+    peak = std::max(peak, std::hypot(row[9], row[10], row[11]));
+  }
+  EXPECT_NEAR(removed, summary.removed_mm3, 1e-4);  // six figures a row
+  EXPECT_NEAR(rows.back()[22], summary.removed_mm3, 1e-6);
+  EXPECT_NEAR(peak, summary.force.peak_N, 1e-4 * peak);
+  EXPECT_NEAR(rows.back()[0], 0.85, 1e-9);
+  EXPECT_NEAR(rows.back()[4], 3, 1e-9);
+
+  // The bone and the pieces on disk are those of the summary.
+  const Bone bone = ReadBone(folder_ + "/bone.vdb");
+  EXPECT_EQ(bone.CalcHash(), summary.hash_after);
+  for (int i = 0; i < 2; ++i) {
+    const TriangleMesh mesh = ReadMesh(folder_ + "/piece_" + std::to_string(i + 1) + ".stl");
+    EXPECT_EQ(CountOpenEdges(mesh), 0u);
+    EXPECT_NEAR(CalcEnclosedVolume(mesh) / summary.pieces[i].volume_mm3, 1,
+                0.01);  // edges are bevelled by half a voxel
+  }
+  const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"));
+  EXPECT_EQ(json["pieces"].size(), 2u);
+  EXPECT_NEAR(json["removed"]["total_mm3"].get<double>(), summary.removed_mm3, 1e-12);
+  for (const auto& file : json["files"]) EXPECT_TRUE(fs::exists(folder_ + "/" + file.get<std::string>())) << file;
+
+  // The resolved scene beside the results gives the same run.
+  const Scene resolved = ReadScene(folder_ + "/scene.toml");
+  const RunSummary again = RunScene(resolved, folder_ + "/again", {});
+  EXPECT_EQ(again.hash_after, summary.hash_after);
+  EXPECT_EQ(again.force.peak_N, summary.force.peak_N);
+}
+
+TEST_F(Run, WorkIsTheForceAlongThePath) {
+  // Straight down: the hand's work is the integral of the vertical force over the travel.
+  const Scene scene = ParseScene(kScene, "scene.toml");
+  const RunResult run = RunPath(MakeSceneBone(scene, {}), MakeSimulationParams(scene), MakePath(scene), 1000, 7500, {});
+  double work = 0;
+  double impulse = 0;
+  for (const TickRecord& t : run.ticks) {
+    work += t.out.f_T_W_N.z * 0.01;  // 10 mm/s, 1 ms
+    impulse += glm::length(t.out.f_T_W_N) * 0.001;
+  }
+  const ForceSummary forces = SummarizeForces(run.ticks, 1000);
+  ASSERT_GT(work, 0);
+  EXPECT_NEAR(forces.work_Nmm, work, 1e-6 * work);
+  EXPECT_NEAR(forces.impulse_Ns, impulse, 1e-6 * impulse);
+}
+
+TEST_F(Run, PicturesAreWrittenAndNamed) {
+  const Scene scene = ParseScene(kScene, "scene.toml");
+  const RunSummary summary = RunScene(scene, folder_, {});
+  for (const char* name : {"before.png", "after.png", "cut.png", "apart.png", "force.png"}) {
+    EXPECT_EQ(std::count(summary.files.begin(), summary.files.end(), name), 1) << name;
+    EXPECT_EQ(ReadTextFile(folder_ + "/" + name).substr(1, 3), "PNG");
+  }
+}
+
+TEST_F(Run, RetractedToolDoesNotCutOnItsWay) {
+  // Two strokes that each stay above the bone; the straight way from the end of one to the start of the next goes
+  // through it.
+  const Scene scene = ParseScene(R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 4.0
+size_y_mm = 4.0
+size_z_mm = 4.0
+[[path.stroke]]
+start_mm = [0.0, 0.0, 14.0]
+end_mm = [0.0, 0.0, 12.0]
+feed_mm_per_s = 10.0
+disc_normal = [0.0, 1.0, 0.0]
+[[path.stroke]]
+start_mm = [0.0, 0.0, -17.0]
+end_mm = [0.0, 0.0, -16.0]
+feed_mm_per_s = 10.0
+disc_normal = [0.0, 1.0, 0.0]
+)",
+                                 "scene.toml");
+  const RunResult run = RunPath(MakeSceneBone(scene, {}), MakeSimulationParams(scene), MakePath(scene), 1000, 7500, {});
+  EXPECT_EQ(run.removed_mm3, 0);
+}
+
+TEST(TickTimes, PercentilesAreNearestRank) {
+  std::vector<double> values;
+  for (int i = 1000; i >= 1; --i) values.push_back(i);
+  const TickTimes times = CalcTickTimes(values);
+  EXPECT_EQ(times.p50_us, 500);
+  EXPECT_EQ(times.p99_us, 990);
+  EXPECT_EQ(times.p999_us, 999);
+  EXPECT_EQ(times.max_us, 1000);
+  EXPECT_EQ(CalcTickTimes({}).max_us, 0);
+}
+
+}  // namespace
+}  // namespace kerf
