@@ -8,6 +8,8 @@ namespace kerf::cli {
 // Each adds its sub-command, with options and what to do, to the program.
 // Bad use: throw CLI::ValidationError (exit 2). Failure: throw kerf::Error (exit 1).
 void AddCheckCommand(CLI::App& app);
+void AddExportCommand(CLI::App& app);
+void AddPictureCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddSceneCommand(CLI::App& app);

@@ -23,6 +23,8 @@ int main(int argc, char** argv) {
                        kerf::CompilerString(), kerf::LibrariesString());
   });
   kerf::cli::AddCheckCommand(app);
+  kerf::cli::AddExportCommand(app);
+  kerf::cli::AddPictureCommand(app);
   kerf::cli::AddInfoCommand(app);
   kerf::cli::AddRunCommand(app);
   kerf::cli::AddSceneCommand(app);
