@@ -1,0 +1,147 @@
+// The program from outside: exit codes, what goes to stdout and stderr, and that bad input gets one clear sentence.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using test::ProgramResult;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class Program : public test::ProgramTest {
+ protected:
+  static constexpr char kBlock[] = R"([bone]
+model = "block"
+[bone.block]
+size_x_mm = 4.0
+size_y_mm = 4.0
+size_z_mm = 4.0
+)";
+  static constexpr char kStroke[] = R"([[path.stroke]]
+start_mm = [0.0, 0.0, 11.2]
+end_mm = [0.0, 0.0, 6.0]
+feed_mm_per_s = 20.0
+disc_normal = [0.0, 1.0, 0.0]
+)";
+  static constexpr char kNoPictures[] = "[output]\npictures = false\n";
+};
+
+TEST_F(Program, VersionNamesCommitCompilerAndLibraries) {
+  const ProgramResult result = Kerf("--version");
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(result.out, StartsWith("kerf 0."));
+  for (const char* name :
+       {"commit ", "GCC ", "OpenVDB 1", "ITK ", "VTK ", "TBB ", "GLM ", "toml++ ", "CLI11 ", "fmt "}) {
+    EXPECT_THAT(result.out, HasSubstr(name));
+  }
+}
+
+TEST_F(Program, EveryCommandHasHelpOnStdout) {
+  for (const char* command : {"", "check", "export", "import", "info", "model", "model mandible", "model block",
+                              "model plate", "picture", "run", "scene"}) {
+    const ProgramResult result = Kerf(std::string(command) + " --help");
+    EXPECT_EQ(result.code, 0) << command;
+    EXPECT_EQ(result.err, "") << command;
+    EXPECT_THAT(result.out, HasSubstr("Usage:")) << command;
+  }
+}
+
+TEST_F(Program, BadUseIsExitCodeTwo) {
+  for (const char* arguments : {"", "saw", "run", "run --colour", "info a b", "scene --defaults --nonsense"}) {
+    const ProgramResult result = Kerf(arguments);
+    EXPECT_EQ(result.code, 2) << arguments;
+    EXPECT_EQ(result.out, "") << arguments;
+    EXPECT_NE(result.err, "") << arguments;
+  }
+}
+
+TEST_F(Program, RunsAScene) {
+  Write("scene.toml", std::string(kBlock) + kStroke);
+  const ProgramResult result = Kerf("run scene.toml -o results");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("ticks     260 in"));
+  for (const char* file : {"forces.csv", "summary.json", "scene.toml", "bone.vdb", "piece_1.stl", "before.png",
+                           "after.png", "cut.png", "force.png"}) {
+    EXPECT_TRUE(Exists(std::string("results/") + file)) << file;
+  }
+  const ProgramResult info = Kerf("info results/bone.vdb --json");
+  EXPECT_EQ(info.code, 0) << info.err;
+  const auto json = nlohmann::json::parse(info.out);
+  const auto summary = nlohmann::json::parse(test::Slurp(folder_ / "results/summary.json"));
+  EXPECT_EQ(json["hash"], summary["bone"]["hash_after"]);
+  EXPECT_NEAR(json["volume_mm3"].get<double>(), summary["bone"]["volume_after_mm3"].get<double>(), 1e-9 * 64);
+}
+
+TEST_F(Program, JsonOnStdoutIsTheSummary) {
+  Write("scene.toml", std::string(kBlock) + kStroke + kNoPictures);
+  const ProgramResult result = Kerf("run scene.toml -o results --json");
+  EXPECT_EQ(result.code, 0);
+  EXPECT_EQ(nlohmann::json::parse(result.out), nlohmann::json::parse(test::Slurp(folder_ / "results/summary.json")));
+}
+
+TEST_F(Program, DefaultSceneIsValidAsItStands) {
+  const ProgramResult defaults = Kerf("scene --defaults");
+  ASSERT_EQ(defaults.code, 0);
+  Write("scene.toml", defaults.out);
+  const ProgramResult check = Kerf("check scene.toml");
+  EXPECT_EQ(check.code, 0) << check.err;
+}
+
+TEST_F(Program, UnknownKeyNamesPlaceAndNearestKey) {
+  Write("scene.toml", std::string(kBlock) + kStroke + "[tool]\nthicknes_mm = 0.3\n");
+  for (const char* command : {"run", "check"}) {
+    const ProgramResult result = Kerf(std::string(command) + " scene.toml");
+    EXPECT_EQ(result.code, 1);
+    EXPECT_THAT(result.err, StartsWith("kerf: scene.toml:13:1: "));
+    EXPECT_THAT(result.err, HasSubstr("thicknes_mm"));
+    EXPECT_THAT(result.err, HasSubstr("thickness_mm"));
+    EXPECT_FALSE(Exists("out"));  // nothing is begun
+  }
+}
+
+TEST_F(Program, NegativeThicknessNamesTheRange) {
+  Write("scene.toml", std::string(kBlock) + kStroke + "[tool]\nthickness_mm = -0.1\n");
+  const ProgramResult result = Kerf("run scene.toml");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, StartsWith("kerf: scene.toml:13:1: thickness_mm = -0.1 "));
+  EXPECT_THAT(result.err, HasSubstr("0.02 to 10"));
+}
+
+TEST_F(Program, NanInAPathNamesFileLineAndColumn) {
+  Write("path.csv", "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,0,0,20,1,0,0,0\n1,nan,0,19,1,0,0,0\n");
+  Write("scene.toml", std::string(kBlock) + "[path]\nfile = \"path.csv\"\n");
+  const ProgramResult result = Kerf("run scene.toml");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("path.csv:3:3: "));
+  EXPECT_THAT(result.err, HasSubstr("nan"));
+}
+
+TEST_F(Program, MissingOrForeignFilesAreRefusedInOneSentence) {
+  ExpectRefusal(Kerf("info none.vdb"), "none.vdb: can't be read: No such file or directory");
+  Write("text.vdb", "no volume at all");
+  const ProgramResult foreign = Kerf("info text.vdb");
+  EXPECT_EQ(foreign.code, 1);
+  EXPECT_THAT(foreign.err, StartsWith("kerf: text.vdb: not a whole OpenVDB file ("));
+  Write("scene.toml", std::string("[bone]\nfile = \"none.vdb\"\n") + kStroke);
+  const ProgramResult scene = Kerf("run scene.toml");
+  EXPECT_EQ(scene.code, 1);
+  EXPECT_THAT(scene.err, HasSubstr("none.vdb"));
+}
+
+TEST_F(Program, OutputThatCannotBeWrittenIsRefused) {
+  Write("scene.toml", std::string(kBlock) + kStroke + kNoPictures);
+  Write("results", "a file where the folder should be");
+  const ProgramResult result = Kerf("run scene.toml -o results");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("results"));
+  EXPECT_EQ(test::Slurp(folder_ / "results"), "a file where the folder should be");
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,67 @@
+// Runs the program as a user would, in a folder of its own.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace kerf::test {
+
+struct ProgramResult {
+  int code = -1;  // exit code; 128 + signal when it was killed by one
+  std::string out;
+  std::string err;
+};
+
+inline std::string Slurp(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream content;
+  content << file.rdbuf();
+  return content.str();
+}
+
+class ProgramTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ =
+        std::filesystem::temp_directory_path() / ("kerf_" + std::string(info->name()) + "_" + std::to_string(getpid()));
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  /// `arguments` as typed into a shell; the current folder is folder_.
+  ProgramResult Kerf(const std::string& arguments) const {
+    const std::string command = "cd '" + folder_.string() + "' && env -u DISPLAY '" KERF_PROGRAM "' " + arguments +
+                                " >stdout.txt 2>stderr.txt </dev/null";
+    const int status = std::system(command.c_str());
+    ProgramResult result;
+    result.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    result.out = Slurp(folder_ / "stdout.txt");
+    result.err = Slurp(folder_ / "stderr.txt");
+    return result;
+  }
+
+  void Write(const std::string& name, const std::string& content) const {
+    std::ofstream(folder_ / name, std::ios::binary) << content;
+  }
+  bool Exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
+
+  /// One clear sentence on stderr, nothing on stdout, exit code 1.
+  static void ExpectRefusal(const ProgramResult& result, const std::string& sentence) {
+    EXPECT_EQ(result.code, 1);
+    EXPECT_EQ(result.out, "");
+    EXPECT_EQ(result.err, "kerf: " + sentence + "\n");
+  }
+
+  std::filesystem::path folder_;
+};
+
+}  // namespace kerf::test
