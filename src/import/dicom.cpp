@@ -1,0 +1,337 @@
+#include "import/dicom.h"
+
+#include <fmt/format.h>
+#include <gdcmReader.h>
+#include <gdcmStringFilter.h>
+#include <itkGDCMImageIO.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <glm/geometric.hpp>
+#include <map>
+#include <sstream>
+
+#include "import/itk_read.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsDicom(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::array<char, 132> head{};
+  in.read(head.data(), head.size());
+  return in.gcount() == static_cast<std::streamsize>(head.size()) && std::string(&head[128], 4) == "DICM";
+}
+
+bool ClaimsToBeDicom(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return extension == ".dcm" || extension == ".dicom" || extension == ".ima";
+}
+
+std::vector<double> Numbers(std::string text) {
+  std::replace(text.begin(), text.end(), '\\', ' ');
+  std::istringstream in(text);
+  std::vector<double> numbers;
+  for (double v = 0; in >> v;) numbers.push_back(v);
+  return numbers;
+}
+
+std::string Text(gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element) {
+  std::string text = filter.ToString(gdcm::Tag(group, element));
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
+  return text;
+}
+
+int Whole(gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element, int otherwise) {
+  const std::vector<double> numbers = Numbers(Text(filter, group, element));
+  return numbers.empty() ? otherwise : static_cast<int>(std::clamp(numbers[0], 0.0, 1e6));
+}
+
+// Adds the file to its series.
+void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
+  gdcm::Reader reader;
+  reader.SetFileName(path.c_str());
+  bool read = false;
+  try {
+    read = reader.ReadUpToTag(gdcm::Tag(0x7fe0, 0x0010));
+  } catch (const std::exception&) {
+    read = false;
+  }
+  if (!read)
+    throw Error(fmt::format("{}: the DICOM header can't be read; the file is damaged or cut off", path.string()));
+  gdcm::StringFilter filter;
+  filter.SetFile(reader.GetFile());
+  const int rows = Whole(filter, 0x0028, 0x0010, 0);
+  const int columns = Whole(filter, 0x0028, 0x0011, 0);
+  if (rows == 0 || columns == 0) return;  // no image: a report, a directory, a structure set
+
+  DicomSlice slice;
+  slice.path = path.string();
+  slice.size = {columns, rows};
+  slice.samples = Whole(filter, 0x0028, 0x0002, 1);
+  slice.bits = Whole(filter, 0x0028, 0x0100, 16);
+  slice.frames = std::max(1, Whole(filter, 0x0028, 0x0008, 1));
+  const std::vector<double> spacing = Numbers(Text(filter, 0x0028, 0x0030));  // between rows first
+  const std::vector<double> position = Numbers(Text(filter, 0x0020, 0x0032));
+  const std::vector<double> orientation = Numbers(Text(filter, 0x0020, 0x0037));
+  if (spacing.size() == 2 && position.size() == 3 && orientation.size() == 6) {
+    slice.pixel_mm = {spacing[1], spacing[0]};
+    slice.origin_W = {position[0], position[1], position[2]};
+    slice.row_W = {orientation[0], orientation[1], orientation[2]};
+    slice.column_W = {orientation[3], orientation[4], orientation[5]};
+    const double row = glm::length(slice.row_W);
+    const double column = glm::length(slice.column_W);
+    slice.has_geometry = std::abs(row - 1) < 1e-2 && std::abs(column - 1) < 1e-2 &&
+                         std::abs(glm::dot(slice.row_W, slice.column_W)) < 1e-2;
+    if (slice.has_geometry) {
+      slice.row_W /= row;
+      slice.column_W /= column;
+    }
+  }
+  const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
+  slice.compressed = syntax.IsEncapsulated();
+  const char* name = gdcm::TransferSyntax::GetTSString(syntax);
+  slice.transfer_syntax = name == nullptr ? "unknown" : name;
+
+  const std::string uid = Text(filter, 0x0020, 0x000e);
+  DicomSeries& series = all[uid];
+  if (series.slices.empty()) {
+    series.uid = uid;
+    series.description = Text(filter, 0x0008, 0x103e);
+    series.modality = Text(filter, 0x0008, 0x0060);
+  }
+  series.slices.push_back(std::move(slice));
+}
+
+Vec3 Normal(const DicomSlice& slice) {
+  return glm::normalize(glm::cross(slice.row_W, slice.column_W));
+}
+
+void SortSlices(DicomSeries& series) {
+  const bool placed =
+      std::all_of(series.slices.begin(), series.slices.end(), [](const auto& s) { return s.has_geometry; });
+  if (!placed) {
+    std::sort(series.slices.begin(), series.slices.end(), [](const auto& a, const auto& b) { return a.path < b.path; });
+    return;
+  }
+  const Vec3 normal = Normal(series.slices.front());
+  std::sort(series.slices.begin(), series.slices.end(), [&normal](const auto& a, const auto& b) {
+    const double za = glm::dot(normal, a.origin_W);
+    const double zb = glm::dot(normal, b.origin_W);
+    return za != zb ? za < zb : a.path < b.path;
+  });
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < series.slices.size(); ++i) {
+    gaps.push_back(glm::dot(normal, series.slices[i].origin_W - series.slices[i - 1].origin_W));
+  }
+  if (gaps.empty()) return;
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  series.gap_mm = *middle;
+}
+
+std::string Describe(const DicomSeries& s) {
+  return fmt::format("{} ({}, {} slices{}{})", s.uid, s.modality.empty() ? "no modality" : s.modality, s.slices.size(),
+                     s.description.empty() ? "" : ", ", s.description);
+}
+
+// Every way in which files with one series UID fail to be one CT volume. Throws Error.
+void CheckSeries(const DicomSeries& series) {
+  const auto fail = [&series](const std::string& what) { throw Error(fmt::format("series {}: {}", series.uid, what)); };
+  if (series.modality != "CT") {
+    fail(fmt::format("the modality is {}, not CT; kerf needs Hounsfield units",
+                     series.modality.empty() ? "not given" : series.modality));
+  }
+  const DicomSlice& first = series.slices.front();
+  for (const DicomSlice& s : series.slices) {
+    const std::string file = fs::path(s.path).filename().string();
+    if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples a pixel), not CT slices", file, s.samples));
+    if (s.frames > 1) fail(fmt::format("{} holds {} frames; kerf reads CT with one slice a file", file, s.frames));
+    if (!s.has_geometry) fail(fmt::format("{} has no valid position, orientation or pixel spacing", file));
+    if (s.size != first.size) {
+      fail(fmt::format("{} has {} x {} pixels where others have {} x {}; the series is a mixture", file, s.size[0],
+                       s.size[1], first.size[0], first.size[1]));
+    }
+    if (glm::length(s.row_W - first.row_W) > 1e-3 || glm::length(s.column_W - first.column_W) > 1e-3) {
+      fail(fmt::format(
+          "{} is oriented otherwise than the others; the series is a mixture (a localizer among the slices?)", file));
+    }
+    if (std::abs(s.pixel_mm[0] - first.pixel_mm[0]) > 1e-4 || std::abs(s.pixel_mm[1] - first.pixel_mm[1]) > 1e-4) {
+      fail(fmt::format("{} has another pixel spacing than the others; the series is a mixture", file));
+    }
+  }
+  if (series.slices.size() < 3)
+    fail(fmt::format("{} slices are no volume; kerf needs at least 3", series.slices.size()));
+  const Vec3 normal = Normal(first);
+  const double gap = series.gap_mm;
+  for (std::size_t i = 1; i < series.slices.size(); ++i) {
+    const DicomSlice& a = series.slices[i - 1];
+    const DicomSlice& b = series.slices[i];
+    const double z = glm::dot(normal, a.origin_W);
+    const double step = glm::dot(normal, b.origin_W) - z;
+    const std::string files =
+        fmt::format("{} and {}", fs::path(a.path).filename().string(), fs::path(b.path).filename().string());
+    if (step < 1e-3) {
+      fail(fmt::format("{} lie at the same place ({:.2f} mm along the normal); the series holds it more than once",
+                       files, z));
+    }
+    // Scanners round positions to about 0.01 mm.
+    if (std::abs(step - gap) <= std::max(0.02 * gap, 0.02)) continue;
+    const double multiple = step / gap;
+    if (multiple > 1.5 && std::abs(multiple - std::round(multiple)) < 0.1) {
+      fail(fmt::format(
+          "{:.0f} slice(s) missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
+          std::round(multiple) - 1, files, z, z + step, gap));
+    }
+    fail(fmt::format(
+        "the slices are unequally spaced: {:.2f} mm between {}, {:.2f} mm elsewhere; resample the scan to equal gaps",
+        step, files, gap));
+  }
+}
+
+// The file must hold the pixels that its header names. GDCM fills what is missing with zeros and says nothing.
+void CheckLength(const DicomSlice& slice) {
+  gdcm::Reader reader;
+  reader.SetFileName(slice.path.c_str());
+  std::size_t there = 0;
+  bool whole = false;
+  try {
+    whole = reader.Read();
+    const gdcm::DataSet& data = reader.GetFile().GetDataSet();
+    const gdcm::Tag pixels(0x7fe0, 0x0010);
+    if (whole && data.FindDataElement(pixels)) {
+      const gdcm::ByteValue* bytes = data.GetDataElement(pixels).GetByteValue();
+      if (bytes != nullptr) there = bytes->GetLength();
+    }
+  } catch (const std::exception&) {
+    whole = false;
+  }
+  const std::size_t needed = static_cast<std::size_t>(slice.size[0]) * slice.size[1] * ((slice.bits + 7) / 8);
+  if (!whole || (!slice.compressed && there < needed)) {
+    throw Error(fmt::format("{}: the slice is cut off; {} x {} pixels of {} bits are promised and not all there",
+                            slice.path, slice.size[0], slice.size[1], slice.bits));
+  }
+}
+
+}  // namespace
+
+std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
+  const QuietItk quiet;
+  std::error_code failed;
+  if (!fs::is_directory(folder, failed)) throw Error(fmt::format("{}: no such folder", folder));
+  std::vector<fs::path> paths;
+  for (auto it = fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied, failed);
+       it != fs::recursive_directory_iterator(); it.increment(failed)) {
+    if (failed) break;
+    if (it->is_regular_file(failed)) paths.push_back(it->path());
+  }
+  if (failed) throw Error(fmt::format("{}: the folder can't be read ({})", folder, failed.message()));
+  if (paths.empty()) throw Error(fmt::format("{}: the folder is empty", folder));
+  std::sort(paths.begin(), paths.end());
+
+  std::map<std::string, DicomSeries> by_uid;
+  for (const fs::path& path : paths) {
+    if (IsDicom(path)) {
+      AddFile(path, by_uid);
+    } else if (ClaimsToBeDicom(path)) {
+      throw Error(fmt::format("{}: not a DICOM file although its name says so; take it out of the folder or mend it",
+                              path.string()));
+    }
+  }
+  if (by_uid.empty())
+    throw Error(fmt::format("{}: none of the {} files in the folder is a DICOM image", folder, paths.size()));
+  std::vector<DicomSeries> all;
+  for (auto& [uid, series] : by_uid) {
+    SortSlices(series);
+    all.push_back(std::move(series));
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& a, const auto& b) { return a.slices.size() > b.slices.size(); });
+  return all;
+}
+
+const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid,
+                                const std::string& folder) {
+  std::vector<const DicomSeries*> found;
+  for (const DicomSeries& s : all) {
+    if (uid.empty() ? s.modality == "CT" : s.uid == uid) found.push_back(&s);
+  }
+  if (found.empty() && !uid.empty()) {
+    for (const DicomSeries& s : all) {
+      if (s.uid.size() > uid.size() && s.uid.compare(s.uid.size() - uid.size(), uid.size(), uid) == 0)
+        found.push_back(&s);
+    }
+  }
+  if (found.size() == 1) return *found.front();
+  if (uid.empty() && found.empty() && all.size() == 1) return all.front();  // CheckSeries says what is wrong with it
+  std::string list;
+  for (const DicomSeries& s : all) list += (list.empty() ? "" : "; ") + Describe(s);
+  if (!uid.empty()) {
+    throw Error(
+        fmt::format("{}: {} series match '{}'; there are: {}", folder, found.empty() ? "no" : "several", uid, list));
+  }
+  if (found.empty()) throw Error(fmt::format("{}: no CT among the series: {}", folder, list));
+  throw Error(
+      fmt::format("{}: the folder holds {} CT series; choose one with --series UID: {}", folder, found.size(), list));
+}
+
+Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress) {
+  CheckSeries(series);
+  const QuietItk quiet;
+  const DicomSlice& first = series.slices.front();
+  const DicomSlice& last = series.slices.back();
+  const auto n = static_cast<int>(series.slices.size());
+  Volume volume;
+  volume.size = {first.size[0], first.size[1], n};
+  volume.origin_W = first.origin_W;
+  // From slice to slice: along the normal, or sheared when the gantry was tilted.
+  const Vec3 step = (last.origin_W - first.origin_W) / static_cast<double>(n - 1);
+  volume.spacing_mm = {first.pixel_mm[0], first.pixel_mm[1], glm::length(step)};
+  volume.axes_W = glm::dmat3(first.row_W, first.column_W, step / glm::length(step));
+  CheckLattice(volume, fmt::format("series {}", series.uid));
+  for (int k = 0; k < n; ++k) {
+    const DicomSlice& s = series.slices[k];
+    const Vec3 expected = first.origin_W + step * static_cast<double>(k);
+    const Vec3 off = s.origin_W - expected;
+    const double sideways = glm::length(off - Normal(first) * glm::dot(off, Normal(first)));
+    if (sideways > 0.5 * std::min(first.pixel_mm[0], first.pixel_mm[1])) {
+      throw Error(fmt::format("series {}: {} is shifted sideways by {:.2f} mm against the others", series.uid,
+                              fs::path(s.path).filename().string(), sideways));
+    }
+  }
+
+  volume.hu.reserve(volume.count());
+  for (int k = 0; k < n; ++k) {
+    const DicomSlice& s = series.slices[k];
+    CheckLength(s);
+    const auto io = itk::GDCMImageIO::New();
+    io->SetFileName(s.path);
+    try {
+      io->ReadImageInformation();
+      AppendPixels(*io, s.path, volume.hu);
+    } catch (const itk::ExceptionObject& e) {
+      throw Error(
+          s.compressed
+              ? fmt::format(
+                    "{}: the transfer syntax {} can't be unpacked ({}); convert the series to uncompressed DICOM",
+                    s.path, s.transfer_syntax, OneLine(e))
+              : fmt::format("{}: the pixels can't be read ({})", s.path, OneLine(e)));
+    }
+    if (volume.hu.size() != static_cast<std::size_t>(k + 1) * s.size[0] * s.size[1]) {
+      throw Error(fmt::format("{}: {} x {} pixels were promised and others came out", s.path, s.size[0], s.size[1]));
+    }
+    if (progress) progress(static_cast<double>(k + 1) / n);
+  }
+  return volume;
+}
+
+}  // namespace kerf

@@ -1,0 +1,30 @@
+// Does a piece of bone look like a mandible?
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "import/components.h"
+#include "import/volume.h"
+
+namespace kerf {
+
+/// What was looked at, and what spoke against it. Patient axes: x to the left, y to the back, z to the head.
+struct MandibleShape {
+  bool is_mandible = false;
+  std::string objection;  // the first test that failed, in words; empty for a mandible
+  double back_middle =
+      0;  // share of the volume in the back half, middle third of the width: open to the back when near 0
+  double back_left = 0, back_right = 0;                // shares in the back half, outer thirds: the rami
+  double front_middle = 0;                             // share in the front 40 %, middle third: the chin
+  double top_left = 0, top_right = 0, top_middle = 0;  // shares of the top quarter by thirds of the width: the condyles
+};
+
+/// Tests size (adult or adolescent: 80-150 mm wide, 50-130 deep, 40-120 high, 8-120 cm3), the arch that is open to the
+/// back, the chin in the middle, and a ramus that ends on top at both sides. A skull, an upper jaw with its palate, a
+/// vertebra or a hyoid bone fails. `label` as in FindComponents.
+MandibleShape CheckMandibleShape(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
+                                 const Component& component);
+
+}  // namespace kerf

@@ -1,0 +1,42 @@
+// A CT volume in memory: Hounsfield units on a lattice that may lie obliquely in the patient.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <string>
+#include <vector>
+
+#include "kerf/geometry.h"
+
+namespace kerf {
+
+/// HU rounded to whole numbers and held to the range of 16 bits. World W is the patient frame, LPS, mm.
+struct Volume {
+  std::array<int, 3> size{0, 0, 0};  // voxels along i, j, k
+  Vec3 spacing_mm{1};
+  Vec3 origin_W{0};              // centre of voxel (0, 0, 0)
+  glm::dmat3 axes_W{1};          // columns: unit vectors of i, j, k in W; k may be sheared (tilted gantry)
+  std::vector<std::int16_t> hu;  // i fastest
+
+  std::size_t count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
+  std::size_t Index(int i, int j, int k) const { return (static_cast<std::size_t>(k) * size[1] + j) * size[0] + i; }
+  Vec3 WorldFromVoxel(const Vec3& p_V) const { return origin_W + axes_W * (p_V * spacing_mm); }
+  Vec3 VoxelFromWorld(const Vec3& p_W) const { return (glm::inverse(axes_W) * (p_W - origin_W)) / spacing_mm; }
+  bool Contains(const std::array<int, 3>& ijk) const {
+    return ijk[0] >= 0 && ijk[1] >= 0 && ijk[2] >= 0 && ijk[0] < size[0] && ijk[1] < size[1] && ijk[2] < size[2];
+  }
+  double CalcVoxelVolume() const;  // mm^3
+};
+
+/// 64-bit hash of the values and the lattice (FNV-1a), for provenance.
+std::uint64_t CalcHash(const Volume& volume);
+/// Throws Error naming `name` unless the lattice is finite, right- or left-handed but not flat, and its spacing 0.01 to
+/// 20 mm.
+void CheckLattice(const Volume& volume, const std::string& name);
+/// The part between two voxels, both included; the lattice stays where it was. What lies beyond the scan is air.
+Volume Crop(const Volume& volume, const std::array<int, 3>& lower, const std::array<int, 3>& upper);
+
+}  // namespace kerf
