@@ -1,13 +1,13 @@
 #include "import/watershed.h"
 
-#include <itkImportImageFilter.h>
 #include <itkMorphologicalWatershedFromMarkersImageFilter.h>
-#include <itkSignedMaurerDistanceMapImageFilter.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "import/depth.h"
 #include "import/itk_read.h"
+#include "import/itk_view.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -21,22 +21,6 @@ constexpr double kHuCeiling = 1200;
 constexpr double kHuPerMm = 100;
 constexpr double kLevelHu = 8;  // of the relief; noise below is levelled, so that borders run straight
 
-template <typename T>
-typename itk::Image<T, 3>::Pointer View(const Volume& ct, T* data) {
-  using Import = itk::ImportImageFilter<T, 3>;
-  auto import = Import::New();
-  typename Import::RegionType region;
-  for (unsigned a = 0; a < 3; ++a) region.SetSize(a, static_cast<itk::SizeValueType>(ct.size[a]));
-  import->SetRegion(region);
-  const double spacing[3] = {ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z};
-  import->SetSpacing(spacing);
-  import->SetImportPointer(data, ct.count(), false);
-  import->Update();
-  typename itk::Image<T, 3>::Pointer image = import->GetOutput();
-  image->DisconnectPipeline();
-  return image;
-}
-
 }  // namespace
 
 std::vector<std::uint8_t> GrowMarkers(const Volume& ct, double iso_hu, const std::vector<std::uint8_t>& markers) {
@@ -44,27 +28,19 @@ std::vector<std::uint8_t> GrowMarkers(const Volume& ct, double iso_hu, const std
   try {
     std::vector<std::uint8_t> bone(ct.count());
     for (std::size_t v = 0; v < bone.size(); ++v) bone[v] = ct.hu[v] >= iso_hu ? 1 : 0;
-    using Mask = itk::Image<std::uint8_t, 3>;
-    using Distance = itk::SignedMaurerDistanceMapImageFilter<Mask, itk::Image<float, 3>>;
-    const auto distance = Distance::New();
-    distance->SetInput(View(ct, bone.data()));
-    distance->InsideIsPositiveOn();
-    distance->SquaredDistanceOff();
-    distance->UseImageSpacingOn();
-    distance->Update();
-    const float* depth_mm = distance->GetOutput()->GetBufferPointer();
-
+    const std::vector<float> depth_mm = CalcDepth(ct, bone);
     std::vector<std::int16_t> relief(ct.count());
     for (std::size_t v = 0; v < relief.size(); ++v) {
       const double height = std::min<double>(ct.hu[v], kHuCeiling) + kHuPerMm * std::clamp<double>(depth_mm[v], 0, 20);
       relief[v] = static_cast<std::int16_t>(-std::lround(height / kLevelHu));
     }
+    using Mask = itk::Image<std::uint8_t, 3>;
     using Relief = itk::Image<std::int16_t, 3>;
     using Watershed = itk::MorphologicalWatershedFromMarkersImageFilter<Relief, Mask>;
     std::vector<std::uint8_t> seeds = markers;
     const auto watershed = Watershed::New();
-    watershed->SetInput1(View(ct, relief.data()));
-    watershed->SetInput2(View(ct, seeds.data()));
+    watershed->SetInput1(MakeView(ct, relief.data()));
+    watershed->SetInput2(MakeView(ct, seeds.data()));
     watershed->SetMarkWatershedLine(false);
     watershed->SetFullyConnected(false);
     watershed->Update();

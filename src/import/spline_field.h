@@ -1,0 +1,39 @@
+// A smooth function of space from samples on a lattice.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "kerf/geometry.h"
+
+namespace kerf {
+
+/// Tensor product of cubic B-splines over a lattice, twice continuously differentiable. Coordinates are voxels (index
+/// space of the lattice); beyond the lattice the outermost samples go on. Thread-safe once made.
+class SplineField {
+ public:
+  /// `interpolate`: the spline passes through the samples (no smoothing; sharp edges ring by some per cent). Otherwise
+  /// the samples are the coefficients: a smoothing of 0.58 voxels that never overshoots.
+  SplineField(const std::array<int, 3>& size, std::vector<float> samples, bool interpolate);
+
+  double At(const Vec3& p_V) const;
+
+  struct Bounds {
+    double lower, upper;
+  };
+  /// The field lies between these everywhere in the box: a B-spline stays within its coefficients.
+  Bounds CalcBounds(const Vec3& lower_V, const Vec3& upper_V) const;
+
+ private:
+  std::size_t Index(int i, int j, int k) const { return (static_cast<std::size_t>(k) * size_[1] + j) * size_[0] + i; }
+  void MakeBlocks();
+
+  std::array<int, 3> size_;
+  std::vector<float> coefficients_;
+  // Least and largest coefficient of each block of kBlock^3, for large boxes.
+  static constexpr int kBlock = 4;
+  std::array<int, 3> blocks_{0, 0, 0};
+  std::vector<std::array<float, 2>> block_bounds_;
+};
+
+}  // namespace kerf
