@@ -222,6 +222,24 @@ double CalcContact(const Volume& ct, const std::vector<std::uint8_t>& a, const s
   return area;
 }
 
+// Whether bone lies in the outermost voxels of the scan.
+bool TouchesEdge(const Volume& ct, const Isolation& result) {
+  const Vec3 shift = ct.VoxelFromWorld(result.ct.origin_W);
+  for (int k = 0; k < result.ct.size[2]; ++k) {
+    for (int j = 0; j < result.ct.size[1]; ++j) {
+      for (int i = 0; i < result.ct.size[0]; ++i) {
+        if (result.bone[result.ct.Index(i, j, k)] == 0) continue;
+        const std::array<int, 3> at = {i, j, k};
+        for (int a = 0; a < 3; ++a) {
+          const int n = at[a] + static_cast<int>(std::lround(shift[a]));
+          if (n <= 0 || n >= ct.size[a] - 1) return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
 bool HoldsBone(const Components& at_iso) {
   return !at_iso.list.empty() && at_iso.list.front().volume_mm3 >= 1000;
 }
@@ -284,6 +302,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   if (!options.isolate) {
     Isolation all = TakeAll(ct, options, at_iso);
     count_iso(all);
+    all.cut_by_scan = TouchesEdge(ct, all);
     return all;
   }
 
@@ -365,6 +384,8 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
                        Describe(piece), shape.objection),
            at_iso, iso);
   }
+  result.mandible = shape.is_mandible;
+  result.shape_objection = shape.objection;
   result.bone.assign(result.ct.count(), 0);
   std::vector<std::uint8_t> unwanted(result.ct.count(), 0);
   for (std::size_t v = 0; v < result.bone.size(); ++v) {
@@ -381,6 +402,7 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   result.contact_mm2 = CalcContact(result.ct, result.bone, unwanted);
   AddRim(result, unwanted);
   count_iso(result);
+  result.cut_by_scan = TouchesEdge(ct, result);
   return result;
 }
 

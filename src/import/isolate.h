@@ -28,8 +28,11 @@ struct Isolation {
   double contact_mm2 = 0;          // area over which it touched other bone
   std::size_t dropped_pieces = 0;  // small separate bits on the wanted side that were left out
   double dropped_mm3 = 0;
-  std::string how;       // in words, for the provenance
-  double marker_hu = 0;  // automatic: threshold above which the mandible stood apart; else 0
+  std::string how;              // in words, for the provenance
+  bool mandible = false;        // the shape is that of one
+  std::string shape_objection;  // why not, in words
+  bool cut_by_scan = false;     // bone reaches the edge of the scan
+  double marker_hu = 0;         // automatic: threshold above which the mandible stood apart; else 0
 };
 
 /// Automatic: the lowest threshold at which one component looks like a mandible gives it and all other large components

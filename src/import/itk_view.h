@@ -7,7 +7,8 @@
 
 namespace kerf {
 
-/// The image has the lattice's spacing, but lies at the origin and along the axes: enough for filters that work within the lattice.
+/// The image has the lattice's spacing, but lies at the origin and along the axes: enough for filters that work within
+/// the lattice.
 template <typename T>
 typename itk::Image<T, 3>::Pointer MakeView(const Volume& lattice, T* data) {
   using Import = itk::ImportImageFilter<T, 3>;

@@ -21,13 +21,15 @@ constexpr int kRim = 3;  // voxels beyond the tooth that still ask for its mater
 
 struct Stride {
   std::array<std::size_t, 3> of;
-  explicit Stride(const Volume& v) : of{1, static_cast<std::size_t>(v.size[0]), static_cast<std::size_t>(v.size[0]) * v.size[1]} {}
+  explicit Stride(const Volume& v)
+      : of{1, static_cast<std::size_t>(v.size[0]), static_cast<std::size_t>(v.size[0]) * v.size[1]} {}
 };
 
 // Calls visit(neighbour, axis) for the up to six voxels that share a face with v.
 template <typename Visit>
 void ForFaceNeighbours(const Volume& lattice, const Stride& stride, std::size_t v, Visit&& visit) {
-  const std::array<int, 3> at = {static_cast<int>(v % stride.of[1]), static_cast<int>(v / stride.of[1] % lattice.size[1]),
+  const std::array<int, 3> at = {static_cast<int>(v % stride.of[1]),
+                                 static_cast<int>(v / stride.of[1] % lattice.size[1]),
                                  static_cast<int>(v / stride.of[2])};
   for (int a = 0; a < 3; ++a) {
     if (at[a] > 0) visit(v - stride.of[a], a);
@@ -37,8 +39,9 @@ void ForFaceNeighbours(const Volume& lattice, const Stride& stride, std::size_t 
 
 }  // namespace
 
-TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid, const std::vector<std::uint8_t>& bone,
-                     const SplineField* hu, bool use_atlas, const TissueOptions& options)
+TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid,
+                     const std::vector<std::uint8_t>& bone, const SplineField* hu, bool use_atlas,
+                     const TissueOptions& options)
     : lattice_(lattice), options_(options), hu_(hu) {
   for (int a = 0; a < 3; ++a) {
     for (int b = 0; b < 3; ++b) voxel_from_world_[b][a] = glm::inverse(lattice.axes_W)[b][a] / lattice.spacing_mm[a];
@@ -72,7 +75,8 @@ void TissueMap::MeasureDepth(const std::vector<std::uint8_t>& solid) {
 
 void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
   const std::vector<std::int16_t>& hu = lattice_.hu;
-  const Components lumps = FindComponents(lattice_, [&](std::size_t v) { return bone[v] != 0 && hu[v] >= options_.tooth_hu; });
+  const Components lumps =
+      FindComponents(lattice_, [&](std::size_t v) { return bone[v] != 0 && hu[v] >= options_.tooth_hu; });
   const Stride stride(lattice_);
   // Dentin: what can be reached from enamel through bright voxels, counting the way in mm.
   std::vector<float> way_mm(bone.size(), -1);
@@ -89,7 +93,8 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
     for (const std::size_t v : front) {
       ForFaceNeighbours(lattice_, stride, v, [&](std::size_t w, int axis) {
         const float way = way_mm[v] + static_cast<float>(lattice_.spacing_mm[axis]);
-        if (bone[w] == 0 || hu[w] < options_.tooth_body_hu || static_cast<double>(way) > options_.tooth_reach_mm) return;
+        if (bone[w] == 0 || hu[w] < options_.tooth_body_hu || static_cast<double>(way) > options_.tooth_reach_mm)
+          return;
         if (way_mm[w] >= 0 && way_mm[w] <= way) return;
         way_mm[w] = way;
         next.push_back(w);
@@ -103,8 +108,10 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
   std::vector<std::uint8_t> owner(bone.size(), 0);
   tooth_voxels_.assign(bone.size(), 0);
   for (std::size_t v = 0; v < bone.size(); ++v) {
-    if (way_mm[v] >= 0) owner[v] = kTooth;
-    else if (bone[v] != 0 && hu[v] >= options_.cortical_hu) owner[v] = kOther;
+    if (way_mm[v] >= 0)
+      owner[v] = kTooth;
+    else if (bone[v] != 0 && hu[v] >= options_.cortical_hu)
+      owner[v] = kOther;
     if (owner[v] != 0) front.push_back(v);
   }
   for (int ring = 0; ring < kRim; ++ring) {
@@ -158,8 +165,9 @@ void CheckTable(const MaterialTable& table, bool use_atlas, const std::string& n
     if (!table.Contains(id)) missing += (missing.empty() ? "" : ", ") + std::to_string(id);
   }
   if (!missing.empty()) {
-    throw Error(fmt::format("{}: the table lacks region {}, which the import uses ({}; {} is cancellous bone, {} tooth)", name, missing,
-                            use_atlas ? "1 to 31 are the cortex" : "1 is all cortex", kCancellousRegion, kToothRegion));
+    throw Error(fmt::format(
+        "{}: the table lacks region {}, which the import uses ({}; {} is cancellous bone, {} tooth)", name, missing,
+        use_atlas ? "1 to 31 are the cortex" : "1 is all cortex", kCancellousRegion, kToothRegion));
   }
 }
 

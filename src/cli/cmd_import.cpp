@@ -1,0 +1,251 @@
+// kerf import: from a CT or a surface to a bone.
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bonefile/bonefile.h"
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "files/files.h"
+#include "import/dicom.h"
+#include "import/import.h"
+#include "import/markups.h"
+#include "kerf/error.h"
+#include "material/region_table.h"
+
+namespace kerf::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  std::string input;
+  std::string output;
+  bool list = false;
+  bool json = false;
+  bool no_isolate = false;
+  bool any_shape = false;
+  bool no_fill = false;
+  std::vector<std::string> keep, drop, keep_markups, drop_markups;
+  std::string materials;
+  ImportOptions import;
+};
+
+Vec3 ParsePoint(const std::string& text, const char* option) {
+  Vec3 p;
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &p.x, &p.y, &p.z, &used) != 3 ||
+      used != static_cast<int>(text.size())) {
+    throw CLI::ValidationError(option, fmt::format("'{}' is no point; write x,y,z in mm, such as -45,-238.5,373", text));
+  }
+  return p;
+}
+
+Json ToJson(const Vec3& v) { return {v.x, v.y, v.z}; }
+
+double PeakMemory_MB() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+void List(const Options& options) {
+  std::error_code failed;
+  if (!std::filesystem::is_directory(options.input, failed)) {
+    throw Error(fmt::format("{}: --list wants a folder of DICOM files", options.input));
+  }
+  const std::vector<DicomSeries> all = ListDicomSeries(options.input);
+  Json list = Json::array();
+  for (const DicomSeries& s : all) {
+    const DicomSlice& first = s.slices.front();
+    list.push_back({{"uid", s.uid},
+                    {"description", s.description},
+                    {"modality", s.modality},
+                    {"columns", first.size[0]},
+                    {"rows", first.size[1]},
+                    {"slices", s.slices.size()},
+                    {"spacing_mm", {first.pixel_mm[0], first.pixel_mm[1], s.gap_mm}},
+                    {"transfer_syntax", first.transfer_syntax}});
+    if (options.json) continue;
+    fmt::print("{}\n  {}, {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm{}{}\n", s.uid,
+               s.modality.empty() ? "no modality" : s.modality, first.size[0], first.size[1], s.slices.size(), first.pixel_mm[0],
+               first.pixel_mm[1], s.gap_mm, s.description.empty() ? "" : ", ", s.description);
+  }
+  if (options.json) fmt::print("{}\n", Json{{"series", list}}.dump(2));
+}
+
+void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
+  Json seconds;
+  double total = 0;
+  for (const auto& [name, s] : r.seconds) {
+    seconds[name] = s;
+    total += s;
+  }
+  seconds["write"] = write_s;
+  seconds["total"] = total + write_s;
+  Json regions = Json::array();
+  for (const auto& [id, mm3] : r.region_mm3) {
+    const bool known = bone.materials().Contains(id);
+    regions.push_back({{"id", id}, {"name", known ? bone.materials().At(id).name : "none"}, {"volume_mm3", mm3}});
+  }
+  const Json json = {{"input", options.input},
+                     {"kind", r.kind},
+                     {"series_uid", r.series_uid},
+                     {"ct_voxels", r.size},
+                     {"ct_spacing_mm", ToJson(r.spacing_mm)},
+                     {"input_hash", fmt::format("{:016x}", r.input_hash)},
+                     {"iso_HU", options.import.isolate.iso_hu},
+                     {"isolation", r.isolation},
+                     {"contact_mm2", r.contact_mm2},
+                     {"volume_mm3", r.solid_mm3},
+                     {"volume_above_iso_mm3", r.iso_mm3},
+                     {"filled_mm3", r.filled_mm3},
+                     {"tooth_mm3", r.tooth_mm3},
+                     {"box_lower_mm", ToJson(r.box.lower)},
+                     {"box_upper_mm", ToJson(r.box.upper)},
+                     {"box_size_mm", ToJson(r.box.size())},
+                     {"pieces", r.pieces},
+                     {"dropped_pieces", r.dropped_pieces},
+                     {"dropped_mm3", r.dropped_mm3},
+                     {"mandible", r.mandible},
+                     {"shape_objection", r.shape_objection},
+                     {"cut_by_scan", r.cut_by_scan},
+                     {"voxel_mm", bone.voxel_mm()},
+                     {"region_voxel_mm", bone.region_voxel_mm()},
+                     {"active_voxels", r.active_voxels},
+                     {"bone_memory_bytes", r.memory_bytes},
+                     {"peak_memory_MB", PeakMemory_MB()},
+                     {"regions", regions},
+                     {"seconds", seconds},
+                     {"output", options.output}};
+  fmt::print("{}\n", json.dump(2));
+}
+
+void PrintText(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
+  const Vec3 size = r.box.size();
+  const Vec3 centre = r.box.centre();
+  if (r.kind != "surface") {
+    fmt::print("read       {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", r.size[0], r.size[1], r.size[2], r.spacing_mm.x,
+               r.spacing_mm.y, r.spacing_mm.z);
+    fmt::print("isolation  {}; {:.0f} mm2 of contact with other bone\n", r.isolation, r.contact_mm2);
+  }
+  fmt::print("volume     {:.2f} cm3", r.solid_mm3 / 1000);
+  if (r.kind != "surface") {
+    fmt::print(" ({:.2f} cm3 above {:.0f} HU, {:.2f} cm3 of marrow and canals filled, {:.2f} cm3 of teeth)", r.iso_mm3 / 1000,
+               options.import.isolate.iso_hu, r.filled_mm3 / 1000, r.tooth_mm3 / 1000);
+  }
+  fmt::print("\nbox        {:.1f} x {:.1f} x {:.1f} mm around ({:.1f}, {:.1f}, {:.1f})\n", size.x, size.y, size.z, centre.x, centre.y,
+             centre.z);
+  fmt::print("pieces     {}", r.pieces);
+  if (r.dropped_pieces > 0) fmt::print("; {} bits of {:.0f} mm3 together left out", r.dropped_pieces, r.dropped_mm3);
+  fmt::print("\nvoxels     {} of {} mm, {:.0f} MB; peak memory {:.0f} MB\n", r.active_voxels, bone.voxel_mm(),
+             static_cast<double>(r.memory_bytes) / 1e6, PeakMemory_MB());
+  double total = write_s;
+  std::string stages;
+  for (const auto& [name, s] : r.seconds) {
+    total += s;
+    stages += fmt::format("{} {:.1f}, ", name, s);
+  }
+  fmt::print("time       {:.1f} s ({}write {:.1f})\n", total, stages, write_s);
+  fmt::print("written    {}\n", options.output);
+}
+
+void Warn(const ImportReport& r) {
+  if (r.cut_by_scan) fmt::print(stderr, "kerf: the bone reaches the edge of the scan and is cut off there\n");
+  if (!r.mandible) {
+    fmt::print(stderr, "kerf: all cortex is one region, since this is no mandible as the atlas knows it{}{}\n",
+               r.shape_objection.empty() ? "" : ": ", r.shape_objection);
+  }
+}
+
+void Run(Options& options) {
+  if (options.list) {
+    List(options);
+    return;
+  }
+  if (options.output.empty()) throw CLI::RequiredError("-o");
+  if (std::filesystem::path(options.output).extension() != ".vdb") {
+    throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", options.output));
+  }
+  ImportOptions& import = options.import;
+  import.isolate.isolate = !options.no_isolate;
+  import.isolate.check_shape = !options.any_shape;
+  import.fill = !options.no_fill;
+  for (const std::string& text : options.keep) import.isolate.keep_W.push_back(ParsePoint(text, "--keep"));
+  for (const std::string& text : options.drop) import.isolate.drop_W.push_back(ParsePoint(text, "--drop"));
+  for (const std::string& path : options.keep_markups) {
+    for (const Vec3& p_W : ReadMarkups(path)) import.isolate.keep_W.push_back(p_W);
+  }
+  for (const std::string& path : options.drop_markups) {
+    for (const Vec3& p_W : ReadMarkups(path)) import.isolate.drop_W.push_back(p_W);
+  }
+  if (!options.materials.empty()) {
+    import.materials = ParseRegionTable(ReadTextFile(options.materials), options.materials);
+    import.materials_name = std::filesystem::path(options.materials).filename().string();
+  }
+  ImportResult result;
+  double write_s = 0;
+  {
+    ProgressBar bar("importing");
+    import.progress = [&bar](double fraction) { bar.Show(0.97 * fraction); };
+    result = Import(options.input, import);
+    const auto start = std::chrono::steady_clock::now();
+    WriteBone(result.bone, options.output);
+    write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+  Warn(result.report);
+  if (options.json) {
+    PrintJson(options, result.report, result.bone, write_s);
+  } else {
+    PrintText(options, result.report, result.bone, write_s);
+  }
+}
+
+}  // namespace
+
+void AddImportCommand(CLI::App& app) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* c = app.add_subcommand("import", "Make a bone from a CT (DICOM folder, NRRD, NIfTI, MetaImage) or a closed surface.");
+  c->add_option("INPUT", o->input, "A folder of DICOM files, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply).")
+      ->required();
+  c->add_option("-o,--output", o->output, "The bone to write (.vdb).");
+  c->add_flag("--list", o->list, "List the series of a DICOM folder and do nothing else.");
+  c->add_option("--series", o->import.series, "UID, or its end, of the DICOM series to import; default: the only CT series.");
+  c->add_flag("--json", o->json, "Print the report as JSON.");
+  c->add_option("--voxel", o->import.voxel_mm, "Edge of a voxel of the bone, mm, 0.05 to 2; default 0.2.");
+
+  const std::string which = "Which bone";
+  c->add_option("--keep", o->keep, "A point x,y,z in the bone wanted, patient coordinates LPS in mm; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(which);
+  c->add_option("--drop", o->drop, "A point x,y,z in bone that is not wanted; may be repeated.")->allow_extra_args(false)->group(which);
+  c->add_option("--keep-markups", o->keep_markups, "A point list of 3D Slicer (.mrk.json) with points to keep; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(which);
+  c->add_option("--drop-markups", o->drop_markups, "The same with points to drop; may be repeated.")->allow_extra_args(false)->group(which);
+  c->add_flag("--no-isolate", o->no_isolate, "Import all bone, in pieces of 1 cm3 and more, without looking for the mandible.")->group(which);
+  c->add_flag("--any-shape", o->any_shape, "Write what the points isolate even when it does not look like a mandible.")->group(which);
+
+  const std::string surface = "Surface and tissues";
+  c->add_option("--iso", o->import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000; default 300.")->group(surface);
+  c->add_flag("--no-fill", o->no_fill, "Leave marrow spaces and canals below the iso value hollow.")->group(surface);
+  c->add_option("--cortical-hu", o->import.tissue.cortical_hu, "Cortical bone from this HU up, -500 to 4000; default 850.")->group(surface);
+  c->add_option("--shell", o->import.tissue.shell_mm, "Cortical bone down to this depth whatever its HU, mm, 0 to 10; default 1.")
+      ->group(surface);
+  c->add_option("--mesh-shell", o->import.mesh_shell_mm, "Thickness of the cortex of a surface, mm, 0 to 10; default 2.")->group(surface);
+  c->add_option("--tooth-hu", o->import.tissue.tooth_hu, "Enamel from this HU up, 0 to 32767; default 1800.")->group(surface);
+  c->add_option("--tooth-body-hu", o->import.tissue.tooth_body_hu, "Dentin joined to enamel from this HU up; default 1200.")
+      ->group(surface);
+  c->add_option("--tooth-reach", o->import.tissue.tooth_reach_mm, "Dentin reaches so far from enamel, mm; default 3.")->group(surface);
+  c->add_option("--materials", o->materials, "Region table (CSV) instead of the built-in one.")->group(surface);
+  c->callback([o] { Run(*o); });
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,71 @@
+// From a CT or a surface to a bone.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "import/fill.h"
+#include "import/isolate.h"
+#include "import/tissue.h"
+#include "kerf/bone.h"
+#include "kerf/geometry.h"
+#include "kerf/material.h"
+
+namespace kerf {
+
+struct ImportOptions {
+  std::string series;      // of a DICOM folder: UID or its end; empty: the only CT series
+  double voxel_mm = 0.2;   // 0.05 to 2
+  IsolateOptions isolate;  // with the iso value
+  bool fill = true;        // cavities become bone
+  FillOptions cavities;
+  TissueOptions tissue;
+  double mesh_shell_mm = 2.0;              // of a surface, which has no HU: cortex is this thick
+  std::optional<MaterialTable> materials;  // instead of the built-in one
+  std::string materials_name;              // where it came from, for messages and provenance
+  std::function<void(double)> progress;    // 0 to 1, one thread; may be empty
+};
+
+/// What was read, found and made. Volumes mm^3.
+struct ImportReport {
+  std::string kind;  // "DICOM", "image" or "surface"
+  std::string series_uid;
+  std::array<int, 3> size{0, 0, 0};  // of the CT, voxels
+  Vec3 spacing_mm{0};
+  std::uint64_t input_hash = 0;
+  std::string isolation;
+  double contact_mm2 = 0;          // of the bone with what it was parted from
+  double iso_mm3 = 0;              // above iso, by voxels of the CT
+  double filled_mm3 = 0;           // cavities, by voxels of the CT
+  double tooth_mm3 = 0;            // by voxels of the CT
+  double solid_mm3 = 0;            // of the level set
+  Box3 box;                        // of its surface, LPS mm
+  std::size_t pieces = 0;          // separate pieces of the level set
+  std::size_t dropped_pieces = 0;  // small ones left out, at the CT's resolution and at the level set's
+  double dropped_mm3 = 0;
+  bool mandible = false;        // has the shape of one; the atlas was laid on it
+  std::string shape_objection;  // why not
+  bool cut_by_scan = false;     // the bone reaches the edge of the scan
+  std::uint64_t active_voxels = 0;
+  std::uint64_t memory_bytes = 0;  // of the bone
+  std::map<int, double> region_mm3;
+  std::vector<std::pair<std::string, double>> seconds;  // by stage
+};
+
+struct ImportResult {
+  Bone bone;
+  ImportReport report;
+};
+
+/// `path`: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj .ply). The
+/// bone's coordinates are the patient's (LPS, mm), a surface's its own. Throws Error with a sentence for whatever can't
+/// become a bone.
+ImportResult Import(const std::string& path, const ImportOptions& options);
+
+}  // namespace kerf
