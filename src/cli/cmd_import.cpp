@@ -43,12 +43,15 @@ Vec3 ParsePoint(const std::string& text, const char* option) {
   int used = 0;
   if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &p.x, &p.y, &p.z, &used) != 3 ||
       used != static_cast<int>(text.size())) {
-    throw CLI::ValidationError(option, fmt::format("'{}' is no point; write x,y,z in mm, such as -45,-238.5,373", text));
+    throw CLI::ValidationError(option,
+                               fmt::format("'{}' is no point; write x,y,z in mm, such as -45,-238.5,373", text));
   }
   return p;
 }
 
-Json ToJson(const Vec3& v) { return {v.x, v.y, v.z}; }
+Json ToJson(const Vec3& v) {
+  return {v.x, v.y, v.z};
+}
 
 double PeakMemory_MB() {
   rusage usage{};
@@ -75,8 +78,8 @@ void List(const Options& options) {
                     {"transfer_syntax", first.transfer_syntax}});
     if (options.json) continue;
     fmt::print("{}\n  {}, {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm{}{}\n", s.uid,
-               s.modality.empty() ? "no modality" : s.modality, first.size[0], first.size[1], s.slices.size(), first.pixel_mm[0],
-               first.pixel_mm[1], s.gap_mm, s.description.empty() ? "" : ", ", s.description);
+               s.modality.empty() ? "no modality" : s.modality, first.size[0], first.size[1], s.slices.size(),
+               first.pixel_mm[0], first.pixel_mm[1], s.gap_mm, s.description.empty() ? "" : ", ", s.description);
   }
   if (options.json) fmt::print("{}\n", Json{{"series", list}}.dump(2));
 }
@@ -132,17 +135,17 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   const Vec3 size = r.box.size();
   const Vec3 centre = r.box.centre();
   if (r.kind != "surface") {
-    fmt::print("read       {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", r.size[0], r.size[1], r.size[2], r.spacing_mm.x,
-               r.spacing_mm.y, r.spacing_mm.z);
+    fmt::print("read       {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", r.size[0], r.size[1], r.size[2],
+               r.spacing_mm.x, r.spacing_mm.y, r.spacing_mm.z);
     fmt::print("isolation  {}; {:.0f} mm2 of contact with other bone\n", r.isolation, r.contact_mm2);
   }
   fmt::print("volume     {:.2f} cm3", r.solid_mm3 / 1000);
   if (r.kind != "surface") {
-    fmt::print(" ({:.2f} cm3 above {:.0f} HU, {:.2f} cm3 of marrow and canals filled, {:.2f} cm3 of teeth)", r.iso_mm3 / 1000,
-               options.import.isolate.iso_hu, r.filled_mm3 / 1000, r.tooth_mm3 / 1000);
+    fmt::print(" ({:.2f} cm3 above {:.0f} HU, {:.2f} cm3 of marrow and canals filled, {:.2f} cm3 of teeth)",
+               r.iso_mm3 / 1000, options.import.isolate.iso_hu, r.filled_mm3 / 1000, r.tooth_mm3 / 1000);
   }
-  fmt::print("\nbox        {:.1f} x {:.1f} x {:.1f} mm around ({:.1f}, {:.1f}, {:.1f})\n", size.x, size.y, size.z, centre.x, centre.y,
-             centre.z);
+  fmt::print("\nbox        {:.1f} x {:.1f} x {:.1f} mm around ({:.1f}, {:.1f}, {:.1f})\n", size.x, size.y, size.z,
+             centre.x, centre.y, centre.z);
   fmt::print("pieces     {}", r.pieces);
   if (r.dropped_pieces > 0) fmt::print("; {} bits of {:.0f} mm3 together left out", r.dropped_pieces, r.dropped_mm3);
   fmt::print("\nvoxels     {} of {} mm, {:.0f} MB; peak memory {:.0f} MB\n", r.active_voxels, bone.voxel_mm(),
@@ -194,30 +197,34 @@ void Run(Options& options) {
   double write_s = 0;
   {
     ProgressBar bar("importing");
-    import.progress = [&bar](double fraction) { bar.Show(0.97 * fraction); };
-    result = Import(options.input, import);
-    const auto start = std::chrono::steady_clock::now();
-    WriteBone(result.bone, options.output);
-    write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
-  Warn(result.report);
-  if (options.json) {
-    PrintJson(options, result.report, result.bone, write_s);
-  } else {
-    PrintText(options, result.report, result.bone, write_s);
-  }
+    import.progress = [&bar](double fraction) { bar.Show(0.97 * fraction);
+  };
+  result = Import(options.input, import);
+  const auto start = std::chrono::steady_clock::now();
+  WriteBone(result.bone, options.output);
+  write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
-
+Warn(result.report);
+if (options.json) {
+  PrintJson(options, result.report, result.bone, write_s);
+} else {
+  PrintText(options, result.report, result.bone, write_s);
+}
 }  // namespace
+
+}  // namespace kerf::cli
 
 void AddImportCommand(CLI::App& app) {
   const auto o = std::make_shared<Options>();
-  CLI::App* c = app.add_subcommand("import", "Make a bone from a CT (DICOM folder, NRRD, NIfTI, MetaImage) or a closed surface.");
-  c->add_option("INPUT", o->input, "A folder of DICOM files, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply).")
+  CLI::App* c =
+      app.add_subcommand("import", "Make a bone from a CT (DICOM folder, NRRD, NIfTI, MetaImage) or a closed surface.");
+  c->add_option("INPUT", o->input,
+                "A folder of DICOM files, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply).")
       ->required();
   c->add_option("-o,--output", o->output, "The bone to write (.vdb).");
   c->add_flag("--list", o->list, "List the series of a DICOM folder and do nothing else.");
-  c->add_option("--series", o->import.series, "UID, or its end, of the DICOM series to import; default: the only CT series.");
+  c->add_option("--series", o->import.series,
+                "UID, or its end, of the DICOM series to import; default: the only CT series.");
   c->add_flag("--json", o->json, "Print the report as JSON.");
   c->add_option("--voxel", o->import.voxel_mm, "Edge of a voxel of the bone, mm, 0.05 to 2; default 0.2.");
 
@@ -225,25 +232,42 @@ void AddImportCommand(CLI::App& app) {
   c->add_option("--keep", o->keep, "A point x,y,z in the bone wanted, patient coordinates LPS in mm; may be repeated.")
       ->allow_extra_args(false)
       ->group(which);
-  c->add_option("--drop", o->drop, "A point x,y,z in bone that is not wanted; may be repeated.")->allow_extra_args(false)->group(which);
-  c->add_option("--keep-markups", o->keep_markups, "A point list of 3D Slicer (.mrk.json) with points to keep; may be repeated.")
+  c->add_option("--drop", o->drop, "A point x,y,z in bone that is not wanted; may be repeated.")
       ->allow_extra_args(false)
       ->group(which);
-  c->add_option("--drop-markups", o->drop_markups, "The same with points to drop; may be repeated.")->allow_extra_args(false)->group(which);
-  c->add_flag("--no-isolate", o->no_isolate, "Import all bone, in pieces of 1 cm3 and more, without looking for the mandible.")->group(which);
-  c->add_flag("--any-shape", o->any_shape, "Write what the points isolate even when it does not look like a mandible.")->group(which);
+  c->add_option("--keep-markups", o->keep_markups,
+                "A point list of 3D Slicer (.mrk.json) with points to keep; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(which);
+  c->add_option("--drop-markups", o->drop_markups, "The same with points to drop; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(which);
+  c->add_flag("--no-isolate", o->no_isolate,
+              "Import all bone, in pieces of 1 cm3 and more, without looking for the mandible.")
+      ->group(which);
+  c->add_flag("--any-shape", o->any_shape, "Write what the points isolate even when it does not look like a mandible.")
+      ->group(which);
 
   const std::string surface = "Surface and tissues";
-  c->add_option("--iso", o->import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000; default 300.")->group(surface);
+  c->add_option("--iso", o->import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000; default 300.")
+      ->group(surface);
   c->add_flag("--no-fill", o->no_fill, "Leave marrow spaces and canals below the iso value hollow.")->group(surface);
-  c->add_option("--cortical-hu", o->import.tissue.cortical_hu, "Cortical bone from this HU up, -500 to 4000; default 850.")->group(surface);
-  c->add_option("--shell", o->import.tissue.shell_mm, "Cortical bone down to this depth whatever its HU, mm, 0 to 10; default 1.")
+  c->add_option("--cortical-hu", o->import.tissue.cortical_hu,
+                "Cortical bone from this HU up, -500 to 4000; default 850.")
       ->group(surface);
-  c->add_option("--mesh-shell", o->import.mesh_shell_mm, "Thickness of the cortex of a surface, mm, 0 to 10; default 2.")->group(surface);
-  c->add_option("--tooth-hu", o->import.tissue.tooth_hu, "Enamel from this HU up, 0 to 32767; default 1800.")->group(surface);
-  c->add_option("--tooth-body-hu", o->import.tissue.tooth_body_hu, "Dentin joined to enamel from this HU up; default 1200.")
+  c->add_option("--shell", o->import.tissue.shell_mm,
+                "Cortical bone down to this depth whatever its HU, mm, 0 to 10; default 1.")
       ->group(surface);
-  c->add_option("--tooth-reach", o->import.tissue.tooth_reach_mm, "Dentin reaches so far from enamel, mm; default 3.")->group(surface);
+  c->add_option("--mesh-shell", o->import.mesh_shell_mm,
+                "Thickness of the cortex of a surface, mm, 0 to 10; default 2.")
+      ->group(surface);
+  c->add_option("--tooth-hu", o->import.tissue.tooth_hu, "Enamel from this HU up, 0 to 32767; default 1800.")
+      ->group(surface);
+  c->add_option("--tooth-body-hu", o->import.tissue.tooth_body_hu,
+                "Dentin joined to enamel from this HU up; default 1200.")
+      ->group(surface);
+  c->add_option("--tooth-reach", o->import.tissue.tooth_reach_mm, "Dentin reaches so far from enamel, mm; default 3.")
+      ->group(surface);
   c->add_option("--materials", o->materials, "Region table (CSV) instead of the built-in one.")->group(surface);
   c->callback([o] { Run(*o); });
 }

@@ -12,6 +12,7 @@ void AddExportCommand(CLI::App& app);
 void AddPictureCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
+void AddImportCommand(CLI::App& app);
 void AddSceneCommand(CLI::App& app);
 
 }  // namespace kerf::cli

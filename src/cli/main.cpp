@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   kerf::cli::AddPictureCommand(app);
   kerf::cli::AddInfoCommand(app);
   kerf::cli::AddRunCommand(app);
+  kerf::cli::AddImportCommand(app);
   kerf::cli::AddSceneCommand(app);
 
   try {
