@@ -13,6 +13,7 @@ void AddPictureCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddImportCommand(CLI::App& app);
+void AddModelCommand(CLI::App& app);
 void AddSceneCommand(CLI::App& app);
 
 }  // namespace kerf::cli

@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   kerf::cli::AddInfoCommand(app);
   kerf::cli::AddRunCommand(app);
   kerf::cli::AddImportCommand(app);
+  kerf::cli::AddModelCommand(app);
   kerf::cli::AddSceneCommand(app);
 
   try {

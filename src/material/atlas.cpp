@@ -205,7 +205,7 @@ void MandibleAtlas::FindArch(const std::vector<Vec3>& own, int side) {
   for (std::size_t i = 0; i < kAngles; ++i) {
     bins[i] = radius_sum[i].count > 0 ? std::optional(radius_sum[i].sum / radius_sum[i].count) : std::nullopt;
   }
-  std::array<double, kAngles> radius{};
+  std::array<double, kAngles>& radius = arch.radius;
   FillAndSmooth(bins, 3, &radius);
 
   double length = 0;
@@ -283,20 +283,54 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
   ramus_middle_mm_ = (sum_f - ramus_lean_ * sum_h) / n;
 }
 
+double MandibleAtlas::FindBin(const Side& arch, const Vec3& own) {
+  // Square to the arch and not along the ray from the axis, so that a cut across the body stays in its column. Only
+  // near the ray, since the two halves of a horseshoe face each other.
+  constexpr int kReach = 9;
+  const int at_ray = static_cast<int>(CalcAngle(own) / kMaxAngle * kAngles);
+  const double x = std::abs(own.x);
+  const auto point = [&arch](int i) {
+    const double angle = (i + 0.5) * kMaxAngle / kAngles;
+    const double r = arch.radius[static_cast<std::size_t>(i)];
+    return std::pair(r * std::sin(angle), r * std::cos(angle));
+  };
+  const int first = std::clamp(at_ray - kReach, 0, kAngles - 2);
+  const int last = std::clamp(at_ray + kReach, 1, kAngles - 1);
+  double nearest2 = 1e300;
+  double bin = first;
+  auto [x0, y0] = point(first);
+  for (int i = first; i < last; ++i) {
+    const auto [x1, y1] = point(i + 1);
+    const double ex = x1 - x0;
+    const double ey = y1 - y0;
+    const double length2 = std::max(ex * ex + ey * ey, 1e-12);
+    const double t = std::clamp(((x - x0) * ex + (own.y - y0) * ey) / length2, 0.0, 1.0);
+    const double dx = x - x0 - t * ex;
+    const double dy = own.y - y0 - t * ey;
+    if (dx * dx + dy * dy < nearest2) {
+      nearest2 = dx * dx + dy * dy;
+      bin = i + t;
+    }
+    x0 = x1;
+    y0 = y1;
+  }
+  return bin + 0.5;  // the first bin's middle is at 0.5
+}
+
 MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
   const Vec3 own = ToOwn(p_W);
   MandibleCoordinates c;
   c.side = own.x >= 0 ? 1 : 0;
   const Side& arch = sides_[static_cast<std::size_t>(c.side)];
-  const double bin = CalcAngle(own) / kMaxAngle * kAngles;
-  c.along = bin < 0.5 ? 2 * bin * arch.along[0] : Interpolate(arch.along, bin);
-  const double crest = Interpolate(arch.crest, bin);
-  const double base = Interpolate(arch.base, bin);
+  const double at_arch = FindBin(arch, own);
+  c.along = Interpolate(arch.along, at_arch);
+  const double crest = Interpolate(arch.crest, at_arch);
+  const double base = Interpolate(arch.base, at_arch);
   c.depth = (crest - own.z) / std::max(1.0, crest - base);
   c.rise = own.z / height_mm_;
   c.forward_mm = own.y - (ramus_middle_mm_ + ramus_lean_ * own.z);
   const double height_bin = own.z / (1.05 * height_mm_) * kHeights;
-  const double t = std::clamp(bin - 0.5, 0.0, kAngles - 1.0);
+  const double t = std::clamp(CalcAngle(own) / kMaxAngle * kAngles - 0.5, 0.0, kAngles - 1.0);
   const auto i = std::min<std::size_t>(static_cast<std::size_t>(t), kAngles - 2);
   const double lower = Interpolate(arch.middle[i], height_bin);
   const double upper = Interpolate(arch.middle[i + 1], height_bin);

@@ -56,9 +56,10 @@ class MandibleAtlas {
   static constexpr int kHeights = 24;
   static constexpr double kMaxAngle = 2.3;  // radians
   struct Side {
-    std::array<double, kAngles> along{};  // arc length / that of the ramus's back edge
-    std::array<double, kAngles> crest{};  // h of the body's upper border, mm
-    std::array<double, kAngles> base{};   // h of its lower border, mm
+    std::array<double, kAngles> radius{};  // of the arch's middle, mm
+    std::array<double, kAngles> along{};   // arc length / that of the ramus's back edge
+    std::array<double, kAngles> crest{};   // h of the body's upper border, mm
+    std::array<double, kAngles> base{};    // h of its lower border, mm
     std::array<std::array<double, kHeights>, kAngles>
         middle{};  // distance from the axis to the middle of the thickness, mm
   };
@@ -67,6 +68,8 @@ class MandibleAtlas {
   double ramus_lean_ = 0;       // and how it changes with h
 
   Vec3 ToOwn(const Vec3& p_W) const;
+  /// Where the arch comes nearest to a point seen from above, in bins.
+  static double FindBin(const Side& arch, const Vec3& own);
   void FindAxes(const std::vector<Vec3>& points_W);
   void FindArch(const std::vector<Vec3>& own, int side);
   void FindRamus(const std::vector<Vec3>& own);

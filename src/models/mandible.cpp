@@ -7,7 +7,8 @@
 
 namespace kerf {
 
-Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials, const MandibleBuild& build) {
+Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
+                  const std::function<void(double)>& progress) {
   for (int id = 1; id <= kCanalRegion; ++id) {
     if (!materials.Contains(id)) {
       throw Error(
@@ -21,10 +22,10 @@ Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials, 
   solid.region = [&shape](const Vec3& p_W) { return shape.RegionAt(p_W); };
   solid.is_distance = false;  // smooth joints and tapers bend it
   BuildOptions options;
-  options.voxel_mm = build.voxel_mm;
-  options.region_voxel_mm = std::max(build.voxel_mm, 0.2);
-  options.progress = build.progress;
-  Bone bone = MakeBone(solid, shape.bounds().Grown(5 * build.voxel_mm), options, materials);
+  options.voxel_mm = params.voxel_mm;
+  options.region_voxel_mm = std::max(params.voxel_mm, 0.2);
+  options.progress = progress;
+  Bone bone = MakeBone(solid, shape.bounds().Grown(5 * params.voxel_mm), options, materials);
   bone.set_note("made_by", "kerf model mandible");
   Describe(params, [&bone](const char* key, const auto& value, Range, const char*) {
     bone.set_note(fmt::format("mandible_{}", key), fmt::format("{}", value));

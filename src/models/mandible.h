@@ -49,6 +49,7 @@ struct MandibleParams {
   double cortex_back_mm = 1.4;
 
   int teeth = 14;
+  double voxel_mm = 0.2;
 };
 
 template <typename Params, typename Visitor>
@@ -87,6 +88,7 @@ void Describe(Params& p, Visitor&& visit) {
   visit("cortex_lingual_mm", p.cortex_lingual_mm, Range{1, 4}, "thickness of the lingual plate at the first molar");
   visit("cortex_back_mm", p.cortex_back_mm, Range{0.8, 3}, "thickness of the cortex at the ramus and condyle");
   visit("teeth", p.teeth, Range{0, 16}, "number of teeth: 0, 14 (no third molars) or 16");
+  visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
 }
 
 /// Named points of the left half, world frame; the right half mirrors x.
@@ -126,12 +128,9 @@ class MandibleShape {
   std::unique_ptr<const Parts> parts_;
 };
 
-struct MandibleBuild {
-  double voxel_mm = 0.2;
-  std::function<void(double)> progress;
-};
-
-/// Throws Error when a parameter is out of range or `materials` lacks one of the regions 1 to 34.
-Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials, const MandibleBuild& build);
+/// `progress` is called with 0..1 from one thread; may be empty. The region grid has voxels of voxel_mm, but of at
+/// least 0.2 mm. Throws Error when a parameter is out of range or `materials` lacks one of the regions 1 to 34.
+Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
+                  const std::function<void(double)>& progress = {});
 
 }  // namespace kerf

@@ -61,6 +61,14 @@ void ReadBlock(TableReader& bone, const char* key, BlockParams& block, Faults& f
   reader.Finish();
 }
 
+void ReadMandible(TableReader& bone, MandibleParams& mandible, Faults& faults) {
+  const TomlNode* table = bone.Table("mandible");
+  if (table == nullptr) return;
+  TableReader reader(*table, "[bone.mandible]", faults);
+  Describe(mandible, reader);
+  reader.Finish();
+}
+
 void ReadBoneTable(TableReader& root, SceneBone& bone, const std::string& scene_file, Faults& faults) {
   root.Require("bone");
   const TomlNode* table = root.Table("bone");
@@ -81,6 +89,7 @@ void ReadBoneTable(TableReader& root, SceneBone& bone, const std::string& scene_
 
   // Each model's parameters are read, so that a fault in them is told even when they are of another model.
   if (bone.source == BoneSource::kPlate) bone.block = MakePlateParams();
+  ReadMandible(reader, bone.mandible, faults);
   ReadBlock(reader, "block", bone.block, faults);
   ReadBlock(reader, "plate", bone.block, faults);
   for (const std::string_view word : BoneModelWords()) {

@@ -9,6 +9,7 @@
 #include "kerf/material.h"
 #include "kerf/simulation.h"
 #include "models/block.h"
+#include "models/mandible.h"
 
 namespace kerf {
 
@@ -21,6 +22,7 @@ struct SceneBone {
   std::string
       materials;      // a region table (CSV), absolute path; empty: the file's own or, for a model, the one built in
   BlockParams block;  // kBlock and kPlate
+  MandibleParams mandible;  // kMandible
 };
 
 struct SceneTool {

@@ -92,6 +92,11 @@ void WriteBlock(TomlWriter& write, const std::string& key, BlockParams block) {
   write.SetTerse(false);
 }
 
+void WriteMandible(TomlWriter& write, MandibleParams mandible) {
+  write.Header("[bone.mandible]", "The generic mandible; what each dimension means: docs/mandible.md.");
+  Describe(mandible, write);
+}
+
 void WriteBone(TomlWriter& write, SceneBone bone) {
   write.Header("[bone]", "");
   if (bone.source == BoneSource::kFile) {
@@ -105,6 +110,7 @@ void WriteBone(TomlWriter& write, SceneBone bone) {
   } else {
     write("materials", bone.materials, TextLimit{0}, "table of regions, instead of the bone's own");
   }
+  if (bone.source == BoneSource::kMandible) WriteMandible(write, bone.mandible);
   if (bone.source == BoneSource::kBlock || bone.source == BoneSource::kPlate) {
     WriteBlock(write, std::string(ToString(bone.source)), bone.block);
   }

@@ -5,10 +5,11 @@
 #include "kerf/error.h"
 #include "material/region_table.h"
 #include "models/block.h"
+#include "models/mandible.h"
 
 namespace kerf {
 
-Bone MakeSceneBone(const Scene& scene, [[maybe_unused]] const std::function<void(double)>& progress) {
+Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress) {
   MaterialTable materials = DefaultMandibleTable();
   if (!scene.bone.materials.empty()) {
     materials = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
@@ -30,9 +31,9 @@ Bone MakeSceneBone(const Scene& scene, [[maybe_unused]] const std::function<void
     case BoneSource::kPlate:
       return MakeBlock(scene.bone.block, materials);
     case BoneSource::kMandible:
-      break;
+      return MakeMandible(scene.bone.mandible, materials, progress);
   }
-  throw Error("the mandible model is not built in");
+  throw Error("the scene names no bone");
 }
 
 }  // namespace kerf
