@@ -121,8 +121,7 @@ Bone::Bone(Bone&&) noexcept = default;
 Bone& Bone::operator=(Bone&&) noexcept = default;
 
 Bone::Bone(const Bone& other) : grids_(std::make_unique<Grids>(*other.grids_)) {
-  grids_->phi = other.grids_->phi->deepCopy();
-  grids_->region = other.grids_->region->deepCopy();
+  grids_->phi = other.grids_->phi->deepCopy();  // the region grid is shared: nobody changes one in place
 }
 
 Bone& Bone::operator=(const Bone& other) {

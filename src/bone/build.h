@@ -20,7 +20,8 @@ struct SolidField {
   /// Region id at a point; only asked inside or within band of the surface. 0 is allowed (no material).
   std::function<int(const Vec3&)> region;
   /// True: `value` is a signed distance to 1 % within 3 voxels of the surface and used as it is.
-  /// False: only its zero level is used and the distance is solved for (first-order fast sweeping: to a fifth of a voxel).
+  /// False: only its zero level is used and the distance is solved for (first-order fast sweeping: to a fifth of a
+  /// voxel).
   bool is_distance = true;
 };
 

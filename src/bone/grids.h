@@ -15,7 +15,7 @@ inline constexpr int kHalfBandVoxels = 3;
 /// edge.
 struct Bone::Grids {
   openvdb::FloatGrid::Ptr phi;
-  openvdb::Int32Grid::Ptr region;
+  openvdb::Int32Grid::Ptr region;  // shared between copies: replaced, never changed in place
   MaterialTable materials;
   std::map<std::string, std::string> notes;
 

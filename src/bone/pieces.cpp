@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <numeric>
 #include <unordered_map>
 
@@ -170,26 +171,41 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
       result.dust_mm3 += mm3;
       continue;
     }
-    // A copy in which the other pieces are outside.
-    Bone piece(bone);
+    // The leaves and tiles that hold this piece, and the leaves beside them for the outer side of the band. Other
+    // pieces' voxels are outside.
+    const auto is_ours = [&, r = root](const Block& block, std::uint16_t part) {
+      return sets.Find(block.first_node + part) == r;
+    };
+    std::vector<char> keep(blocks.size(), 0);
+    for (std::size_t n = 0; n < blocks.size(); ++n) {
+      bool ours = false;
+      for (std::uint16_t part = 0; part < blocks[n].part_count; ++part) ours = ours || is_ours(blocks[n], part);
+      if (!ours) continue;
+      for (int beside = 0; beside < 27; ++beside) {
+        const Coord at =
+            blocks[n].origin.offsetBy(8 * (beside / 9 - 1), 8 * (beside / 3 % 3 - 1), 8 * (beside % 3 - 1));
+        const auto found = index.find(at);
+        if (found != index.end()) keep[found->second] = 1;
+      }
+    }
+    Bone piece;
+    piece.grids() = grids;
+    piece.grids().phi = MakePhiGrid(grids.voxel_mm());
     FloatTree& tree = piece.grids().phi->tree();
     const float band = tree.background();
-    for (const Block& block : blocks) {
-      bool all_ours = true;
-      for (std::uint16_t part = 0; part < block.part_count; ++part) {
-        all_ours = all_ours && sets.Find(block.first_node + part) == root;
-      }
-      if (all_ours) continue;
+    for (std::size_t n = 0; n < blocks.size(); ++n) {
+      const Block& block = blocks[n];
+      if (!keep[n]) continue;
       if (!block.leaf) {
-        tree.addTile(1, block.origin, band, false);
+        if (is_ours(block, 0)) tree.addTile(1, block.origin, -band, false);
         continue;
       }
-      FloatLeaf* leaf = tree.probeLeaf(block.origin);
+      auto leaf = std::make_unique<FloatLeaf>(*block.leaf);
       for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
         const std::uint16_t part = block.part[i];
-        if (part == kOutside || sets.Find(block.first_node + part) == root) continue;
-        leaf->setValueOff(i, band);
+        if (part != kOutside && !is_ours(block, part)) leaf->setValueOff(i, band);
       }
+      tree.addLeaf(leaf.release());
     }
     openvdb::tools::pruneLevelSet(tree, band, -band);
     result.pieces.push_back(std::move(piece));
