@@ -347,6 +347,30 @@ TEST(Decimate, GoesOnUntilOnlyATetrahedronIsLeft) {
   EXPECT_GT(CalcEnclosedVolume(reduced), 0);
 }
 
+TEST(Decimate, HoleOfATorusIsNeverClosed) {
+  TriangleMesh torus;
+  constexpr int kAround = 60;
+  constexpr int kTube = 20;
+  for (int i = 0; i < kAround; ++i) {
+    for (int j = 0; j < kTube; ++j) {
+      const double u = 2 * M_PI * i / kAround;
+      const double v = 2 * M_PI * j / kTube;
+      const double r = 10 + 3 * std::cos(v);
+      torus.points.emplace_back(r * std::cos(u), r * std::sin(u), 3 * std::sin(v));
+      const auto id = [&](int a, int b) { return static_cast<std::uint32_t>(a % kAround * kTube + b % kTube); };
+      torus.triangles.push_back({id(i, j), id(i + 1, j), id(i + 1, j + 1)});
+      torus.triangles.push_back({id(i, j), id(i + 1, j + 1), id(i, j + 1)});
+    }
+  }
+  for (const std::size_t target : {200u, 4u}) {
+    const TriangleMesh reduced = Decimate(torus, target);
+    EXPECT_LE(reduced.triangles.size(), std::max(target, std::size_t{80}));
+    EXPECT_EQ(CountOpenEdges(reduced), 0u);
+    // Euler: points - edges + triangles = 0 on a torus, 2 on a sphere; a closed mesh has 3/2 edges a triangle.
+    EXPECT_EQ(2 * reduced.points.size(), reduced.triangles.size());
+  }
+}
+
 TEST(Decimate, SmallEnoughMeshIsLeftAloneAndAbsurdTargetsAreRefused) {
   const TriangleMesh tetrahedron = MakeTetrahedron();
   EXPECT_EQ(Decimate(tetrahedron, 4).triangles, tetrahedron.triangles);
