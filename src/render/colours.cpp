@@ -60,9 +60,21 @@ Rgb8 TissueColour(Tissue tissue) {
 Rgb8 RegionColour(int region_id) {
   if (region_id <= 0) return {170, 170, 170};
   const Rgb8 base = kPalette[static_cast<std::size_t>(region_id) % kPalette.size()];
-  // Every seven ids the same hues return lighter or darker.
-  constexpr std::array<double, 4> kWhite{0.15, 0.5, 0.3, 0.65};
-  return Mix(base, {255, 255, 255}, kWhite[static_cast<std::size_t>(region_id) / kPalette.size() % kWhite.size()]);
+  // Every seven ids the same hues return: plain, dark, light, pale.
+  switch (region_id / static_cast<int>(kPalette.size()) % 4) {
+    case 0:
+      return Mix(base, {255, 255, 255}, 0.15);
+    case 1:
+      return Mix(base, {0, 0, 0}, 0.3);
+    case 2:
+      return Mix(base, {255, 255, 255}, 0.5);
+    default:
+      return Mix(base, {255, 255, 255}, 0.75);
+  }
+}
+
+Rgb8 RegionColour(const Region& region) {
+  return region.tissue == Tissue::kCortical ? RegionColour(region.id) : TissueColour(region.tissue);
 }
 
 SurfaceColours CalcSurfaceColours(const Bone& bone, const TriangleMesh& mesh_W, ColourBy by) {
@@ -82,8 +94,9 @@ SurfaceColours CalcSurfaceColours(const Bone& bone, const TriangleMesh& mesh_W, 
     ++counts[ids[i]];
   }
   const auto colour_of = [&](int id) {
-    if (by == ColourBy::kRegion) return RegionColour(id);
-    return TissueColour(bone.materials().Contains(id) ? bone.materials().At(id).tissue : Tissue::kOther);
+    if (!bone.materials().Contains(id)) return TissueColour(Tissue::kOther);
+    return by == ColourBy::kRegion ? RegionColour(bone.materials().At(id))
+                                   : TissueColour(bone.materials().At(id).tissue);
   };
   colours.points.reserve(ids.size());
   for (const int id : ids) colours.points.push_back(colour_of(id));
@@ -102,7 +115,9 @@ SurfaceColours CalcSurfaceColours(const Bone& bone, const TriangleMesh& mesh_W, 
     else
       same->count += count;
   }
-  std::stable_sort(lines.begin(), lines.end(), [](const Line& a, const Line& b) { return a.count > b.count; });
+  // Regions stay in the order of their ids.
+  if (by == ColourBy::kTissue)
+    std::stable_sort(lines.begin(), lines.end(), [](const Line& a, const Line& b) { return a.count > b.count; });
   for (const Line& line : lines) {
     if (line.count * 1000 >= ids.size()) colours.legend.push_back(line.entry);
   }

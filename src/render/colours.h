@@ -21,14 +21,16 @@ inline constexpr Rgb8 kSteelColour{168, 178, 190};
 inline constexpr Rgb8 kForceColour{0, 114, 178};
 
 Rgb8 TissueColour(Tissue tissue);
-/// Distinct for neighbouring ids; 31 colours can't all be told apart.
+/// Of a cortical region: distinct for neighbouring ids; 31 colours can't all be told apart. Other tissues keep
+/// TissueColour().
 Rgb8 RegionColour(int region_id);
+Rgb8 RegionColour(const Region& region);
 
 enum class ColourBy { kPlain, kTissue, kRegion };
 
 /// Colours for the points of a surface of `bone` and the legend of those that occur in at least 0.1 % of the points,
-/// most frequent first. Each point takes the region just below it (along the surface's normal), so the faces of a cut
-/// show the layers they lay open.
+/// most frequent first (regions by id). Each point takes the region just below it (along the surface's normal), so the
+/// faces of a cut show the layers they lay open.
 struct SurfaceColours {
   std::vector<Rgb8> points;
   std::vector<LegendEntry> legend;

@@ -14,6 +14,7 @@ struct Layout {
   int title_size;
   int text_size;
   int small_size;
+  int legend_size;                                              // smaller when there are many lines
   double edge;                                                  // between the picture's edge and words
   double left_margin, right_margin, top_margin, bottom_margin;  // kept free of fitted shapes
 };

@@ -34,6 +34,7 @@ namespace {
 
 constexpr Rgb8 kWhite{255, 255, 255};
 constexpr Rgb8 kDark{38, 41, 47};
+constexpr double kLegendLine = 1.5;  // distance of its lines, in letter heights
 
 void SetColour(vtkProperty& property, const Rgb8& colour) {
   property.SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
@@ -224,7 +225,6 @@ void AddWords(const PictureSpec& spec, const ViewFrame& frame, const Layout& lay
   const Rgb8 soft = spec.dark ? Rgb8{190, 194, 200} : Rgb8{85, 92, 102};
   const TextStyle title{layout.title_size, strong, true};
   const TextStyle caption{layout.text_size, soft};
-  const TextStyle text{layout.text_size, strong};
   const double edge = layout.edge;
   if (!spec.title.empty() || !spec.caption.empty()) {
     const Overlay::Size title_size = spec.title.empty() ? Overlay::Size{0, 0} : overlay.MeasureText(spec.title, title);
@@ -237,20 +237,20 @@ void AddWords(const PictureSpec& spec, const ViewFrame& frame, const Layout& lay
     overlay.AddText(spec.caption, edge, caption_top, caption);
   }
   if (!spec.legend.empty()) {
+    const TextStyle style{layout.legend_size, strong};
     double text_width = 0;
     for (const LegendEntry& entry : spec.legend)
-      text_width = std::max(text_width, overlay.MeasureText(entry.text, text).width);
-    const double swatch = 1.0 * layout.text_size;
-    const double line = 1.55 * layout.text_size;
+      text_width = std::max(text_width, overlay.MeasureText(entry.text, style).width);
+    const double swatch = layout.legend_size;
     const double left = spec.width - edge - text_width - 1.6 * swatch;
+    const double height = swatch * (1 + kLegendLine * static_cast<double>(spec.legend.size() - 1));
+    AddPanel(spec, layout, left, edge, spec.width - edge, edge + height, overlay);
     double top = edge;
-    AddPanel(spec, layout, left, top, spec.width - edge,
-             top + line * static_cast<double>(spec.legend.size()) - 0.5 * swatch, overlay);
     for (const LegendEntry& entry : spec.legend) {
       overlay.AddBox(left - 1, top - 1, swatch + 2, swatch + 2, soft);
       overlay.AddBox(left, top, swatch, swatch, entry.colour);
-      overlay.AddText(entry.text, left + 1.6 * swatch, top - 0.06 * layout.text_size, text);
-      top += line;
+      overlay.AddText(entry.text, left + 1.6 * swatch, top - 0.06 * swatch, style);
+      top += kLegendLine * swatch;
     }
   }
   if (spec.scale_bar) {
@@ -285,7 +285,16 @@ Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0
   text_size = static_cast<int>(std::round(18 * unit));
   small_size = static_cast<int>(std::round(15 * unit));
   edge = std::round(24 * unit);
+  const double cube = 130 * unit;
+  const double lines = static_cast<double>(std::max<std::size_t>(spec.legend.size(), 1));
+  legend_size = std::clamp(static_cast<int>((spec.height - 2 * edge - cube) / (lines * kLegendLine)), 8, text_size);
   left_margin = right_margin = 0.04 * spec.width;
+  if (lines > 6) {
+    // A tall legend gets the picture's right to itself. A letter is about half as wide as high.
+    std::size_t letters = 0;
+    for (const LegendEntry& entry : spec.legend) letters = std::max(letters, entry.text.size());
+    right_margin = std::min(edge + legend_size * (2.6 + 0.53 * static_cast<double>(letters)), 0.45 * spec.width);
+  }
   const bool words_above = !spec.title.empty() || !spec.caption.empty();
   top_margin = words_above ? edge + 1.45 * title_size + 1.2 * text_size : 0.05 * spec.height;
   bottom_margin = spec.scale_bar ? edge + 2.2 * text_size : 0.05 * spec.height;
