@@ -139,16 +139,17 @@ vtkRenderWindow& OffscreenWindow::window() {
   return *state_->window;
 }
 
-Image OffscreenWindow::Draw(int supersampling) {
+Image OffscreenWindow::Draw(int supersampling, int padding) {
   const int n = supersampling;
-  const int width = state_->width;
-  const int height = state_->height;
-  if (n < 1 || width % n != 0 || height % n != 0) {
+  const int cut = padding * n;
+  const int width = state_->width - 2 * cut;
+  const int height = state_->height - 2 * cut;
+  if (n < 1 || padding < 0 || width < n || height < n || width % n != 0 || height % n != 0) {
     throw Error(fmt::format("{} x {} pixels can't be averaged {} by {}", width, height, n, n));
   }
   state_->window->Render();
   const vtkNew<vtkUnsignedCharArray> raw;
-  state_->window->GetPixelData(0, 0, width - 1, height - 1, 0, raw.Get(), 0);
+  state_->window->GetPixelData(cut, cut, cut + width - 1, cut + height - 1, 0, raw.Get(), 0);
   if (raw->GetNumberOfTuples() != vtkIdType{width} * height) {
     throw Error(fmt::format("the driver drew no picture of {} x {} pixels", width, height));
   }

@@ -21,8 +21,8 @@ class OffscreenWindow {
 
   vtkRenderWindow& window();
   /// Renders and reads the pixels; each pixel of the image is the mean of `supersampling` x `supersampling` of the
-  /// window's (which must divide its sides).
-  Image Draw(int supersampling = 1);
+  /// window's (which must divide its sides). `padding` pixels of the image are cut off on each side.
+  Image Draw(int supersampling = 1, int padding = 0);
 
  private:
   struct State;

@@ -37,7 +37,8 @@ void Apply(const TextStyle& style, int supersampling, vtkTextProperty& property)
 // Polygons in the window's pixels, which count rows from the bottom.
 class Polygons {
  public:
-  Polygons(int height, int supersampling) : height_(height), supersampling_(supersampling) {}
+  Polygons(int height, int supersampling, int padding)
+      : height_(height), supersampling_(supersampling), padding_(padding) {}
 
   void Add(std::initializer_list<OverlayPoint> corners) {
     cells_->InsertNextCell(static_cast<int>(corners.size()));
@@ -59,11 +60,13 @@ class Polygons {
 
  private:
   void AddCorner(const OverlayPoint& p) {
-    cells_->InsertCellPoint(points_->InsertNextPoint(p.column * supersampling_, (height_ - p.row) * supersampling_, 0));
+    cells_->InsertCellPoint(points_->InsertNextPoint((p.column + padding_) * supersampling_,
+                                                     (height_ - p.row + padding_) * supersampling_, 0));
   }
 
   int height_;
   int supersampling_;
+  int padding_;
   vtkNew<vtkPoints> points_;
   vtkNew<vtkCellArray> cells_;
 };
@@ -84,7 +87,7 @@ void Overlay::AddText(const std::string& text, double column, double row, const 
   const vtkNew<vtkTextActor> actor;
   actor->SetInput(text.c_str());
   Apply(style, supersampling_, *actor->GetTextProperty());
-  actor->SetPosition(column * supersampling_, (height_ - row) * supersampling_);
+  actor->SetPosition((column + padding_) * supersampling_, (height_ - row + padding_) * supersampling_);
   renderer_.AddActor2D(actor);
 }
 
@@ -99,13 +102,13 @@ void Overlay::AddFlat(vtkPolyData& data, const Rgb8& colour, double opacity) {
 }
 
 void Overlay::AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity) {
-  Polygons polygons(height_, supersampling_);
+  Polygons polygons(height_, supersampling_, padding_);
   polygons.Add({{left, top + height}, {left + width, top + height}, {left + width, top}, {left, top}});
   AddFlat(*polygons.MakeData(), colour, opacity);
 }
 
 void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour) {
-  Polygons polygons(height_, supersampling_);
+  Polygons polygons(height_, supersampling_, padding_);
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const OverlayPoint& a = points[i];
     const OverlayPoint& b = points[i + 1];
@@ -121,7 +124,7 @@ void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width,
 }
 
 void Overlay::AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour) {
-  Polygons polygons(height_, supersampling_);
+  Polygons polygons(height_, supersampling_, padding_);
   for (const OverlayPoint& centre : centres) polygons.AddDisc(centre, 0.5 * diameter, 24);
   AddFlat(*polygons.MakeData(), colour, 1);
 }

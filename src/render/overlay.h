@@ -32,8 +32,9 @@ struct OverlayPoint {
 /// finished picture, from its top left.
 class Overlay {
  public:
-  Overlay(vtkRenderer& renderer, int height, int supersampling)
-      : renderer_(renderer), height_(height), supersampling_(supersampling) {}
+  /// The window shows `padding` pixels more on each side than the finished picture.
+  Overlay(vtkRenderer& renderer, int height, int supersampling, int padding = 0)
+      : renderer_(renderer), height_(height), supersampling_(supersampling), padding_(padding) {}
 
   struct Size {
     double width;
@@ -53,6 +54,7 @@ class Overlay {
   vtkRenderer& renderer_;
   int height_;
   int supersampling_;
+  int padding_;
 };
 
 }  // namespace kerf

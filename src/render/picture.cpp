@@ -140,7 +140,7 @@ void AddLights(vtkRenderer& renderer) {
   }
 }
 
-void SetCamera(const ViewFrame& frame, const Box3& box, vtkRenderer& renderer) {
+void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer& renderer) {
   // Everything lies between the clipping planes.
   double nearest = -1;
   double farthest = 1;
@@ -158,13 +158,14 @@ void SetCamera(const ViewFrame& frame, const Box3& box, vtkRenderer& renderer) {
   camera.SetFocalPoint(frame.centre_W.x, frame.centre_W.y, frame.centre_W.z);
   camera.SetPosition(eye.x, eye.y, eye.z);
   camera.SetViewUp(frame.up_W.x, frame.up_W.y, frame.up_W.z);
-  camera.SetParallelScale(0.5 * frame.height / frame.pixels_per_mm);
+  camera.SetParallelScale(0.5 * (frame.height + 2 * padding) / frame.pixels_per_mm);
   camera.SetClippingRange(margin, nearest - farthest + 3 * margin);
 }
 
 // A cube in the corner that turns with the view: L R left and right of the patient, A P front and back, S I up and
 // down.
-void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, const Layout& layout, vtkRenderer& renderer) {
+void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, int padding, const Layout& layout,
+                    vtkRenderer& renderer) {
   const vtkNew<vtkAnnotatedCubeActor> cube;
   const bool patient = spec.orientation == Orientation::kPatient;
   cube->SetXPlusFaceText(patient ? "L" : "x");
@@ -190,8 +191,13 @@ void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, const Layou
   renderer.AddActor(cube);
   AddLights(renderer);
   const double side = 110 * layout.unit;  // pixels
-  renderer.SetViewport((spec.width - side - 6 * layout.unit) / spec.width, 6 * layout.unit / spec.height,
-                       (spec.width - 6 * layout.unit) / spec.width, (side + 6 * layout.unit) / spec.height);
+  const double edge = 6 * layout.unit;
+  const double window_width = spec.width + 2 * padding;
+  const double window_height = spec.height + 2 * padding;
+  const double right = padding + spec.width - edge;
+  const double bottom = padding + edge;
+  renderer.SetViewport((right - side) / window_width, bottom / window_height, right / window_width,
+                       (bottom + side) / window_height);
   vtkCamera& camera = *renderer.GetActiveCamera();
   camera.ParallelProjectionOn();
   const Vec3 eye = 5.0 * frame.toward_eye_W;
@@ -330,7 +336,9 @@ Image RenderPicture(const PictureSpec& spec) {
     arrow_actors.push_back(MakeActor(shape));
   }
 
-  OffscreenWindow offscreen(spec.width * supersampling, spec.height * supersampling);
+  // The darkening of corners looks at a pixel's surroundings, so where shapes reach the edge a little more is drawn.
+  const int padding = spec.camera.target_W ? static_cast<int>(0.08 * spec.height) : 0;
+  OffscreenWindow offscreen((spec.width + 2 * padding) * supersampling, (spec.height + 2 * padding) * supersampling);
   vtkRenderWindow& window = offscreen.window();
   window.SetNumberOfLayers(4);
   const Rgb8 background = spec.dark ? kDark : kWhite;
@@ -341,7 +349,7 @@ Image RenderPicture(const PictureSpec& spec) {
   for (const auto& actor : actors) scene->AddActor(actor);
   AddLights(*scene);
   window.AddRenderer(scene);
-  SetCamera(frame, box, *scene);
+  SetCamera(frame, padding, box, *scene);
   // Corners and slots darken as they do in daylight: this is what lets a thin kerf be seen.
   const vtkNew<vtkRenderStepsPass> steps;
   const vtkNew<vtkSSAOPass> occlusion;
@@ -360,20 +368,20 @@ Image RenderPicture(const PictureSpec& spec) {
     for (const auto& actor : arrow_actors) over->AddActor(actor);
     AddLights(*over);
     window.AddRenderer(over);
-    SetCamera(frame, box, *over);
+    SetCamera(frame, padding, box, *over);
   }
   const vtkNew<vtkRenderer> corner;
   if (spec.orientation != Orientation::kNone) {
     corner->SetLayer(2);
-    AddOrientation(spec, frame, layout, *corner);
+    AddOrientation(spec, frame, padding, layout, *corner);
     window.AddRenderer(corner);
   }
   const vtkNew<vtkRenderer> words;
   words->SetLayer(3);
-  Overlay overlay(*words, spec.height, supersampling);
+  Overlay overlay(*words, spec.height, supersampling, padding);
   AddWords(spec, frame, layout, overlay);
   window.AddRenderer(words);
-  Image image = offscreen.Draw(supersampling);
+  Image image = offscreen.Draw(supersampling, padding);
   scene->SetPass(nullptr);
   occlusion->ReleaseGraphicsResources(&window);
   return image;

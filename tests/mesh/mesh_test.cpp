@@ -71,7 +71,7 @@ class MeshFile : public ::testing::Test {
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
   std::string ReadMessage(const std::string& name, const std::string& content) const {
     std::ofstream(Path(name), std::ios::binary) << content;
-    const std::string message = MessageOf([&] { ReadMesh(Path(name)); });
+    std::string message = MessageOf([&] { ReadMesh(Path(name)); });
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     return message;
   }

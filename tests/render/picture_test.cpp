@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <set>
 
 #include "kerf/error.h"
@@ -294,7 +295,7 @@ TEST_F(Picture, BadSpecsAreRefusedWithOneSentence) {
   spec.shapes[0].point_colours.resize(3);
   EXPECT_THAT(MessageOf([&] { RenderPicture(spec); }), HasSubstr("3 colours for"));
   spec = MakeBareSpec(sphere, kBoneColour);
-  spec.shapes[0].mesh_W.points[7].x = NAN;
+  spec.shapes[0].mesh_W.points[7].x = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(MessageOf([&] { RenderPicture(spec); }), HasSubstr("a point that is not finite"));
   spec = MakeBareSpec(sphere, kBoneColour);
   EXPECT_THAT(MessageOf([&] { WritePicture(spec, "/tmp/a.jpg"); }),
