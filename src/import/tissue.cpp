@@ -17,7 +17,7 @@ namespace {
 constexpr double kSmallestEnamel_mm3 = 15;  // a speck of metal or noise is less
 constexpr std::size_t kAtlasPoints = 20000;
 constexpr int kLastCortexRegion = 31;
-constexpr int kRim = 3;  // voxels beyond the tooth that still ask for its material
+constexpr int kRim = 2;  // voxels around a tooth: its own border, and beyond it
 
 struct Stride {
   std::array<std::size_t, 3> of;
@@ -110,7 +110,7 @@ void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
   for (std::size_t v = 0; v < bone.size(); ++v) {
     if (way_mm[v] >= 0)
       owner[v] = kTooth;
-    else if (bone[v] != 0 && hu[v] >= options_.cortical_hu)
+    else if (bone[v] != 0 && hu[v] >= options_.tooth_body_hu)
       owner[v] = kOther;
     if (owner[v] != 0) front.push_back(v);
   }

@@ -19,7 +19,7 @@ constexpr double kHuCeiling = 1200;
 // How many HU a millimetre of depth is worth: where teeth or joint surfaces touch, the bridge is a millimetre or two
 // thick and the bone on either side several.
 constexpr double kHuPerMm = 100;
-constexpr double kLevelHu = 8;  // of the relief; noise below is levelled, so that borders run straight
+constexpr double kLevelHu = 16;  // of the relief; noise below is levelled, so that borders run straight
 
 }  // namespace
 
