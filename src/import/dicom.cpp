@@ -98,7 +98,7 @@ void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
     }
   }
   const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
-  slice.compressed = syntax.IsEncapsulated();
+  slice.compressed = syntax.IsEncapsulated() || syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian;
   const char* name = gdcm::TransferSyntax::GetTSString(syntax);
   slice.transfer_syntax = name == nullptr ? "unknown" : name;
 
@@ -198,27 +198,59 @@ void CheckSeries(const DicomSeries& series) {
   }
 }
 
-// The file must hold the pixels that its header names. GDCM fills what is missing with zeros and says nothing.
+// The file must hold the pixels that its header names: GDCM makes up what is missing and says nothing. Looks for the
+// element of the pixels, tag and length, in the bytes; compressed pixels have no length of their own, there the decoder
+// complains.
 void CheckLength(const DicomSlice& slice) {
-  gdcm::Reader reader;
-  reader.SetFileName(slice.path.c_str());
-  std::size_t there = 0;
+  if (slice.compressed) return;
+  std::ifstream in(slice.path, std::ios::binary);
+  std::ostringstream stream;
+  stream << in.rdbuf();
+  const std::string bytes = stream.str();
+  const std::uint64_t needed = static_cast<std::uint64_t>(slice.size[0]) * slice.size[1] * ((slice.bits + 7) / 8);
+  const auto byte = [&bytes](std::size_t at) -> std::uint64_t { return static_cast<unsigned char>(bytes[at]); };
+  bool found = false;
   bool whole = false;
-  try {
-    whole = reader.Read();
-    const gdcm::DataSet& data = reader.GetFile().GetDataSet();
-    const gdcm::Tag pixels(0x7fe0, 0x0010);
-    if (whole && data.FindDataElement(pixels)) {
-      const gdcm::ByteValue* bytes = data.GetDataElement(pixels).GetByteValue();
-      if (bytes != nullptr) there = bytes->GetLength();
+  for (const bool big : {false, true}) {
+    const std::string tag = big ? std::string("\x7f\xe0\x00\x10", 4) : std::string("\xe0\x7f\x10\x00", 4);
+    for (std::size_t at = bytes.find(tag); at != std::string::npos && !found; at = bytes.find(tag, at + 1)) {
+      // Explicit: VR, two bytes, length. Implicit: length.
+      for (const std::size_t length_at : {at + 8, at + 4}) {
+        if (length_at + 4 > bytes.size()) continue;
+        std::uint64_t length = 0;
+        for (std::size_t n = 0; n < 4; ++n) length |= byte(length_at + n) << (8 * (big ? 3 - n : n));
+        if (length < needed || length > needed + 1) continue;
+        found = true;
+        whole = bytes.size() >= length_at + 4 + needed;
+        break;
+      }
     }
-  } catch (const std::exception&) {
-    whole = false;
   }
-  const std::size_t needed = static_cast<std::size_t>(slice.size[0]) * slice.size[1] * ((slice.bits + 7) / 8);
-  if (!whole || (!slice.compressed && there < needed)) {
+  if (!found || !whole) {
     throw Error(fmt::format("{}: the slice is cut off; {} x {} pixels of {} bits are promised and not all there",
                             slice.path, slice.size[0], slice.size[1], slice.bits));
+  }
+}
+
+// Appends the slice's pixels as HU.
+void ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
+  CheckLength(s);
+  const QuietItk quiet;
+  const std::size_t before = hu.size();
+  const auto io = itk::GDCMImageIO::New();
+  io->SetFileName(s.path);
+  const std::string complaint =
+      s.compressed ? fmt::format("the transfer syntax {} can't be unpacked; convert the series to uncompressed DICOM",
+                                 s.transfer_syntax)
+                   : std::string("the pixels can't be read");
+  try {
+    io->ReadImageInformation();
+  } catch (const itk::ExceptionObject& e) {
+    throw Error(fmt::format("{}: {} ({})", s.path, complaint, OneLine(e)));
+  }
+  AppendPixels(*io, s.path, hu, complaint);
+  if (hu.size() != before + static_cast<std::size_t>(s.size[0]) * s.size[1]) {
+    throw Error(fmt::format("{}: {} x {} pixels were promised and others came out", s.path, s.size[0], s.size[1]));
   }
 }
 
@@ -286,7 +318,6 @@ const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::
 
 Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress) {
   CheckSeries(series);
-  const QuietItk quiet;
   const DicomSlice& first = series.slices.front();
   const DicomSlice& last = series.slices.back();
   const auto n = static_cast<int>(series.slices.size());
@@ -311,24 +342,7 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
 
   volume.hu.reserve(volume.count());
   for (int k = 0; k < n; ++k) {
-    const DicomSlice& s = series.slices[k];
-    CheckLength(s);
-    const auto io = itk::GDCMImageIO::New();
-    io->SetFileName(s.path);
-    try {
-      io->ReadImageInformation();
-      AppendPixels(*io, s.path, volume.hu);
-    } catch (const itk::ExceptionObject& e) {
-      throw Error(
-          s.compressed
-              ? fmt::format(
-                    "{}: the transfer syntax {} can't be unpacked ({}); convert the series to uncompressed DICOM",
-                    s.path, s.transfer_syntax, OneLine(e))
-              : fmt::format("{}: the pixels can't be read ({})", s.path, OneLine(e)));
-    }
-    if (volume.hu.size() != static_cast<std::size_t>(k + 1) * s.size[0] * s.size[1]) {
-      throw Error(fmt::format("{}: {} x {} pixels were promised and others came out", s.path, s.size[0], s.size[1]));
-    }
+    ReadSlice(series.slices[k], volume.hu);
     if (progress) progress(static_cast<double>(k + 1) / n);
   }
   return volume;

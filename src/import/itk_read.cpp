@@ -1,12 +1,15 @@
 #include "import/itk_read.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gdcmTrace.h>
 #include <itkObject.h>
 #include <nifti1_io.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <iostream>
 #include <limits>
 #include <type_traits>
@@ -18,12 +21,19 @@ namespace kerf {
 QuietItk::QuietItk()
     : cerr_(std::cerr.rdbuf(nullptr)),
       cout_(std::cout.rdbuf(nullptr)),
-      warnings_(itk::Object::GetGlobalWarningDisplay()) {
+      warnings_(itk::Object::GetGlobalWarningDisplay()),
+      stderr_copy_(dup(STDERR_FILENO)) {
   itk::Object::GlobalWarningDisplayOff();
   gdcm::Trace::WarningOff();
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
   nifti_set_debug_level(0);
+  // libjpeg and its like write to the C stream.
+  std::fflush(stderr);
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere < 0) return;
+  dup2(nowhere, STDERR_FILENO);
+  close(nowhere);
 }
 
 QuietItk::~QuietItk() {
@@ -33,11 +43,19 @@ QuietItk::~QuietItk() {
   std::cerr.clear();
   std::cout.clear();
   itk::Object::SetGlobalWarningDisplay(warnings_);
+  if (stderr_copy_ < 0) return;
+  std::fflush(stderr);
+  dup2(stderr_copy_, STDERR_FILENO);
+  close(stderr_copy_);
 }
 
 std::string OneLine(const itk::ExceptionObject& e) {
   std::string text = e.GetDescription();
+  // "ITK ERROR: GDCMImageIO(0x55d0): what is wrong": the class and its address help nobody.
+  const std::size_t end = text.find("): ");
+  if (text.rfind("ITK ERROR: ", 0) == 0 && end != std::string::npos) text.erase(0, end + 3);
   std::replace(text.begin(), text.end(), '\n', ' ');
+  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
   return text;
 }
 
@@ -68,7 +86,8 @@ void AppendAs(const std::vector<char>& buffer, const std::string& name, std::vec
 
 }  // namespace
 
-void AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out) {
+void AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
+                  const std::string& complaint) {
   using Io = itk::ImageIOBase;
   if (io.GetNumberOfComponents() != 1) {
     throw Error(
@@ -87,7 +106,7 @@ void AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std
   try {
     io.Read(buffer.data());
   } catch (const itk::ExceptionObject& e) {
-    throw Error(fmt::format("{}: the voxels can't be read ({})", name, OneLine(e)));
+    throw Error(fmt::format("{}: {} ({})", name, complaint, OneLine(e)));
   }
   switch (io.GetComponentType()) {
     case Io::UCHAR:

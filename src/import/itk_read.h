@@ -11,7 +11,7 @@
 namespace kerf {
 
 /// ITK, GDCM and the small C libraries behind them write to the terminal when a file is bad; while one of these lives
-/// they don't. Not for two threads at once.
+/// nothing is written to standard error. Not for two threads at once, nor around a progress bar.
 class QuietItk {
  public:
   QuietItk();
@@ -23,11 +23,13 @@ class QuietItk {
   std::streambuf* cerr_;
   std::streambuf* cout_;
   bool warnings_;
+  int stderr_copy_;
 };
 
 /// Reads all pixels of `io`, whose ReadImageInformation() was called, and appends them to `out` as HU. Throws Error
-/// naming `name` for colour, values that are not numbers, or a file that can't be read to its end.
-void AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out);
+/// naming `name` for colour, values that are not numbers, or (with `complaint`) a file that can't be read to its end.
+void AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
+                  const std::string& complaint = "the voxels can't be read");
 
 /// The message of an ITK exception in one line.
 std::string OneLine(const itk::ExceptionObject& e);

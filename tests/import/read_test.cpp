@@ -1,0 +1,326 @@
+// Reading: the values and the place of every voxel, and a sentence for what is no CT.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <glm/gtc/quaternion.hpp>
+
+#include "ct_files.h"
+#include "import/dicom.h"
+#include "import/image_file.h"
+#include "import/import.h"
+
+namespace kerf {
+namespace {
+
+using test::Folder;
+using test::MessageOf;
+using test::ReadBytes;
+using test::SliceSpec;
+using test::WriteBytes;
+using ::testing::HasSubstr;
+
+// Turned about a skew axis, with three different spacings: a swap or a sign anywhere shows.
+Volume SkewCt(const std::array<int, 3>& size = {9, 8, 7}) {
+  const glm::dmat3 axes = glm::mat3_cast(glm::angleAxis(0.4, glm::normalize(Vec3(1, 2, -0.5))));
+  Volume ct = test::MakeCt(size, {0.75, 0.5, 1.25}, {-31.5, 12.25, 140}, axes, test::Ball({0, 0, 0}, 1));
+  for (std::size_t v = 0; v < ct.hu.size(); ++v)
+    ct.hu[v] = static_cast<std::int16_t>(static_cast<int>(v * 7 % 3000) - 1000);
+  return ct;
+}
+
+void ExpectSame(const Volume& a, const Volume& b, double tolerance_mm) {
+  ASSERT_EQ(a.size, b.size);
+  EXPECT_EQ(a.hu, b.hu);
+  for (const Vec3& p : {Vec3(0, 0, 0), Vec3(8, 0, 0), Vec3(0, 7, 0), Vec3(0, 0, 6), Vec3(8, 7, 6)}) {
+    EXPECT_LT(glm::length(a.WorldFromVoxel(p) - b.WorldFromVoxel(p)), tolerance_mm);
+  }
+}
+
+Volume ReadFolder(const std::string& folder, const std::string& uid = "") {
+  return ReadDicomSeries(ChooseSeries(ListDicomSeries(folder), uid, folder), {});
+}
+
+TEST(ReadDicom, SlicesAreOrderedByPositionAndLieWhereTheHeaderSays) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  test::WriteDicom(ct, folder.path());
+  // 1e-6: positions are written with eight decimals.
+  ExpectSame(ReadFolder(folder.path()), ct, 1e-6);
+}
+
+TEST(ReadDicom, RescaleSlopeAndInterceptGiveHu) {
+  const Folder folder;
+  Volume ct = SkewCt();
+  for (auto& hu : ct.hu) hu = static_cast<std::int16_t>(hu / 2 * 2);
+  SliceSpec spec;
+  spec.slope = 2;
+  spec.intercept = -1000;
+  test::WriteDicom(ct, folder.path(), spec);
+  EXPECT_EQ(ReadFolder(folder.path()).hu, ct.hu);
+}
+
+TEST(ReadDicom, ATiltedGantryShearsTheLattice) {
+  const Folder folder;
+  Volume ct = SkewCt();
+  ct.axes_W = glm::dmat3(1);
+  ct.axes_W[2] = glm::normalize(Vec3(0, 0.3, 1));
+  test::WriteDicom(ct, folder.path());
+  ExpectSame(ReadFolder(folder.path()), ct, 1e-6);
+}
+
+TEST(ReadDicom, RunLengthEncodedSlicesAreUnpacked) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  const int n = ct.size[0] * ct.size[1];
+  for (int k = 0; k < ct.size[2]; ++k) {
+    // Two segments, high bytes and low bytes, each as literal runs of up to 128.
+    std::array<std::string, 2> segments;
+    for (int s = 0; s < 2; ++s) {
+      for (int from = 0; from < n; from += 128) {
+        const int count = std::min(128, n - from);
+        segments[s] += static_cast<char>(count - 1);
+        for (int v = from; v < from + count; ++v) {
+          const int stored = ct.hu[static_cast<std::size_t>(k) * n + v] + 1024;
+          segments[s] += static_cast<char>(s == 0 ? stored >> 8 : stored & 0xff);
+        }
+      }
+      if (segments[s].size() % 2 != 0) segments[s] += '\x80';  // no operation
+    }
+    std::array<std::uint32_t, 16> header{2, 64, static_cast<std::uint32_t>(64 + segments[0].size())};
+    SliceSpec spec;
+    spec.transfer_syntax = "1.2.840.10008.1.2.5";
+    spec.encapsulated = true;
+    spec.pixels = std::string(reinterpret_cast<const char*>(header.data()), 64) + segments[0] + segments[1];
+    WriteBytes(folder.file(fmt::format("{}.dcm", 50 - k)), test::DicomSlice(ct, k, spec));
+  }
+  ExpectSame(ReadFolder(folder.path()), ct, 1e-6);
+}
+
+TEST(ReadDicom, ListNamesEverySeriesAndChoosesTheOnlyCt) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  test::WriteDicom(ct, folder.path());
+  SliceSpec mr;
+  mr.series_uid = "1.2.99.7";
+  mr.modality = "MR";
+  mr.description = "T1";
+  test::WriteDicom(SkewCt({9, 8, 12}), folder.path(), mr);
+  const auto all = ListDicomSeries(folder.path());
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all[0].uid, "1.2.99.7");  // the largest first
+  EXPECT_EQ(all[0].modality, "MR");
+  EXPECT_EQ(all[0].description, "T1");
+  EXPECT_EQ(all[1].slices.size(), 7u);
+  EXPECT_NEAR(all[1].gap_mm, 1.25, 1e-6);
+  EXPECT_EQ(ReadFolder(folder.path()).hu, ct.hu);
+  EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path(), "99.7"); }), HasSubstr("the modality is MR, not CT"));
+  EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path(), "1.2.3.777"); }), HasSubstr("no series match '1.2.3.777'"));
+}
+
+TEST(ReadDicom, SeveralCtSeriesAreRefusedUntilOneIsChosen) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  test::WriteDicom(ct, folder.path());
+  SliceSpec other;
+  other.series_uid = "1.2.99.8";
+  test::WriteDicom(SkewCt({9, 8, 5}), folder.path(), other);
+  EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }),
+              HasSubstr("the folder holds 2 CT series; choose one with --series UID"));
+  EXPECT_EQ(ReadFolder(folder.path(), "1.2.3.4.5").size[2], 7);
+  EXPECT_EQ(ReadFolder(folder.path(), "99.8").size[2], 5);
+}
+
+// One slice of a good series is spoilt, each time otherwise.
+class SpoiltSeries : public ::testing::Test {
+ protected:
+  std::string Message(int k, const std::string& bytes) {
+    const Folder folder;
+    test::WriteDicom(ct_, folder.path());
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+      if (ReadBytes(entry.path()) == test::DicomSlice(ct_, k, {})) {
+        std::filesystem::remove(entry.path());
+        break;
+      }
+    }
+    if (!bytes.empty()) WriteBytes(folder.file("spoilt.dcm"), bytes);
+    return MessageOf([&] { ReadFolder(folder.path()); });
+  }
+  const Volume ct_ = SkewCt();
+};
+
+TEST_F(SpoiltSeries, MissingSliceIsNamedWithItsPlace) {
+  const std::string message = Message(3, "");
+  EXPECT_THAT(message, HasSubstr("1 slice(s) missing between"));
+  EXPECT_THAT(message, HasSubstr("slices elsewhere are 1.25 mm apart"));
+}
+
+TEST_F(SpoiltSeries, UnequalGapIsRefused) {
+  Volume moved = ct_;
+  moved.origin_W += 0.4 * ct_.axes_W[2];
+  EXPECT_THAT(Message(3, test::DicomSlice(moved, 3, {})), HasSubstr("the slices are unequally spaced: "));
+}
+
+TEST_F(SpoiltSeries, DoubledSliceIsRefused) {
+  Volume moved = ct_;
+  moved.origin_W -= ct_.spacing_mm.z * ct_.axes_W[2];
+  EXPECT_THAT(Message(3, test::DicomSlice(moved, 3, {})), HasSubstr("lie at the same place"));
+}
+
+TEST_F(SpoiltSeries, SliceOfAnotherSizeOrOrientationIsRefused) {
+  EXPECT_THAT(Message(3, test::DicomSlice(SkewCt({10, 8, 7}), 3, {})),
+              HasSubstr("has 10 x 8 pixels where others have 9 x 8"));
+  Volume turned = ct_;
+  std::swap(turned.axes_W[0], turned.axes_W[1]);
+  EXPECT_THAT(Message(3, test::DicomSlice(turned, 3, {})), HasSubstr("oriented otherwise"));
+}
+
+TEST_F(SpoiltSeries, TruncatedSliceIsRefusedEvenByOneByte) {
+  const std::string whole = test::DicomSlice(ct_, 3, {});
+  for (const std::size_t cut : {std::size_t{1}, std::size_t{20}, whole.size() / 5}) {
+    const std::string message = Message(3, whole.substr(0, whole.size() - cut));
+    EXPECT_THAT(message, HasSubstr("spoilt.dcm")) << cut;
+    EXPECT_THAT(message, HasSubstr("cut off")) << cut;
+  }
+}
+
+TEST_F(SpoiltSeries, TextFileNamedDcmIsRefused) {
+  EXPECT_THAT(Message(3, "This is no image.\n"), HasSubstr("spoilt.dcm: not a DICOM file although its name says so"));
+}
+
+TEST_F(SpoiltSeries, ColourIsRefused) {
+  SliceSpec rgb;
+  rgb.samples = 3;
+  EXPECT_THAT(Message(3, test::DicomSlice(ct_, 3, rgb)), HasSubstr("is a colour image (3 samples a pixel)"));
+}
+
+TEST_F(SpoiltSeries, PixelsThatCannotBeUnpackedAreRefusedByTransferSyntax) {
+  SliceSpec jpeg;
+  jpeg.transfer_syntax = "1.2.840.10008.1.2.4.70";
+  jpeg.encapsulated = true;
+  jpeg.pixels = "these are not the bytes of a JPEG";
+  const std::string message = Message(3, test::DicomSlice(ct_, 3, jpeg));
+  EXPECT_THAT(message, HasSubstr("spoilt.dcm: the transfer syntax 1.2.840.10008.1.2.4.70 can't be unpacked"));
+}
+
+TEST(ReadDicom, NonCtModalityIsRefused) {
+  const Folder folder;
+  SliceSpec mr;
+  mr.modality = "MR";
+  test::WriteDicom(SkewCt(), folder.path(), mr);
+  EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }),
+              HasSubstr("the modality is MR, not CT; kerf needs Hounsfield units"));
+}
+
+TEST(ReadDicom, EmptyFolderAndFolderWithoutDicomAreRefused) {
+  const Folder folder;
+  EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }), HasSubstr("the folder is empty"));
+  WriteBytes(folder.file("notes.txt"), "nothing");
+  EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }),
+              HasSubstr("none of the 1 files in the folder is a DICOM image"));
+  EXPECT_THAT(MessageOf([&] { ListDicomSeries(folder.file("gone")); }), HasSubstr("no such folder"));
+}
+
+TEST(ReadImage, NrrdNiftiAndMetaImageGiveTheSameVolume) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  test::WriteNrrd(ct, folder.file("a.nrrd"));
+  test::WriteNifti(ct, folder.file("a.nii"));
+  test::WriteMeta(ct, folder.file("a.mha"));
+  ExpectSame(ReadImageFile(folder.file("a.nrrd")), ct, 1e-9);
+  ExpectSame(ReadImageFile(folder.file("a.mha")), ct, 1e-9);
+  // NIfTI holds the lattice in single precision: 140 mm to 1e-5.
+  ExpectSame(ReadImageFile(folder.file("a.nii")), ct, 1e-4);
+}
+
+TEST(ReadImage, RasNrrdBecomesLps) {
+  const Folder folder;
+  Volume ct = SkewCt();
+  std::string header = test::NrrdHeader(ct);
+  header.replace(header.find("left-posterior-superior"), 23, "right-anterior-superior");
+  WriteBytes(folder.file("a.nrrd"), header + "\n" + test::Bytes(ct.hu));
+  for (int a = 0; a < 3; ++a) {
+    ct.axes_W[a].x *= -1;
+    ct.axes_W[a].y *= -1;
+  }
+  ct.origin_W.x *= -1;
+  ct.origin_W.y *= -1;
+  ExpectSame(ReadImageFile(folder.file("a.nrrd")), ct, 1e-9);
+}
+
+TEST(ReadImage, NrrdWhoseHeaderPromisesMoreThanThereIsIsRefused) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  Volume lying = ct;
+  lying.size = {90, 80, 70};
+  WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(lying) + "\n" + test::Bytes(ct.hu));
+  EXPECT_THAT(
+      MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
+      HasSubstr("the header promises 90 x 80 x 70 voxels (1008000 bytes), but the file holds 1008 bytes of them"));
+  // Memory is never asked for: 10^15 voxels would need 2 PB.
+  lying.size = {100000, 100000, 100000};
+  WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(lying) + "\n" + test::Bytes(ct.hu));
+  EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
+              HasSubstr("more than the 2^31 that kerf reads"));
+}
+
+TEST(ReadImage, TruncatedNiftiAndMetaImageAreRefused) {
+  const Folder folder;
+  test::WriteNifti(SkewCt(), folder.file("a.nii"));
+  test::WriteMeta(SkewCt(), folder.file("a.mha"));
+  for (const char* name : {"a.nii", "a.mha"}) {
+    const std::string whole = ReadBytes(folder.file(name));
+    WriteBytes(folder.file(name), whole.substr(0, whole.size() - 2));
+    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file(name)); }),
+                HasSubstr("the header promises 9 x 8 x 7 voxels (1008 bytes), but the file holds 1006 bytes of them"));
+  }
+}
+
+TEST(ReadImage, GarbageUnderAnImageNameIsRefused) {
+  const Folder folder;
+  for (const char* name : {"a.nrrd", "a.nii", "a.nii.gz", "a.mha"}) {
+    WriteBytes(folder.file(name), "This is no image, whatever it is called.\n");
+    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file(name)); }), HasSubstr("although its name says so")) << name;
+  }
+  EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("gone.nrrd")); }), HasSubstr("the file can't be opened"));
+}
+
+TEST(ReadImage, NanVoxelsAreRefusedByCount) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  std::vector<float> values(ct.hu.begin(), ct.hu.end());
+  values[5] = std::nanf("");
+  values[77] = std::numeric_limits<float>::infinity();
+  WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(ct, "float") + "\n" +
+                                        std::string(reinterpret_cast<const char*>(values.data()), 4 * values.size()));
+  EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); }),
+              HasSubstr("2 of 504 voxels are not finite numbers"));
+}
+
+TEST(ReadImage, ColourAndFlatImagesAreRefused) {
+  const Folder folder;
+  WriteBytes(
+      folder.file("rgb.nrrd"),
+      "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 3 4 4 4\nkinds: RGB-color domain domain domain\nencoding: raw\n\n" +
+          std::string(192, '\1'));
+  EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("rgb.nrrd")); }), HasSubstr("each voxel has 3 components"));
+  WriteBytes(folder.file("flat.nrrd"),
+             "NRRD0004\ntype: uchar\ndimension: 2\nsizes: 4 4\nencoding: raw\n\n" + std::string(16, '\1'));
+  EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("flat.nrrd")); }),
+              HasSubstr("has 2 dimensions; kerf needs a volume of 3"));
+}
+
+TEST(ReadImage, NothingIsPrintedWhateverTheFile) {
+  const Folder folder;
+  test::WriteDicom(SkewCt(), folder.path());
+  const Volume ct = SkewCt();
+  WriteBytes(folder.file("a.nrrd"), test::NrrdHeader(ct) + "\n" + test::Bytes(ct.hu).substr(0, 900));
+  ::testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
+  MessageOf([&] { ReadFolder(folder.path()); });
+  MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); });
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+}
+
+}  // namespace
+}  // namespace kerf
