@@ -1,0 +1,86 @@
+// kerf export and kerf picture from outside.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using test::ProgramResult;
+using testing::EndsWith;
+using testing::HasSubstr;
+
+class Export : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    ASSERT_EQ(Kerf("model block --size 12,8,6 --layer 2:24 --layer 4:32 -o block.vdb").code, 0);
+  }
+};
+
+TEST_F(Export, WholeSurfaceIsClosedAndHasTheBlocksVolume) {
+  for (const char* format : {"stl", "obj", "ply"}) {
+    const ProgramResult result = Kerf(std::string("export block.vdb --json -o block.") + format);
+    ASSERT_EQ(result.code, 0) << result.err;
+    const auto surface = nlohmann::json::parse(result.out)["surfaces"].at(0);
+    EXPECT_TRUE(surface["closed"].get<bool>());
+    // The surface's points are means over a voxel, which bevels sharp edges by less than one: below 0.2^2 mm2 along 104
+    // mm.
+    EXPECT_LT(surface["volume_mm3"].get<double>(), 576);
+    EXPECT_GT(surface["volume_mm3"].get<double>(), 576 - 0.04 * 104);
+    EXPECT_EQ(surface["triangles"], surface["triangles_before_reduction"]);
+    EXPECT_TRUE(Exists(std::string("block.") + format));
+  }
+}
+
+TEST_F(Export, ReducedSurfaceHasTheTrianglesAskedForAndStaysWithinAVoxel) {
+  const ProgramResult result = Kerf("export block.vdb --triangles 400 --json -o block.stl");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto surface = nlohmann::json::parse(result.out)["surfaces"].at(0);
+  EXPECT_LE(surface["triangles"].get<int>(), 400);
+  EXPECT_GT(surface["triangles_before_reduction"].get<int>(), 10000);
+  EXPECT_TRUE(surface["closed"].get<bool>());
+  EXPECT_LT(std::abs(surface["volume_change_percent"].get<double>()), 0.5);
+  EXPECT_LT(surface["largest_deviation_mm"].get<double>(), 0.2);
+  EXPECT_FALSE(surface["largest_deviation_is_lower_bound"].get<bool>());
+  EXPECT_EQ(std::filesystem::file_size(folder_ / "block.stl"), 84u + 50u * surface["triangles"].get<unsigned>());
+}
+
+TEST_F(Export, EachPieceGoesToAFileOfItsOwn) {
+  const ProgramResult result = Kerf("export block.vdb --pieces --colour tissue -o part.ply");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("part-1.ply: "));
+  EXPECT_TRUE(Exists("part-1.ply"));
+  EXPECT_FALSE(Exists("part-2.ply"));
+  ExpectRefusal(Kerf("export block.vdb --pieces --min-piece 1000 -o part.ply"),
+                "block.vdb: has no piece of at least 1000 mm3; lower --min-piece");
+}
+
+TEST_F(Export, PictureHasTheSizeAskedFor) {
+  const ProgramResult result = Kerf("picture block.vdb --view front --colour region --size 320x200 -o block.png");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out, "block.png\n");
+  const std::string png = test::Slurp(folder_ / "block.png");
+  // Width and height stand, big-endian, from byte 16 on.
+  ASSERT_GT(png.size(), 24u);
+  EXPECT_EQ(png.substr(16, 8), std::string("\0\0\x01\x40\0\0\0\xc8", 8));
+}
+
+TEST_F(Export, BadUseAndBadFilesAreRefused) {
+  ExpectRefusal(Kerf("export none.vdb -o a.stl"), "none.vdb: can't be read: No such file or directory");
+  ExpectRefusal(Kerf("export block.vdb -o a.vtk"), "a.vtk: a surface's name must end in .stl, .obj or .ply");
+  ExpectRefusal(Kerf("export block.vdb --colour tissue -o a.stl"), "a.stl: colours can only be written to a .ply");
+  ExpectRefusal(Kerf("picture block.vdb -o a.jpg"), "a.jpg: a picture's name must end in .png");
+  for (const char* arguments :
+       {"export block.vdb", "export block.vdb --triangles 3 -o a.stl", "picture block.vdb --size 3x -o a.png",
+        "picture block.vdb --view behind -o a.png", "export block.vdb --colour red -o a.ply"}) {
+    EXPECT_EQ(Kerf(arguments).code, 2) << arguments;
+  }
+  EXPECT_THAT(Kerf("picture block.vdb --size 3x -o a.png").err, HasSubstr("'3x' is no size: give it as WIDTHxHEIGHT"));
+}
+
+}  // namespace
+}  // namespace kerf
