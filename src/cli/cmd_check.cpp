@@ -43,8 +43,13 @@ BoneSummary CheckBone(const Scene& scene) {
                           bone.voxel_mm()),
               bone.voxel_mm()};
     }
-    case BoneSource::kMandible:
-      return {"generic mandible", 0};
+    case BoneSource::kMandible: {
+      const MandibleParams& mandible = scene.bone.mandible;
+      const Vec3 room = MandibleShape(mandible).bounds().size();  // throws when the parameters don't fit together
+      return {fmt::format("generic mandible, within {:.0f} x {:.0f} x {:.0f} mm, voxels of {} mm", room.x, room.y,
+                          room.z, mandible.voxel_mm),
+              mandible.voxel_mm};
+    }
     case BoneSource::kBlock:
     case BoneSource::kPlate: {
       const BlockParams& block = scene.bone.block;

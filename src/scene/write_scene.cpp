@@ -163,14 +163,16 @@ std::string CommentedOut(const std::string& text) {
   return commented;
 }
 
+/// The main job: scenes/body_osteotomy.toml says the same.
 Scene DefaultScene() {
   Scene scene;
-  scene.title = "A slot 5 mm deep through a block";
-  scene.bone.block.layers = {{2, 24}, {18, 32}};
-  scene.bone.block.voxel_mm = 0.1;
+  scene.title = "Osteotomy of the left body, generic mandible";
+  scene.bone.source = BoneSource::kMandible;
+  scene.bone.mandible.voxel_mm = 0.125;
   SceneStroke stroke;
-  stroke.start_mm = {-35, 0, 6};
-  stroke.end_mm = {35, 0, 6};
+  stroke.start_mm = {25.2, 32.3, 12};
+  stroke.end_mm = {25.2, 32.3, -29};
+  stroke.disc_normal = {0.438, 0.899, 0};
   scene.path.strokes = {stroke};
   return scene;
 }
@@ -191,6 +193,11 @@ std::string DefaultSceneToml() {
   from_file.file = "bone.vdb";
   from_file.materials = "table.csv";
   WriteBone(file, from_file);
+  TomlWriter block;
+  SceneBone from_block;
+  from_block.source = BoneSource::kBlock;
+  from_block.block.layers = {{2, 24}, {18, 32}};
+  WriteBone(block, from_block);
   TomlWriter plate;
   SceneBone from_plate;
   from_plate.source = BoneSource::kPlate;
@@ -201,7 +208,7 @@ std::string DefaultSceneToml() {
   from_csv.file = "path.csv";
   WritePath(poses, from_csv);
   text += "\n# What may stand in place of the [bone] above (file names are relative to the scene file):\n#\n";
-  text += CommentedOut(file.text() + "\n" + plate.text());
+  text += CommentedOut(file.text() + "\n" + block.text() + "\n" + plate.text());
   text += "\n# What may stand in place of the strokes above:\n#\n";
   text += CommentedOut(poses.text());
   return text;

@@ -145,6 +145,17 @@ TEST(SceneRange, BlockKeysHoldTheirRanges) {
   EXPECT_GT(tester.tried() + layer.tried(), 40);
 }
 
+TEST(SceneRange, MandibleKeysHoldTheirRanges) {
+  RangeTester tester([](const std::string& key, const std::string& value) {
+    std::string text = test::ShortScene();
+    text.replace(text.find("block"), 5, "mandible");
+    return text + "[bone.mandible]\n" + key + " = " + value + "\n";
+  });
+  MandibleParams mandible;
+  Describe(mandible, tester);
+  EXPECT_GT(tester.tried(), 200);
+}
+
 TEST(SceneRange, StrokeKeysHoldTheirRanges) {
   // A stroke with all keys; the one under test is replaced.
   RangeTester tester([](const std::string& key, const std::string& value) {

@@ -62,6 +62,7 @@ std::string Print(Scene scene) {
     DescribeBlock(scene.bone.block, printer);
     for (MaterialLayer& layer : scene.bone.block.layers) Describe(layer, printer);
   }
+  if (scene.bone.source == BoneSource::kMandible) Describe(scene.bone.mandible, printer);
   Describe(scene.tool, printer);
   for (SceneStroke& stroke : scene.path.strokes) Describe(stroke, printer);
   Describe(scene.force, printer);
@@ -78,6 +79,7 @@ Scene RandomScene(std::mt19937& random) {
   if (scene.bone.source == BoneSource::kFile) scene.bone.file = "/a/b \"c\"/d.vdb";
   if (random() % 2 == 0) scene.bone.materials = "/a/t.csv";
   DescribeBlock(scene.bone.block, randomize);
+  Describe(scene.bone.mandible, randomize);
   scene.bone.block.layers.resize(random() % 4);
   // A plate has layers of its own, which stay when the file gives none.
   if (scene.bone.source == BoneSource::kPlate && scene.bone.block.layers.empty()) scene.bone.block.layers.resize(1);
@@ -132,9 +134,9 @@ TEST(DefaultScene, IsValidAsItStands) {
 
 TEST(DefaultScene, NamesEveryKey) {
   const std::string text = DefaultSceneToml();
-  for (const char* key :
-       {"file = \"bone.vdb\"", "materials = \"table.csv\"", "[bone.block]", "[bone.plate]", "[[bone.block.layer]]",
-        "file = \"path.csv\"", "dwell_s = ", "retract = ", "law = ", "rate_hz = ", "forces_every_ticks = "}) {
+  for (const char* key : {"file = \"bone.vdb\"", "materials = \"table.csv\"", "[bone.mandible]", "[bone.block]",
+                          "[bone.plate]", "[[bone.block.layer]]", "file = \"path.csv\"",
+                          "dwell_s = ", "retract = ", "law = ", "rate_hz = ", "forces_every_ticks = "}) {
     EXPECT_NE(text.find(key), std::string::npos) << key;
   }
 }
