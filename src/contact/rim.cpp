@@ -17,14 +17,18 @@ struct Sample {
   double theta = 0;       // from the feed's direction, rad
   Vec3 e_T{0};            // outward
   double engagement = 0;  // 0 to 1
-  int region = 0;
+  int region = 0;         // of the nearest voxel
+  double E_MPa = 0;       // interpolated between voxels
+  double E_star_MPa = 0;
 };
 
 /// Looks at the bone from points of the rim.
 class Prober {
  public:
-  Prober(const Bone::Grids& grids, const Pose& X_WT, double radius_mm, const Vec3& feed_T)
-      : phi_(grids.phi->constTree()),
+  Prober(const Bone::Grids& grids, const RimMaterials& materials, const Pose& X_WT, double radius_mm,
+         const Vec3& feed_T)
+      : materials_(materials),
+        phi_(grids.phi->constTree()),
         region_(grids.region->constTree()),
         X_WT_(X_WT),
         h_(grids.voxel_mm()),
@@ -43,14 +47,48 @@ class Prober {
     // Whole where bone fills the look-ahead, none where the surface is reached: continuous on entering and leaving.
     sample.engagement = std::clamp(-distance / look_ahead, 0.0, 1.0);
     if (sample.engagement == 0) return sample;
-    sample.region = region_.getValue(NearestVoxel(p_W, region_h_));
-    if (sample.region == 0) {  // a coarse region voxel with its centre outside: look one further in
-      sample.region = region_.getValue(NearestVoxel(p_W + region_h_ * X_WT_.Vector(sample.e_T), region_h_));
+    if (!FindMaterial(p_W / region_h_, sample)) {
+      // Coarse region voxels with their centres outside the bone: look one further in.
+      FindMaterial(p_W / region_h_ + X_WT_.Vector(sample.e_T), sample);
     }
     return sample;
   }
 
  private:
+  /// The moduli at a point of the region grid's index space, interpolated between the voxels around it that have
+  /// material: an arc that crosses a border between tissues all at once would else feel a step. False when there are
+  /// none.
+  bool FindMaterial(const Vec3& p_vox, Sample& sample) const {
+    const Vec3 base = glm::floor(p_vox);
+    const Vec3 f = p_vox - base;
+    const openvdb::Coord ijk(static_cast<int>(base.x), static_cast<int>(base.y), static_cast<int>(base.z));
+    double sum = 0;
+    double largest = 0;
+    sample.region = 0;
+    sample.E_MPa = 0;
+    sample.E_star_MPa = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const int dx = (corner >> 2) & 1;
+      const int dy = (corner >> 1) & 1;
+      const int dz = corner & 1;
+      const int id = region_.getValue(ijk.offsetBy(dx, dy, dz));
+      if (id <= 0 || id > 255) continue;
+      const double weight = (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * (dz ? f.z : 1 - f.z);
+      sum += weight;
+      sample.E_MPa += weight * materials_.E_MPa[id];
+      sample.E_star_MPa += weight * materials_.E_star_MPa[id];
+      if (weight > largest) {
+        largest = weight;
+        sample.region = id;
+      }
+    }
+    if (!(sum > 0)) return false;
+    sample.E_MPa /= sum;
+    sample.E_star_MPa /= sum;
+    return true;
+  }
+
+  const RimMaterials& materials_;
   openvdb::FloatGrid::ConstAccessor phi_;
   openvdb::Int32Grid::ConstAccessor region_;
   const Pose& X_WT_;
@@ -85,19 +123,19 @@ RimLoad Rim::CalcLoad(const Bone& bone, const Pose& X_WT, const Vec3& v_T_mm_per
   const double feed = glm::length(in_plane);
   if (!(feed > 0) || !(passes_per_s > 0)) return load;
   const double full_bite = feed / passes_per_s;
-  const Prober prober(bone.grids(), X_WT, radius_mm_, in_plane / feed);
+  const Prober prober(bone.grids(), materials_, X_WT, radius_mm_, in_plane / feed);
 
   // Only the half of the rim that moves outwards can bite, so the integral over it has no edge of its own.
   const auto add_end = [&](const Sample& s, double teeth) {
     const double weight = s.engagement * teeth;
-    if (weight == 0 || s.region <= 0 || s.region > 255) return;
+    if (weight == 0 || s.region == 0) return;
     const double bite = full_bite * std::max(0.0, std::cos(s.theta));
-    const double force = weight * force_(bite, materials_.E_star_MPa[s.region]);
+    const double force = weight * force_(bite, s.E_star_MPa);
     load.f_T_N -= force * s.e_T;
     load.thrust_sum_N += force;
     load.thrust_by_region_N[s.region] += force;
     load.engaged_teeth += weight;
-    load.E_sum_MPa += weight * materials_.E_MPa[s.region];
+    load.E_sum_MPa += weight * s.E_MPa;
     load.bite_sum_mm += weight * bite;
   };
   const auto add_interval = [&](const auto& self, const Sample& a, const Sample& b, int halvings) -> void {

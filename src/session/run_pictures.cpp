@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
 
 #include "bone/surface.h"
 #include "render/colours.h"
@@ -66,6 +68,24 @@ Camera OverviewCamera(const Bone& bone, const Vec3& cut_W) {
   return {Vec3(side >= 0 ? 0.75 : -0.75, -1, 0.55), Vec3(0, 0, 1), {}, 0};
 }
 
+/// The point of the rim that led the way at a tick.
+Vec3 LeadingPoint(const std::vector<TickRecord>& ticks, std::size_t i, const DiscSaw& saw) {
+  const Vec3 feed = ticks[i].X_WT.p_AB - ticks[i > 0 ? i - 1 : i].X_WT.p_AB;
+  const double length = glm::length(feed);
+  return ticks[i].X_WT.p_AB + (length > 0 ? saw.radius_mm() / length * feed : Vec3(0));
+}
+
+/// Level, in the disc's plane, away from the middle of the bone.
+Vec3 CalcOutward(const Bone& bone, const Vec3& p_W, const Vec3& normal) {
+  Vec3 outward = p_W - bone.CalcBounds().centre();
+  outward.z = 0;
+  outward -= glm::dot(outward, normal) * normal;
+  outward.z = 0;
+  if (glm::length(outward) < 1e-6) outward = Vec3(-normal.y, normal.x, 0);
+  if (glm::length(outward) < 1e-6) outward = Vec3(0, -1, 0);
+  return glm::normalize(outward);
+}
+
 }  // namespace
 
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress) {
@@ -106,18 +126,18 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   after.caption = fmt::format("{} separate piece{}", run.pieces.size(), run.pieces.size() == 1 ? "" : "s");
   write(after, "after.png");
 
-  // From where the saw came, turned aside so that one looks into the kerf; the force where it was largest.
+  // The kerf's mouth on the outer side of the bone, seen a little from above and from one side of the disc's plane.
   PictureSpec cut = base(name + ": the cut from near");
   cut.shapes = after.shapes;
   cut.legend = after.legend;
+  const TickRecord& last = run.ticks[moments.any ? moments.last : 0];
   const Vec3 normal = peak.X_WT.Vector({0, 0, 1});
-  const Vec3 feed = peak.X_WT.p_AB - run.ticks[moments.peak > 0 ? moments.peak - 1 : 0].X_WT.p_AB;
-  const Vec3 back = glm::length(feed) > 0 ? -glm::normalize(feed) : Vec3(0, 0, 1);
+  const Vec3 middle = 0.5 * (LeadingPoint(run.ticks, moments.first, saw) + LeadingPoint(run.ticks, moments.last, saw));
   const Vec3 across = glm::dot(normal, overview.toward_eye_W) < 0 ? -normal : normal;
-  const Vec3 outward = glm::normalize(overview.toward_eye_W);
-  const Vec3 toward_eye = 0.8 * back + 0.75 * across + 0.5 * outward;
-  cut.camera =
-      MakeCamera(toward_eye, UpNotAlong(toward_eye), first.X_WT.p_AB - back * (saw.radius_mm() + 3), kCloseUpMm);
+  const Vec3 outward = CalcOutward(run.before, middle, normal);
+  const Vec3 toward_eye = outward + 0.55 * across + Vec3(0, 0, 0.35);
+  const double travel_mm = glm::length(last.X_WT.p_AB - first.X_WT.p_AB);
+  cut.camera = MakeCamera(toward_eye, UpNotAlong(toward_eye), middle, std::clamp(travel_mm + 12, 16.0, 48.0));
   cut.saws.push_back({saw, peak.X_WT, 0.35});
   const double peak_N = glm::length(peak.out.f_T_W_N);
   if (peak_N > 0) {
@@ -139,7 +159,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
       for (Vec3& p : shape.mesh_W.points) p += (side < 0 ? -kGapMm : kGapMm) * normal;
       apart.shapes.push_back(std::move(shape));
     }
-    apart.camera = {0.9 * across + 0.5 * outward + 0.4 * back, UpNotAlong(across + outward), {}, 0};
+    apart.camera = {across + 0.75 * outward + Vec3(0, 0, 0.45), Vec3(0, 0, 1), {}, 0};
     apart.caption =
         fmt::format("{} pieces, moved {:g} mm apart along the spindle's axis; the cut faces show the layers",
                     run.pieces.size(), 2 * kGapMm);
@@ -147,7 +167,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   }
 
   if (moments.any) {
-    WritePlot(MakeForcePlot(run.ticks, run.after.materials(), name), run.folder + "/force.png");
+    WritePlot(MakeForcePlot(run.ticks, name), run.folder + "/force.png");
     written.emplace_back("force.png");
   }
   return written;
@@ -183,14 +203,13 @@ std::vector<Run> FindRegionRuns(const std::vector<TickRecord>& ticks, std::size_
   return merged;
 }
 
-Rgb8 Pale(const Rgb8& c) {
-  const auto mix = [](std::uint8_t v) { return static_cast<std::uint8_t>(255 - (255 - v) / 4); };
-  return {mix(c[0]), mix(c[1]), mix(c[2])};
-}
+/// Pale, and told apart from their neighbours; by order of appearance, so that neighbours always differ.
+constexpr Rgb8 kBandColours[] = {{252, 232, 205}, {219, 234, 245}, {222, 240, 226},
+                                 {240, 226, 238}, {250, 244, 205}, {228, 228, 228}};
 
 }  // namespace
 
-PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name) {
+PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const std::string& name) {
   PlotSpec plot;
   plot.title = name + ": force on the saw";
   plot.x.label = "depth: travel along the feed since first contact (mm)";
@@ -208,6 +227,11 @@ PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable
       longest = t.segment;
     }
   }
+  // A curve ends a little after its stroke's last contact.
+  std::vector<double> end_mm(segments, 0);
+  for (const TickRecord& t : ticks) {
+    if (t.out.engaged_teeth > 0) end_mm[t.segment] = t.travel_mm + 0.2;
+  }
   constexpr std::size_t kMostCurves = 6;
   for (std::size_t segment = 0; segment < std::min(segments, kMostCurves); ++segment) {
     PlotSeries force;
@@ -217,7 +241,7 @@ PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable
     teeth.right_axis = true;
     teeth.width = 1;
     for (const TickRecord& t : ticks) {
-      if (t.segment != segment || !t.touched) continue;
+      if (t.segment != segment || !t.touched || t.travel_mm > end_mm[segment]) continue;
       force.x.push_back(t.travel_mm);
       force.y.push_back(glm::length(t.out.f_T_W_N));
       teeth.x.push_back(t.travel_mm);
@@ -227,11 +251,12 @@ PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable
     plot.series.push_back(std::move(force));
     if (segments == 1) plot.series.push_back(std::move(teeth));
   }
+  std::map<int, std::size_t> order;  // of the regions' first appearances
   for (const Run& run : FindRegionRuns(ticks, longest)) {
-    const std::string label = materials.Contains(run.region) && run.x1 - run.x0 > 0.06 * longest_mm
-                                  ? fmt::format("{}", run.region)
-                                  : std::string();
-    plot.bands.push_back({run.x0, run.x1, label, Pale(RegionColour(run.region))});
+    const std::size_t colour = order.emplace(run.region, order.size()).first->second % std::size(kBandColours);
+    const bool wide = run.x1 - run.x0 > 0.03 * longest_mm;
+    const std::string label = wide ? fmt::format("{}", run.region) : std::string();
+    plot.bands.push_back({run.x0, run.x1, label, kBandColours[colour]});
   }
   plot.caption = "bands: the region that carries most of the force, by its number in the region table";
   return plot;

@@ -26,6 +26,6 @@ struct RunPictures {
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress);
 
 /// Magnitude of the force against depth, a curve a stroke, over bands of the region that carries most of it.
-PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name);
+PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const std::string& name);
 
 }  // namespace kerf
