@@ -10,7 +10,6 @@ namespace kerf {
 namespace {
 
 using test::ProgramResult;
-using testing::EndsWith;
 using testing::HasSubstr;
 
 class Export : public test::ProgramTest {
