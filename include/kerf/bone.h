@@ -14,11 +14,11 @@ namespace kerf {
 
 /// A bone as a narrow-band level set and a grid of region numbers, both OpenVDB grids in the world frame.
 ///
-/// phi: signed distance to the surface in mm, negative inside, within `band_mm()` of the surface and clamped to +-band_mm()
-/// beyond. Its zero level is second-order in the voxel size; away from it the distance of an imported surface is true to a
-/// fifth of a voxel. region: 0 outside, else an id of materials(); it is defined a little beyond the surface too, so
-/// that a tooth that touches the surface finds its material. The two grids may have different voxel sizes. Copying is
-/// deep. Moving is cheap.
+/// phi: signed distance to the surface in mm, negative inside, within `band_mm()` of the surface and clamped to
+/// +-band_mm() beyond. Its zero level is second-order in the voxel size; away from it the distance of an imported
+/// surface is true to a fifth of a voxel. region: 0 outside, else an id of materials(); it is defined a little beyond
+/// the surface too, so that a tooth that touches the surface finds its material. The two grids may have different voxel
+/// sizes. Copying is deep. Moving is cheap.
 class Bone {
  public:
   Bone();  // no voxels

@@ -40,7 +40,7 @@ struct TickOutput {
   double engaged_teeth = 0;  // engaged arc / pitch, a real number
   double mean_E_MPa = 0;     // over the engaged teeth; 0 when none
   double mean_bite_mm = 0;   // over the engaged teeth
-  int main_region = 0;      // region id with the largest share of thrust_sum_N; 0 when no tooth is engaged
+  int main_region = 0;       // region id with the largest share of thrust_sum_N; 0 when no tooth is engaged
   double removed_mm3 = 0;
   std::uint32_t status = kTickOk;
 };

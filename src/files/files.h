@@ -8,10 +8,11 @@ namespace kerf {
 
 /// The file's bytes. Throws Error when it can't be read or is larger than `max_bytes`.
 std::string ReadTextFile(const std::string& path, std::size_t max_bytes = std::size_t{256} << 20);
-/// Writes to a temporary beside `path`, flushes and renames: an earlier file is whole until the new one is. Throws Error.
+/// Writes to a temporary beside `path`, flushes and renames: an earlier file is whole until the new one is. Throws
+/// Error.
 void WriteTextFile(const std::string& path, const std::string& content);
-/// The same for a writer that wants a file name: calls write(temporary) and renames it to `path`. The temporary keeps the
-/// extension of `path`. When `write` throws, the temporary is removed and the exception goes on.
+/// The same for a writer that wants a file name: calls write(temporary) and renames it to `path`. The temporary keeps
+/// the extension of `path`. When `write` throws, the temporary is removed and the exception goes on.
 void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write);
 /// Makes the folder and its parents. Throws Error.
 void MakeFolder(const std::string& path);

@@ -247,7 +247,7 @@ Promise ParseNifti(const std::string& path, std::string head) {
   const int dimensions = Field<std::int16_t>(head, 40, swap);
   if (dimensions < 1 || dimensions > 7) refuse();
   for (int a = 1; a <= dimensions; ++a) {
-    promise.sizes.push_back(Field<std::int16_t>(head, static_cast<std::size_t>(40 + 2 * a), swap));
+    promise.sizes.push_back(Field<std::int16_t>(head, 40 + 2 * static_cast<std::size_t>(a), swap));
   }
   promise.bytes_per_voxel = Field<std::int16_t>(head, 72, swap) / 8.0;
   const double offset = static_cast<double>(Field<float>(head, 108, swap));

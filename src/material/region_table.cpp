@@ -159,7 +159,7 @@ std::string FormatField(const std::string& text) {
 }
 
 std::string FormatGPa(double E_MPa) {
-  const std::string plain = fmt::format("{}", E_MPa / 1000);
+  std::string plain = fmt::format("{}", E_MPa / 1000);
   if (ParseShifted(plain, 3) == E_MPa) return plain;
   // Dividing rounded away the last digit: say it in MPa with the exponent moved.
   std::string digits = fmt::format("{:.17e}", E_MPa);

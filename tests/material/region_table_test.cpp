@@ -87,7 +87,7 @@ TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
       {kHeader + "1,a,cortical,19,0.3,yes,\n", "t.csv:2: source is empty; say where the figures come from"},
       {kHeader + "# a comment\n\n1,a,cortical,19,0.3,yes,s\n1,b,cortical,20,0.3,yes,s\n",
        "t.csv:5: region 1 is given twice"},
-      {kHeader + std::string("1,a\0,cortical,19,0.3,yes,s\n", 28), "t.csv:2: this is not text"},
+      {kHeader + std::string("1,a\0,cortical,19,0.3,yes,s\n", 27), "t.csv:2: this is not text"},
   };
   for (const Case& c : cases) EXPECT_EQ(MessageOf(c.text), c.message) << c.text;
 }

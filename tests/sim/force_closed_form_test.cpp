@@ -173,7 +173,7 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
   const double feed = 5;
   const std::vector<TickOutput> ticks = Stroke(simulation, Pose{}, {0, 0, 3.5 + R}, {0, 0, -3 + R}, feed);
   const double sag = R - std::sqrt(R * R - 25);  // 0.125 mm: the rim's ends are that much higher than its middle
-  const double bite = feed / (params.saw.teeth * 7500 / 60);
+  const double bite = feed / (params.saw.teeth * 7500 / 60.0);
   const double arc_teeth = 2 * std::asin(5 / R) * R / params.saw.pitch_mm();
   int checked = 0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
