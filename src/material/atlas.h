@@ -40,7 +40,7 @@ class MandibleAtlas {
   /// reading of its Table 2, which gives only depths.
   static constexpr std::array<double, 5> kBodyBands = {0, 7.5 / 32.5, 17.5 / 32.5, 20 / 32.5, 1};
   /// Where along the arch the column with regions 24, 21, 13 and 6 begins and ends.
-  static constexpr std::array<double, 2> kMolarColumn = {0.36, 0.58};
+  static constexpr std::array<double, 2> kMolarColumn = {0.30, 0.53};
 
  private:
   // Own axes: x to the patient's left, f forward, h up from the base plane; origin in the midline at the back, on the

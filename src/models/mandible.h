@@ -69,7 +69,8 @@ void Describe(Params& p, Visitor&& visit) {
         "angle between the base line and the back edge of the ramus");
   visit("coronoid_height_mm", p.coronoid_height_mm, Range{48, 68.5}, "tip of the coronoid process above the base line");
   visit("condyle_height_mm", p.condyle_height_mm, Range{46, 68.6}, "top of the condyle above the base line");
-  visit("bigonial_mm", p.bigonial_mm, Range{84, 112}, "breadth between the outer faces at the angles");
+  visit("bigonial_mm", p.bigonial_mm, Range{84, 112},
+        "breadth between the outer faces at the angles, 10 mm above the base line and below");
   visit("bicondylar_mm", p.bicondylar_mm, Range{104, 134}, "breadth between the outer poles of the condyles");
   visit("condyle_width_mm", p.condyle_width_mm, Range{15, 24}, "length of the condyle's long, nearly transverse axis");
   visit("condyle_depth_mm", p.condyle_depth_mm, Range{7, 12}, "length of the condyle's short axis, front to back");
@@ -93,13 +94,14 @@ void Describe(Params& p, Visitor&& visit) {
 
 /// Named points of the left half, world frame; the right half mirrors x.
 struct MandibleLandmarks {
-  Vec3 menton{0};           // where the base line touches the chin, midline
-  Vec3 gonion{0};           // where base line and back edge of the ramus meet, side view
-  Vec3 base_line{0};        // unit, from gonion forward, in the y-z plane
-  Vec3 back_edge{0};        // unit, from gonion up along the back edge of the ramus, in the y-z plane
-  Vec3 first_molar{0};      // canal centre below the first molar's mesial root
-  Vec3 first_molar_out{0};  // unit, buccal, horizontal
-  Vec3 mental_foramen{0};   // centre of the canal's outer end
+  Vec3 menton{0};              // where the base line touches the chin, midline
+  Vec3 gonion{0};              // where base line and back edge of the ramus meet, side view
+  Vec3 base_line{0};           // unit, from gonion forward, in the y-z plane
+  Vec3 back_edge{0};           // unit, from gonion up along the back edge of the ramus, in the y-z plane
+  Vec3 first_molar{0};         // canal centre below the first molar's mesial root
+  Vec3 first_molar_out{0};     // unit, buccal, horizontal
+  Vec3 mental_foramen_out{0};  // unit, buccal, horizontal
+  Vec3 mental_foramen{0};      // centre of the canal's outer end
   Vec3 mandibular_foramen{0};
   Vec3 lingula{0};
   Vec3 condyle{0};  // centre

@@ -20,6 +20,7 @@ BodySection MixSections(const BodySection& a, const BodySection& b, double t) {
     m.middle[i] = Mix(a.middle[i], b.middle[i], t);
     m.half_width[i] = Mix(a.half_width[i], b.half_width[i], t);
   }
+  m.scale = Mix(a.scale, b.scale, t);
   return m;
 }
 
@@ -51,9 +52,9 @@ MandibleBody::MandibleBody(const MandibleLayout& layout) : base_(&layout.base) {
       crest_z[2] - p.mental_foramen_height_mm,
       crest_z[3] - p.first_molar_height_mm,
       Mix(base_line(s[4]), base_line(s[4]) + crest_z[3] - p.first_molar_height_mm - base_line(s[3]), 0.5),
-      base_line(s[5]) + 0.8,
-      base_line(s[6]) + 1.3,
-      base_line(s[7]) + 1.2};
+      base_line(s[5]) + 1.4,
+      base_line(s[6]) + 2.6,
+      base_line(s[7]) + 3.0};
   // Middle of the tooth row against the base curve.
   const auto crest_offset = [&](double s_dental) {
     return layout.base.FindClosest(layout.dental.Point(s_dental)).offset;
@@ -98,6 +99,34 @@ MandibleBody::MandibleBody(const MandibleLayout& layout) : base_(&layout.base) {
     }
     sections_.push_back(section);
   }
+
+  // Where the section changes along the arch, its values grow faster than a distance; the scale takes that back.
+  std::vector<double> slope(count, 0.0);
+  for (std::size_t n = 0; n + 1 < count; ++n) {
+    const BodySection& a = sections_[n];
+    const BodySection& b = sections_[n + 1];
+    double change = std::max(std::abs(b.base_z - a.base_z), std::abs(b.crest_z - a.crest_z));
+    for (std::size_t i = 0; i < 4; ++i) {
+      change = std::max(change, std::abs(b.middle[i] - a.middle[i]) + std::abs(b.half_width[i] - a.half_width[i]));
+    }
+    // On the inner side of the arch a millimetre is longer along the curve.
+    constexpr double kInnerSide = 1.25;
+    slope[n] = kInnerSide * change / step_;
+  }
+  constexpr std::size_t kWindow = 12;  // stations: 6 mm to each side
+  for (std::size_t n = 0; n < count; ++n) {
+    double sum = 0;
+    double steepest = 0;
+    const std::size_t first = n > kWindow ? n - kWindow : 0;
+    const std::size_t last = std::min(n + kWindow, count - 1);
+    for (std::size_t j = first; j <= last; ++j) {
+      steepest = std::max(steepest, slope[j]);
+      sum += slope[j];
+    }
+    const double mean = sum / static_cast<double>(last - first + 1);
+    const double typical = 0.5 * (steepest + mean);
+    sections_[n].scale = 1 / std::sqrt(1 + typical * typical);
+  }
 }
 
 BodySection MandibleBody::Section(double s) const {
@@ -112,9 +141,9 @@ double MandibleBody::Distance(const Vec3& p_W, const CurvePlace& place) const {
   const double side = std::abs(place.offset - section.Middle(t)) - section.HalfWidth(t);
   const double lower = RoundedIntersection(side, section.base_z - p_W.z, 0.9 * section.half_width[0]);
   const double f = RoundedIntersection(lower, p_W.z - section.crest_z, 0.75 * section.half_width[3]);
-  if (place.beyond <= 0 || place.s <= 0) return f;
+  if (place.beyond <= 0 || place.s <= 0) return f * section.scale;
   // The end, inside the ramus, is rounded off.
-  return RoundedIntersection(f, place.beyond - 3, 2.5);
+  return RoundedIntersection(f * section.scale, place.beyond - 3, 2.5);
 }
 
 }  // namespace kerf

@@ -14,6 +14,7 @@ struct BodySection {
   double crest_z = 0;
   std::array<double, 4> middle{};      // offset of the middle of the width at kBodyLevels, mm, facial positive
   std::array<double, 4> half_width{};  // at the same levels, mm
+  double scale = 1;                    // of the distance found in this section: at most the true one
 
   double Middle(double t) const;
   double HalfWidth(double t) const;

@@ -20,8 +20,8 @@ double MandibleLayout::RamusX(double u, double v) const {
   const double widen_condyle = 0.5 * (params.bicondylar_mm - 118);
   const double outward = Mix(widen_gonion, widen_condyle, SmoothStep(0, 50, v)) * (1 - 0.5 * SmoothStep(0, 45, u));
   // Near the lower border the plate follows the body; above it runs straighter to the back.
-  const double low = 45.6 - 0.10 * u - 0.0125 * u * u;
-  const double high = 46 - 0.1888 * u + 0.117 * v + 0.0012 * u * v;
+  const double low = 44.2 - 0.07 * u - 0.0125 * u * u;
+  const double high = 44.5 - 0.145 * u + 0.149 * v + 0.0004 * u * v;
   return Mix(low, high, SmoothStep(-8, 22, v + 0.35 * u)) + outward;
 }
 
@@ -50,7 +50,8 @@ MandibleLayout MakeMandibleLayout(const MandibleParams& params) {
                to_base(m.on_dental.second_molar), to_base(m.on_dental.third_molar)};
 
   m.base_slope = glm::radians(kBaseSlope_deg);
-  m.menton_yz = {7.5, -10.3 - params.symphysis_height_mm};
+  // The chin's knobs stand a little below the swept body.
+  m.menton_yz = {7.5, -10.3 - params.symphysis_height_mm - 0.3};
   m.gonion_yz = {kGonion_y, m.BaseLineZ(kGonion_y)};
   const double lean = glm::radians(params.gonial_angle_deg - 90 - kBaseSlope_deg);
   m.v_yz = {std::sin(lean), std::cos(lean)};

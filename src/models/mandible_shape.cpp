@@ -83,8 +83,8 @@ Ridges MakeRidges(const MandibleLayout& layout, const MandibleBody& body, const 
                   radius.Value(s0), radius.Value(s1));
   }
   const double base = layout.menton_yz.y;
-  r.protuberance = {0, 3.8, base + 6.2};
-  r.tubercle = {9.0, 5.6, base + 6.2};
+  r.protuberance = {0, 3.8, base + 7.4};
+  r.tubercle = {9.0, 5.6, base + 7.6};
   r.genial = {1.7, 11.9, base + 10.5};
   return r;
 }
@@ -112,7 +112,7 @@ struct MandibleShape::Parts {
       f = body.Distance(p);
       f = SmoothUnion(f, ramus.Distance(p, f + kRamusSeam), kRamusSeam);
     }
-    if (f > 8) return f;  // beyond all that follows, which adds or takes less than 4 mm
+    if (f > 8) return f - 4;  // all that follows adds less than 4 mm: a lower bound
     f = SmoothUnion(f, ridges.oblique.Distance(p, f + kObliqueSeam), kObliqueSeam);
     if (p.x < 25 && p.y < 25) {
       f = SmoothUnion(f, EllipsoidDistance(p - ridges.protuberance, {9.0, 5.0, 5.0}), 4.5);
@@ -199,6 +199,8 @@ MandibleShape::MandibleShape(const MandibleParams& params) {
   l.first_molar = parts->canal.first_molar();
   const Vec2 out = layout.base.Normal(layout.on_base.first_molar);
   l.first_molar_out = {out.x, out.y, 0};
+  const Vec2 out_f = layout.base.Normal(layout.on_base.mental_foramen);
+  l.mental_foramen_out = {out_f.x, out_f.y, 0};
   l.mental_foramen = parts->canal.mental_foramen();
   l.mandibular_foramen = parts->canal.mandibular_foramen();
   l.lingula = parts->canal.lingula();
@@ -253,7 +255,7 @@ double MandibleShape::Value(const Vec3& p_W) const {
 BlockClass MandibleShape::Classify(const Vec3& centre_W, double radius_mm) const {
   // How much steeper than a distance the values are, with some room for joints; tests/models/mandible_test.cpp samples
   // it.
-  const double bone_reach = 1.12 * radius_mm + 0.15;
+  const double bone_reach = 1.2 * radius_mm + 0.15;
   const double tooth_reach = 1.4 * radius_mm + 0.15;
   const Vec3 p = ToLeft(centre_W);
   const double bone = parts_->Bone(p);

@@ -23,7 +23,7 @@ constexpr std::array<Measures, 8> kTeeth = {{
     {2, 7.0, 7.6, 0.2, -8.6, 14.0, -3},
     {2, 7.1, 8.0, 0.2, -8.0, 14.0, -7},
     {3, 11.2, 10.4, 0.9, -6.3, 13.5, -13},
-    {3, 10.7, 10.2, 1.9, -5.2, 12.5, -17},
+    {3, 10.7, 10.2, 1.9, -5.2, 11.0, -17},
     {3, 10.5, 9.8, 2.9, -4.2, 10.5, -20},
 }};
 
@@ -190,7 +190,7 @@ double MandibleTeeth::SocketDistance(const Vec3& p_W, double limit) const {
   for (const Tooth& tooth : teeth_) {
     if (BoxDistance(tooth.root_box, p_W) > std::max(best, 0.0)) continue;
     // Below the rim of the socket only.
-    const double rim = glm::dot(p_W - tooth.neck, tooth.up) + 2.0;
+    const double rim = glm::dot(p_W - tooth.neck, tooth.up) + 2.8;
     double roots = 1e9;
     for (const auto& root : tooth.roots) roots = SmoothUnion(roots, root.Distance(p_W), 0.8);
     best = std::min(best, RoundedIntersection(roots - 0.55, rim, 0.5));
