@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <openvdb/tools/FastSweeping.h>
 #include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/tools/Morphology.h>
 #include <openvdb/tools/Prune.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -121,6 +122,40 @@ std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, 
   return leaves;
 }
 
+/// Switches off what lies more than four voxels from a change of sign. Sweeping costs by active voxel, and most of a
+/// mixed block is beyond the band; a voxel in the band takes its distance from nearer ones alone.
+void KeepNearSurface(openvdb::FloatGrid& field) {
+  openvdb::MaskTree near(field.tree(), false, openvdb::TopologyCopy());
+  openvdb::tree::LeafManager<openvdb::MaskTree> near_leaves(near);
+  const FloatTree& values = field.constTree();
+  near_leaves.foreach ([&values](openvdb::MaskTree::LeafNodeType& leaf, std::size_t) {
+    openvdb::tree::ValueAccessor<const FloatTree> value(values);
+    leaf.setValuesOff();
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+      const Coord ijk = leaf.offsetToGlobalCoord(i);
+      const bool inside = value.getValue(ijk) < 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const int side : {-1, 1}) {
+          Coord neighbour = ijk;
+          neighbour[axis] += side;
+          if ((value.getValue(neighbour) < 0) != inside) leaf.setValueOn(i);
+        }
+      }
+    }
+  });
+  // Leaves that become all active may turn into tiles.
+  openvdb::tools::dilateActiveValues(near, kHalfBandVoxels + 1, openvdb::tools::NN_FACE_EDGE);
+  openvdb::tree::LeafManager<FloatTree> leaves(field.tree());
+  leaves.foreach ([&near](FloatLeaf& leaf, std::size_t) {
+    const auto* mask = near.probeConstLeaf(leaf.origin());
+    if (mask == nullptr) {
+      if (!near.isValueOn(leaf.origin())) leaf.setValuesOff();
+      return;
+    }
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) leaf.setActiveState(i, mask->isValueOn(i));
+  });
+}
+
 void AddInsideTiles(FloatTree& tree, const std::vector<Coord>& blocks, float value) {
   for (const Coord& origin : blocks) tree.addTile(1, origin, value, false);
 }
@@ -195,6 +230,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
     field->setTransform(grids.phi->transformPtr());
     for (auto& leaf : leaves) field->tree().addLeaf(leaf.release());
     AddInsideTiles(field->tree(), blocks.inside, -1.0f);
+    KeepNearSurface(*field);
     const auto distance = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
     if (!distance) throw Error("the surface could not be turned into a distance field: nothing lies inside");
     std::vector<FloatLeaf*> solved;
