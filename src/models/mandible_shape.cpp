@@ -75,7 +75,7 @@ Ridges MakeRidges(const MandibleLayout& layout, const MandibleBody& body, const 
   }
   const CubicSpline sx(at_knot, x), sy(at_knot, y), sz(at_knot, z);
   const CubicSpline radius(at_knot, {oblique_radius.begin(), oblique_radius.end()});
-  constexpr int kPieces = 14;
+  constexpr int kPieces = 32;  // few enough to be quick, so many that the joints do not show
   for (int i = 0; i < kPieces; ++i) {
     const double s0 = at_knot.back() * i / kPieces;
     const double s1 = at_knot.back() * (i + 1) / kPieces;
