@@ -138,7 +138,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   const Vec3 toward_eye = outward + 0.55 * across + Vec3(0, 0, 0.35);
   const double travel_mm = glm::length(last.X_WT.p_AB - first.X_WT.p_AB);
   cut.camera = MakeCamera(toward_eye, UpNotAlong(toward_eye), middle, std::clamp(travel_mm + 12, 16.0, 48.0));
-  cut.saws.push_back({saw, peak.X_WT, 0.35});
+  cut.saws.push_back({saw, peak.X_WT, 1});
   const double peak_N = glm::length(peak.out.f_T_W_N);
   if (peak_N > 0) {
     const Vec3 tip = peak.X_WT.p_AB + peak.out.f_T_W_N / peak_N * 12.0;
