@@ -11,7 +11,9 @@
 
 // GDCM 3.0 itself leaks its decoder when a JPEG is broken; asked by the leak sanitizer, unused without it.
 extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() { return "leak:gdcm::ImageChangeTransferSyntax::Change"; }
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:gdcm::ImageChangeTransferSyntax::Change";
+}
 
 namespace kerf {
 namespace {
