@@ -66,8 +66,8 @@ void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {
   fmt::print("  memory    {:.1f} MB\n", static_cast<double>(bone.CalcMemoryBytes()) / 1e6);
   fmt::print("  hash      {:016x}\n", bone.CalcHash());
   for (const auto& [key, value] : bone.notes()) fmt::print("  {:<9} {}\n", key, value);
-  fmt::print("\n  {:>3}  {:<34} {:<11} {:>8} {:>5} {:>10}  {}\n", "id", "region", "tissue", "E (GPa)", "nu", "mm3",
-             "source");
+  fmt::print("\n  {:>3}  {:<34} {:<11} {:>8} {:>5} {:>10}  {:<4} {}\n", "id", "region", "tissue", "E (GPa)", "nu",
+             "mm3", "est.", "source");
   const std::map<int, double> volumes = bone.CalcRegionVolumes();
   for (const auto& [id, mm3] : volumes) {
     if (!bone.materials().Contains(id)) {
@@ -75,8 +75,8 @@ void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {
       continue;
     }
     const Region& r = bone.materials().At(id);
-    fmt::print("  {:>3}  {:<34} {:<11} {:>8.4g} {:>5.2f} {:>10.1f}  {}{}\n", id, r.name, ToString(r.tissue),
-               r.E_MPa / 1000, r.nu, mm3, r.estimate ? "estimate: " : "", r.source);
+    fmt::print("  {:>3}  {:<34} {:<11} {:>8.4g} {:>5.2f} {:>10.1f}  {:<4} {}\n", id, r.name, ToString(r.tissue),
+               r.E_MPa / 1000, r.nu, mm3, r.estimate ? "yes" : "no", r.source);
   }
 }
 

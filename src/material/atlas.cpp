@@ -281,6 +281,18 @@ void MandibleAtlas::FindRamus(const std::vector<Vec3>& own) {
   const double determinant = n * sum_hh - sum_h * sum_h;
   ramus_lean_ = std::clamp((n * sum_hf - sum_h * sum_f) / determinant, -1.0, 0.3);
   ramus_middle_mm_ = (sum_f - ramus_lean_ * sum_h) / n;
+
+  // A condyle may be lower than its coronoid, and on one side lower than on the other: the lower of the two tops
+  // counts, so that both have a head.
+  std::array<std::vector<double>, 2> behind;
+  for (const Vec3& p : own) {
+    const double rise = p.z / height_mm_;
+    if (rise > 0.6 && p.y < ramus_middle_mm_ + ramus_lean_ * p.z) behind[p.x >= 0 ? 1 : 0].push_back(rise);
+  }
+  condyle_top_ = 1;
+  for (std::vector<double>& rises : behind) {
+    if (!rises.empty()) condyle_top_ = std::min(condyle_top_, CalcQuantile(rises, 0.998));
+  }
 }
 
 double MandibleAtlas::FindBin(const Side& arch, const Vec3& own) {
@@ -338,6 +350,11 @@ MandibleCoordinates MandibleAtlas::CalcCoordinates(const Vec3& p_W) const {
   return c;
 }
 
+// The condylar process: begins here, and its head is this tall (7 mm) or its upper half; shares of the highest point's
+// height.
+constexpr double kNeckRise = 0.72;
+constexpr double kHeadHeight = 0.12;
+
 int MandibleAtlas::RegionAt(const Vec3& p_W) const {
   const MandibleCoordinates c = CalcCoordinates(p_W);
   const int lingual = c.facial_mm < 0 ? 1 : 0;
@@ -356,9 +373,10 @@ int MandibleAtlas::RegionAt(const Vec3& p_W) const {
   if (c.rise < 0.20) return lingual ? 7 : 5;
   if (c.rise < 0.40) return lingual ? 14 : 12;
   if (c.rise < 0.60) return (front ? 22 : 15) + lingual;
-  if (c.rise < 0.72) return 25 + lingual;
+  if (c.rise < kNeckRise) return 25 + lingual;
   if (front) return 27 + lingual;
-  return c.rise < 0.88 ? 29 + lingual : 31;
+  const double head = condyle_top_ - std::min(kHeadHeight, 0.5 * (condyle_top_ - kNeckRise));
+  return c.rise < head ? 29 + lingual : 31;
 }
 
 }  // namespace kerf

@@ -14,7 +14,7 @@ struct MandibleCoordinates {
   double along = 0;  // along the arch: 0 at the symphysis, 1 below the back edge of the ramus
   double depth = 0;  // in the body: 0 at the crest, 1 at the lower border (beyond both outside)
   double rise =
-      0;  // height over the base plane (which touches chin and angles from below) / height of the condyle's top
+      0;  // height over the base plane (which touches chin and angles from below) / height of the highest point
   double forward_mm = 0;  // in front of the ramus's middle at this height
   double facial_mm = 0;   // outward of the middle of the bone's thickness at this place; negative: lingual
 };
@@ -49,7 +49,7 @@ class MandibleAtlas {
   Vec3 x_W_{1, 0, 0};
   Vec3 f_W_{0, -1, 0};
   Vec3 h_W_{0, 0, 1};
-  double height_mm_ = 1;  // of the condyle's top
+  double height_mm_ = 1;  // of the highest point: of a condyle or a coronoid
 
   // By angle around the origin, 0 forward: the arch seen from above.
   static constexpr int kAngles = 52;
@@ -66,6 +66,7 @@ class MandibleAtlas {
   std::array<Side, 2> sides_;
   double ramus_middle_mm_ = 0;  // f of the ramus's middle at h = 0, extended
   double ramus_lean_ = 0;       // and how it changes with h
+  double condyle_top_ = 1;      // rise of the highest point behind the ramus's middle
 
   Vec3 ToOwn(const Vec3& p_W) const;
   /// Where the arch comes nearest to a point seen from above, in bins.
