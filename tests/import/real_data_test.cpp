@@ -56,6 +56,9 @@ TEST(VisibleHuman, MandibleIsFoundUnaidedAsOnePieceWithBothCondyles) {
   EXPECT_GT(r.filled_mm3, 4000);
   EXPECT_LT(r.filled_mm3, 8000);
   EXPECT_LT(r.contact_mm2, 100);
+  // Each of the atlas's 31 regions, its condyles' heads and necks among them.
+  const std::map<int, double> volumes = dicom.bone.CalcRegionVolumes();
+  for (int id = 1; id <= 31; ++id) EXPECT_GT(volumes.count(id) ? volumes.at(id) : 0, 20) << "region " << id;
   EXPECT_GT(r.tooth_mm3, 500);  // seven front teeth
   EXPECT_LT(r.tooth_mm3, 5000);
   const TriangleMesh surface = ExtractSurface(dicom.bone);
