@@ -65,9 +65,13 @@ void Run(const Options& options) {
       bar->Show(fraction);
     });
   }
-  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: note: {}\n", doubt);
+  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
+  if (!summary.touched) fmt::print(stderr, "kerf: warning: the saw met no bone on its path\n");
+  if (summary.starts_in_bone) {
+    fmt::print(stderr, "kerf: warning: the saw was set down inside the bone; what the disc held there went at once\n");
+  }
   if (summary.ticks_with_status > 0) {
-    fmt::print(stderr, "kerf: note: {} ticks report that something was not done as asked; see the status column\n",
+    fmt::print(stderr, "kerf: warning: {} ticks report that something was not done as asked; see the status column\n",
                summary.ticks_with_status);
   }
   if (options.json) {

@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <string>
+#include <vector>
 
 #include "cli/commands.h"
+#include "core/nearest_name.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 
@@ -12,6 +15,19 @@ namespace {
 
 constexpr int kFailed = 1;
 constexpr int kUsage = 2;
+
+/// A sentence about a first word that is no command; "" when it is one or an option. CLI11 only says that a command is
+/// missing.
+std::string FindUnknownCommand(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return "";
+  const std::string word = argv[1];
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  if (std::find(names.begin(), names.end(), word) != names.end()) return "";
+  const std::string nearest = kerf::FindNearestName(word, names);
+  return fmt::format("unknown command \"{}\"{}; 'kerf --help' lists them", word,
+                     nearest.empty() ? "" : fmt::format("; the nearest is \"{}\"", nearest));
+}
 
 }  // namespace
 
@@ -36,6 +52,10 @@ int main(int argc, char** argv) {
     return 0;
   } catch (const CLI::ParseError& e) {
     // --help and --version come as "errors" with exit code 0; everything else is bad use.
+    if (const std::string unknown = FindUnknownCommand(app, argc, argv); !unknown.empty()) {
+      fmt::print(stderr, "kerf: {}\n", unknown);
+      return kUsage;
+    }
     const int code = app.exit(e);
     return code == 0 ? 0 : kUsage;
   } catch (const kerf::Error& e) {

@@ -16,6 +16,7 @@ constexpr double kEngagementChange = 0.02;  // that asks for halving
 struct Sample {
   double theta = 0;       // from the feed's direction, rad
   Vec3 e_T{0};            // outward
+  double distance = 0;    // of the look-ahead point to the bone, mm
   double engagement = 0;  // 0 to 1
   int region = 0;         // of the nearest voxel
   double E_MPa = 0;       // interpolated between voxels
@@ -43,9 +44,9 @@ class Prober {
     sample.e_T = std::cos(theta) * u_ + std::sin(theta) * v_;
     const double look_ahead = kLookAheadVoxels * h_;
     const Vec3 p_W = X_WT_.Point((radius_mm_ + look_ahead) * sample.e_T);
-    const double distance = SampleTrilinear(phi_, p_W / h_);
+    sample.distance = SampleTrilinear(phi_, p_W / h_);
     // Whole where bone fills the look-ahead, none where the surface is reached: continuous on entering and leaving.
-    sample.engagement = std::clamp(-distance / look_ahead, 0.0, 1.0);
+    sample.engagement = std::clamp(-sample.distance / look_ahead, 0.0, 1.0);
     if (sample.engagement == 0) return sample;
     if (!FindMaterial(p_W / region_h_, sample)) {
       // Coarse region voxels with their centres outside the bone: look one further in.
@@ -138,8 +139,13 @@ RimLoad Rim::CalcLoad(const Bone& bone, const Pose& X_WT, const Vec3& v_T_mm_per
     load.E_sum_MPa += weight * s.E_MPa;
     load.bite_sum_mm += weight * bite;
   };
+  const double ring_mm = radius_mm_ + kLookAheadVoxels * bone.voxel_mm();
   const auto add_interval = [&](const auto& self, const Sample& a, const Sample& b, int halvings) -> void {
-    const bool uniform = std::abs(a.engagement - b.engagement) <= kEngagementChange && a.region == b.region;
+    // A distance changes by at most 1 per mm: ends that are far enough from the bone have none between them.
+    const double arc_mm = ring_mm * (b.theta - a.theta);
+    if (a.engagement == 0 && b.engagement == 0 && a.distance + b.distance >= arc_mm) return;
+    const bool both = a.engagement > 0 && b.engagement > 0;
+    const bool uniform = both && std::abs(a.engagement - b.engagement) <= kEngagementChange && a.region == b.region;
     if (!uniform && halvings < kMaxHalvings) {
       const Sample middle = prober.At(0.5 * (a.theta + b.theta));
       self(self, a, middle, halvings + 1);
@@ -154,7 +160,7 @@ RimLoad Rim::CalcLoad(const Bone& bone, const Pose& X_WT, const Vec3& v_T_mm_per
   Sample previous = prober.At(-0.5 * kPi);
   for (int i = 1; i <= half_samples_; ++i) {
     const Sample next = prober.At(-0.5 * kPi + i * step);
-    if (previous.engagement > 0 || next.engagement > 0) add_interval(add_interval, previous, next, 0);
+    add_interval(add_interval, previous, next, 0);
     previous = next;
   }
   return load;

@@ -8,6 +8,15 @@
 #include <iterator>
 
 namespace kerf {
+namespace {
+
+/// Rounding left over from turning a vector reads as zero.
+Vec3 WithoutNoise(Vec3 v) {
+  for (int axis = 0; axis < 3; ++axis) v[axis] = std::abs(v[axis]) < 1e-12 ? 0 : v[axis];
+  return v;
+}
+
+}  // namespace
 
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
                   const std::function<void(double)>& progress) {
@@ -78,8 +87,8 @@ std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every) {
     if ((i + 1) % static_cast<std::size_t>(std::max(every, 1)) != 0 && i + 1 != ticks.size()) continue;
     const Vec3& p = t.X_WT.p_AB;
     const Quat& q = t.X_WT.R_AB;
-    const Vec3& f = t.out.f_T_W_N;
-    const Vec3& m = t.out.tau_TG_W_Nmm;
+    const Vec3 f = WithoutNoise(t.out.f_T_W_N);
+    const Vec3 m = WithoutNoise(t.out.tau_TG_W_Nmm);
     fmt::format_to(
         std::back_inserter(csv),
         "{:.6f},{},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f},{:.9f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"

@@ -141,11 +141,14 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   cut.saws.push_back({saw, peak.X_WT, 1});
   const double peak_N = glm::length(peak.out.f_T_W_N);
   if (peak_N > 0) {
-    const Vec3 tip = peak.X_WT.p_AB + peak.out.f_T_W_N / peak_N * 12.0;
-    cut.arrows.push_back({peak.X_WT.p_AB, tip, kForceColour, fmt::format("{:.1f} N", peak_N)});
+    const Vec3 tail = LeadingPoint(run.ticks, moments.peak, saw);
+    const Vec3 tip = tail + peak.out.f_T_W_N / peak_N * 8.0;
+    cut.arrows.push_back({tail, tip, kForceColour, fmt::format("{:.1f} N", peak_N)});
   }
-  cut.caption = fmt::format("the saw and the force on it at its largest: {:.1f} N at {:.2f} s", peak_N, peak.time_s);
-  write(cut, "cut.png");
+  cut.caption = fmt::format(
+      "bone after the cut; saw and force on it (from its leading edge) when that was largest: {:.1f} N at {:.2f} s",
+      peak_N, peak.time_s);
+  if (moments.any) write(cut, "cut.png");
   cut = {};
   after = {};
 
@@ -167,7 +170,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   }
 
   if (moments.any) {
-    WritePlot(MakeForcePlot(run.ticks, name), run.folder + "/force.png");
+    WritePlot(MakeForcePlot(run.ticks, run.after.materials(), name), run.folder + "/force.png");
     written.emplace_back("force.png");
   }
   return written;
@@ -186,20 +189,21 @@ std::vector<Run> FindRegionRuns(const std::vector<TickRecord>& ticks, std::size_
   std::vector<Run> runs;
   for (const TickRecord& t : ticks) {
     if (t.segment != segment || t.out.main_region == 0) continue;
-    if (runs.empty() || runs.back().region != t.out.main_region)
+    const bool goes_on = !runs.empty() && t.travel_mm - runs.back().x1 < kShortestBandMm;
+    if (!goes_on || runs.back().region != t.out.main_region)
       runs.push_back({t.out.main_region, t.travel_mm, t.travel_mm});
     runs.back().x1 = t.travel_mm;
   }
   std::vector<Run> merged;
   for (const Run& run : runs) {
-    const bool too_short = run.x1 - run.x0 < kShortestBandMm;
-    if (!merged.empty() && (too_short || merged.back().region == run.region)) {
+    const bool adjoins = !merged.empty() && run.x0 - merged.back().x1 < kShortestBandMm;
+    if (adjoins && (run.x1 - run.x0 < kShortestBandMm || merged.back().region == run.region)) {
       merged.back().x1 = run.x1;
-    } else {
-      merged.push_back(run);
+      continue;
     }
+    if (adjoins) merged.back().x1 = run.x0;
+    merged.push_back(run);
   }
-  for (std::size_t i = 1; i < merged.size(); ++i) merged[i - 1].x1 = merged[i].x0;
   return merged;
 }
 
@@ -209,10 +213,10 @@ constexpr Rgb8 kBandColours[] = {{252, 232, 205}, {219, 234, 245}, {222, 240, 22
 
 }  // namespace
 
-PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const std::string& name) {
+PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name) {
   PlotSpec plot;
   plot.title = name + ": force on the saw";
-  plot.x.label = "depth: travel along the feed since first contact (mm)";
+  plot.x.label = "travel along the feed since first contact (mm); for a plunge, the depth";
   plot.y.label = "force (N)";
   plot.y.lower = 0;
   plot.y_right.label = "engaged teeth";
@@ -254,11 +258,17 @@ PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const std::string& 
   std::map<int, std::size_t> order;  // of the regions' first appearances
   for (const Run& run : FindRegionRuns(ticks, longest)) {
     const std::size_t colour = order.emplace(run.region, order.size()).first->second % std::size(kBandColours);
-    const bool wide = run.x1 - run.x0 > 0.03 * longest_mm;
-    const std::string label = wide ? fmt::format("{}", run.region) : std::string();
+    // The name where there is room for it, else the number, else nothing.
+    const double share = (run.x1 - run.x0) / longest_mm;
+    std::string label = share > 0.025 ? fmt::format("{}", run.region) : std::string();
+    if (materials.Contains(run.region)) {
+      const std::string named = fmt::format("{} {}", run.region, materials.At(run.region).name);
+      if (share > 0.009 * static_cast<double>(named.size())) label = named;
+    }
     plot.bands.push_back({run.x0, run.x1, label, kBandColours[colour]});
   }
-  plot.caption = "bands: the region that carries most of the force, by its number in the region table";
+  plot.caption = fmt::format("bands: the region that carries most of the force{}",
+                             segments > 1 ? fmt::format(", on stroke {}", longest + 1) : std::string());
   return plot;
 }
 

@@ -22,10 +22,11 @@ struct RunPictures {
   std::string folder;
 };
 
-/// Writes before.png, after.png, cut.png, force.png and, with more than one piece, apart.png. Returns their names.
+/// Writes before.png and after.png; cut.png and force.png when the saw met bone; apart.png when there is more than one
+/// piece. Returns their names.
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress);
 
 /// Magnitude of the force against depth, a curve a stroke, over bands of the region that carries most of it.
-PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const std::string& name);
+PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name);
 
 }  // namespace kerf

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "bone/surface.h"
@@ -24,6 +25,26 @@ double PeakMemoryMB() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+/// A disc that is set down clear of the bone removes nothing in its first tick, or a shaving.
+constexpr double kInBoneMm3 = 0.1;
+
+/// What kerf itself wrote into the folder before, as the summary there lists it: plain names of files of results only.
+std::vector<std::string> ReadEarlierResults(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(folder + "/summary.json", failed)) return names;
+  const auto summary = nlohmann::json::parse(ReadTextFile(folder + "/summary.json"), nullptr, false);
+  if (!summary.is_object() || !summary.contains("kerf") || !summary.contains("files")) return names;
+  for (const auto& file : summary["files"]) {
+    if (!file.is_string()) continue;
+    const std::filesystem::path name(file.get<std::string>());
+    const std::string extension = name.extension().string();
+    const bool result = extension == ".png" || extension == ".stl" || extension == ".vdb" || extension == ".csv";
+    if (result && name == name.filename()) names.push_back(name.string());
+  }
+  return names;
 }
 
 ordered_json BoxJson(const Box3& box) {
@@ -67,6 +88,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
     };
   };
   MakeFolder(folder);
+  const std::vector<std::string> earlier = ReadEarlierResults(folder);
   const Path path = MakePath(scene);
   const SimulationParams params = MakeSimulationParams(scene);
   const Bone before = MakeSceneBone(scene, stage("making the bone"));
@@ -86,7 +108,14 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.materials = before.materials();
   summary.force = SummarizeForces(result.ticks, rate_hz);
   summary.ticks = result.ticks.size();
-  for (const TickRecord& t : result.ticks) summary.ticks_with_status += t.out.status != kTickOk ? 1 : 0;
+  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
+    const TickRecord& t = result.ticks[i];
+    summary.ticks_with_status += t.out.status != kTickOk ? 1 : 0;
+    summary.touched = summary.touched || t.touched;
+    const bool set_down =
+        i == 0 || (t.segment != result.ticks[i - 1].segment && path.segments()[t.segment].retract_before);
+    summary.starts_in_bone = summary.starts_in_bone || (set_down && t.out.removed_mm3 > kInBoneMm3);
+  }
   summary.simulated_s = path.duration_s();
   summary.ticks_wall_s = result.wall_s;
   summary.times = result.times;
@@ -127,6 +156,11 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.peak_memory_MB = PeakMemoryMB();
   add_file("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
+  for (const std::string& name : earlier) {
+    const bool replaced = std::find(summary.files.begin(), summary.files.end(), name) != summary.files.end();
+    std::error_code ignored;
+    if (!replaced) std::filesystem::remove(folder + "/" + name, ignored);
+  }
   return summary;
 }
 

@@ -39,6 +39,8 @@ struct RunSummary {
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;
   double dust_mm3 = 0;
+  bool starts_in_bone = false;  // teeth were engaged in the first tick of a stroke that was set down
+  bool touched = false;         // any tooth was ever engaged
   std::size_t ticks = 0;
   std::size_t ticks_with_status = 0;  // any bit of TickOutput::status
   double simulated_s = 0;
@@ -54,7 +56,9 @@ struct RunSummary {
 using RunProgress = std::function<void(const std::string& stage, double fraction)>;
 
 /// Runs `scene` and writes into `folder` (made when missing): forces.csv, scene.toml (resolved), and, as the scene
-/// asks: bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png; summary.json last. Throws Error.
+/// asks: bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png; summary.json
+/// last. Results of an earlier run in the same folder, by the list in its summary.json, are replaced or removed. Throws
+/// Error.
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress);
 
 std::string FormatSummaryJson(const Scene& scene, const RunSummary& summary);

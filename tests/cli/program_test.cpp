@@ -61,6 +61,41 @@ TEST_F(Program, BadUseIsExitCodeTwo) {
   }
 }
 
+TEST_F(Program, UnknownCommandIsNamedWithTheNearest) {
+  const ProgramResult result = Kerf("imprt x -o y");
+  EXPECT_EQ(result.code, 2);
+  EXPECT_EQ(result.err, "kerf: unknown command \"imprt\"; the nearest is \"import\"; 'kerf --help' lists them\n");
+}
+
+TEST_F(Program, ResultsOfAnEarlierRunDoNotStayAmongTheNew) {
+  Write("two.toml", std::string(kBlock) + kStroke + "[output]\npictures = false\n");
+  std::string deep = kStroke;
+  deep.replace(deep.find("6.0]"), 4, "0.0]");
+  Write("one.toml", std::string(kBlock) + deep + "[output]\npictures = false\nbone = false\n");
+  ASSERT_EQ(Kerf("run one.toml -o results").code, 0);
+  EXPECT_TRUE(Exists("results/piece_2.stl"));
+  Write("results/mine.stl", "not kerf's");
+  ASSERT_EQ(Kerf("run two.toml -o results").code, 0);
+  EXPECT_TRUE(Exists("results/bone.vdb"));
+  EXPECT_FALSE(Exists("results/piece_2.stl"));
+  EXPECT_EQ(test::Slurp(folder_ / "results/mine.stl"), "not kerf's");
+}
+
+TEST_F(Program, PathThatMissesTheBoneOrBeginsInItIsWarnedOf) {
+  std::string stroke = kStroke;
+  stroke.replace(stroke.find("[0.0, 0.0, 11.2]"), 16, "[0.0, 50.0, 12.0]");
+  stroke.replace(stroke.find("[0.0, 0.0, 6.0]"), 15, "[0.0, 50.0, 9.0]");
+  Write("miss.toml", std::string(kBlock) + stroke);
+  const ProgramResult miss = Kerf("run miss.toml -o miss");
+  EXPECT_EQ(miss.code, 0);
+  EXPECT_THAT(miss.err, HasSubstr("kerf: warning: the saw met no bone on its path\n"));
+  EXPECT_FALSE(Exists("miss/cut.png"));
+  stroke = kStroke;
+  stroke.replace(stroke.find("11.2]"), 5, "10.0]");
+  Write("inside.toml", std::string(kBlock) + stroke + kNoPictures);
+  EXPECT_THAT(Kerf("run inside.toml -o inside").err, HasSubstr("set down inside the bone"));
+}
+
 TEST_F(Program, RunsAScene) {
   Write("scene.toml", std::string(kBlock) + kStroke);
   const ProgramResult result = Kerf("run scene.toml -o results");

@@ -223,6 +223,31 @@ TEST(ForceClosedForm, ForceIsContinuousOnEntryAndBetweenTicks) {
   }
 }
 
+TEST(ForceClosedForm, TiltedDiscFindsACornerBetweenItsRimSamples) {
+  // A corner is met by a sliver of rim much shorter than the distance between samples: the force still begins with the
+  // removal.
+  const Bone bone = test::MakeBox(Pose{}, {8, 8, 8}, 0.1);
+  Pose tilt;
+  tilt.R_AB = glm::angleAxis(0.35, glm::normalize(Vec3(1, 0.4, 0.2)));
+  double last_N = 0;
+  for (const int samples : {8, 32}) {
+    SimulationParams params;
+    params.rim_samples_per_pitch = samples;
+    Simulation simulation(bone, params, DiscPose(tilt, {1, 0.7, 4 + kR + 2}));
+    const auto ticks = Stroke(simulation, tilt, {1, 0.7, 4 + kR + 2}, {1, 0.7, 4 + kR - 1}, 2);
+    double first_removal = -1;
+    double worst_step = 0;
+    for (std::size_t i = 1; i < ticks.size(); ++i) {
+      if (first_removal < 0 && ticks[i].removed_mm3 > 1e-6) first_removal = static_cast<double>(i);
+      worst_step = std::max(worst_step, std::abs(ticks[i].thrust_sum_N - ticks[i - 1].thrust_sum_N));
+    }
+    last_N = ticks.back().thrust_sum_N;
+    ASSERT_GT(first_removal, 0);
+    ASSERT_GT(last_N, 0.5);
+    EXPECT_LE(worst_step, 0.03 * last_N) << samples;
+  }
+}
+
 TEST(ForceClosedForm, TorqueIsTheForcesMomentAboutTheGrip) {
   const Pose X_WB = BlockPoses(0.2)[5];
   const Bone bone = test::MakeBox(X_WB, {20, 2, 6}, 0.2);
