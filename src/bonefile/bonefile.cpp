@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <openvdb/io/Stream.h>
 
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <system_error>
 
 #include "bone/grids.h"
 #include "files/files.h"
@@ -17,6 +20,14 @@ namespace {
 constexpr int kFormat = 1;
 constexpr char kNotePrefix[] = "note_";
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{8} << 30;
+
+/// OpenVDB's writer, onto a stream of ours: its own does not look whether the disk is full.
+class Writer : public openvdb::io::Archive {
+ public:
+  void Write(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& meta) const {
+    write(out, grids, /*seekable=*/true, meta);
+  }
+};
 
 [[noreturn]] void Refuse(const std::string& path, const std::string& why) {
   throw Error(fmt::format("{}: {}", path, why));
@@ -70,9 +81,20 @@ Bone ReadBone(const std::string& path) {
   Bone bone;  // also gets OpenVDB ready
   Bone::Grids& grids = bone.grids();
   try {
-    openvdb::io::File file(path);
-    file.open(false);
+    // A stream that throws where it ends: OpenVDB would go on with whatever counts it finds in memory.
+    std::ifstream in;
+    in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
+    in.open(path, std::ios::binary);
+    openvdb::io::Stream file(in, /*delayLoad=*/false);
     const openvdb::MetaMap::Ptr meta = file.getMetadata();
+    const openvdb::GridPtrVecPtr stored = file.getGrids();
+    const auto find = [&](const char* name) {
+      openvdb::GridBase::Ptr found;
+      for (const openvdb::GridBase::Ptr& grid : *stored) {
+        if (grid && grid->getName() == name) found = grid;
+      }
+      return found;
+    };
     const auto format = meta->getMetadata<openvdb::Int32Metadata>("kerf_format");
     if (!format) Refuse(path, "not a kerf bone: its metadata has no \"kerf_format\"");
     if (format->value() != kFormat) {
@@ -83,13 +105,14 @@ Bone ReadBone(const std::string& path) {
     for (auto it = meta->beginMeta(); it != meta->endMeta(); ++it) {
       if (it->first.starts_with(kNotePrefix)) grids.notes[it->first.substr(sizeof kNotePrefix - 1)] = it->second->str();
     }
-    if (!file.hasGrid("phi") || !file.hasGrid("region"))
-      Refuse(path, "not a kerf bone: grids \"phi\" and \"region\" are needed");
-    grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("phi"));
-    grids.region = openvdb::gridPtrCast<openvdb::Int32Grid>(file.readGrid("region"));
+    if (!find("phi") || !find("region")) Refuse(path, "not a kerf bone: grids \"phi\" and \"region\" are needed");
+    grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(find("phi"));
+    grids.region = openvdb::gridPtrCast<openvdb::Int32Grid>(find("region"));
     if (!grids.phi || !grids.region) Refuse(path, "grid \"phi\" must be of type float and \"region\" of type int32");
   } catch (const Error&) {
     throw;
+  } catch (const std::ios_base::failure&) {
+    Refuse(path, "not a whole OpenVDB file (it ends early)");
   } catch (const std::exception& e) {
     // OpenVDB's own exceptions, and the standard library's when a damaged file names absurd sizes.
     Refuse(path, fmt::format("not a whole OpenVDB file ({})", e.what()));
@@ -109,11 +132,15 @@ void WriteBone(const Bone& bone, const std::string& path) {
   for (const auto& [key, value] : grids.notes) meta.insertMeta(kNotePrefix + key, openvdb::StringMetadata(value));
   WriteAtomically(path, [&](const std::string& temporary) {
     try {
-      openvdb::io::File file(temporary);
-      file.write({grids.phi, grids.region}, meta);
-      file.close();
+      std::ofstream out;
+      out.exceptions(std::ios::badbit | std::ios::failbit);
+      out.open(temporary, std::ios::binary | std::ios::trunc);
+      Writer().Write(out, {grids.phi, grids.region}, meta);
+      out.close();
     } catch (const openvdb::Exception& e) {
       throw Error(fmt::format("{}: can't be written: {}", path, e.what()));
+    } catch (const std::ios_base::failure&) {
+      throw Error(fmt::format("{}: can't be written: {}", path, std::generic_category().message(errno)));
     }
   });
 }

@@ -81,7 +81,8 @@ void List(const Options& options) {
                s.modality.empty() ? "no modality" : s.modality, first.size[0], first.size[1], s.slices.size(),
                first.pixel_mm[0], first.pixel_mm[1], s.gap_mm, s.description.empty() ? "" : ", ", s.description);
   }
-  if (options.json) fmt::print("{}\n", Json{{"series", list}}.dump(2));
+  if (options.json)
+    fmt::print("{}\n", Json{{"series", list}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
@@ -128,7 +129,7 @@ void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, 
                      {"regions", regions},
                      {"seconds", seconds},
                      {"output", options.output}};
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 void PrintText(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
@@ -177,6 +178,7 @@ void Run(Options& options) {
   if (std::filesystem::path(options.output).extension() != ".vdb") {
     throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", options.output));
   }
+  CheckWritable(options.output);
   ImportOptions& import = options.import;
   import.isolate.isolate = !options.no_isolate;
   import.isolate.check_shape = !options.any_shape;

@@ -49,7 +49,7 @@ void PrintJson(const Bone& bone, const Pieces& split) {
                                {"volume_mm3", volume == volumes.end() ? 0.0 : volume->second}});
   }
   json["notes"] = bone.notes();
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {

@@ -92,7 +92,7 @@ void MakeAndWrite(const Common& common, const std::function<Bone(const std::func
                      {"regions", regions},
                      {"notes", bone.notes()},
                      {"output", common.output}};
-  fmt::print("{}\n", json.dump(2));
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 void AddCommon(CLI::App& c, Common& common) {

@@ -10,6 +10,7 @@
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
+#include "files/files.h"
 #include "kerf/error.h"
 #include "render/picture.h"
 
@@ -42,6 +43,7 @@ std::string CheckSize(const std::string& text) {
 }
 
 void Run(const Options& options) {
+  CheckWritable(options.output);
   const Bone bone = ReadBone(options.file);
   PictureSpec spec;
   ParseSize(options.size, spec.width, spec.height);

@@ -52,6 +52,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
 
 void Run(const Options& options) {
   const Scene scene = ReadScene(options.scene);
+  CheckInputsStay(scene, options.scene, options.folder);
   RunSummary summary;
   {
     std::unique_ptr<ProgressBar> bar;

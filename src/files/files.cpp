@@ -63,22 +63,37 @@ void Flush(const std::string& temporary, const std::string& path) {
   if (result != 0) throw Error(fmt::format("{}: can't be written: {}", path, Reason(code)));
 }
 
-void CheckFolder(const std::string& path) {
+/// Where a link leads, so that the file is replaced and not the link.
+std::string FollowLinks(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_symlink(path, error)) return path;
+  const fs::path target = fs::weakly_canonical(path, error);
+  return error ? path : target.string();
+}
+
+}  // namespace
+
+void CheckWritable(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
   std::error_code ignored;
   if (!folder.empty() && !fs::is_directory(folder, ignored)) {
     throw Error(fmt::format("{}: can't be written: there is no folder {}", path, folder.string()));
   }
-  if (fs::is_directory(path, ignored)) throw Error(fmt::format("{}: can't be written: it is a folder", path));
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::is_directory(status)) throw Error(fmt::format("{}: can't be written: it is a folder", path));
+  // A device or a pipe would be replaced by a file.
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw Error(fmt::format("{}: can't be written: it is not a regular file", path));
+  }
 }
-
-}  // namespace
 
 std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw Error(fmt::format("{}: there is no such file", path));
   if (fs::is_directory(status)) throw Error(fmt::format("{}: is a folder, not a file", path));
+  // A pipe may never end, or never begin.
+  if (!fs::is_regular_file(status)) throw Error(fmt::format("{}: is not a regular file", path));
   std::ifstream in(path, std::ios::binary);
   if (!in) throw Error(fmt::format("{}: can't be read: {}", path, Reason(errno)));
   std::string content;
@@ -103,11 +118,17 @@ std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
 }
 
 void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write) {
-  CheckFolder(path);
-  Temporary temporary(path);
+  CheckWritable(path);
+  const std::string target = FollowLinks(path);
+  Temporary temporary(target);
   write(temporary.path());
   Flush(temporary.path(), path);
-  temporary.RenameTo(path);
+  // An earlier file's permissions stay: it may hold a patient's data.
+  std::error_code ignored;
+  if (fs::is_regular_file(target, ignored)) {
+    fs::permissions(temporary.path(), fs::status(target, ignored).permissions(), ignored);
+  }
+  temporary.RenameTo(target);
 }
 
 void WriteTextFile(const std::string& path, const std::string& content) {

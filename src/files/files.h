@@ -8,6 +8,9 @@ namespace kerf {
 
 /// The file's bytes. Throws Error when it can't be read or is larger than `max_bytes`.
 std::string ReadTextFile(const std::string& path, std::size_t max_bytes = std::size_t{256} << 20);
+/// Throws Error when a file can't be written there: no such folder, a folder, or a device or pipe of that name. For
+/// asking early, before long work.
+void CheckWritable(const std::string& path);
 /// Writes to a temporary beside `path`, flushes and renames: an earlier file is whole until the new one is. Throws
 /// Error.
 void WriteTextFile(const std::string& path, const std::string& content);

@@ -25,7 +25,13 @@ double CalcTopBite(const Scene& scene) {
 std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
   std::vector<std::string> doubts;
   const double voxels = voxel_mm > 0 ? scene.tool.thickness_mm / voxel_mm : kResolvedVoxels;
-  if (voxels < kResolvedVoxels) {
+  if (voxels < 1) {
+    doubts.push_back(
+        fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): removed volume and kerf "
+                    "width can be off by "
+                    "half and more; use voxels of at most {:.3g} mm",
+                    scene.tool.thickness_mm, voxel_mm, scene.tool.thickness_mm / kResolvedVoxels));
+  } else if (voxels < kResolvedVoxels) {
     doubts.push_back(fmt::format(
         "the disc is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the kerf comes out "
         "up to some percent too narrow; use voxels of at most {:.3g} mm",

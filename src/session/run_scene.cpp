@@ -11,6 +11,7 @@
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "files/files.h"
+#include "kerf/error.h"
 #include "kerf/version.h"
 #include "mesh/meshfile.h"
 #include "session/make_bone.h"
@@ -79,6 +80,20 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
   }
   if (summary.cutting_time_s > 0) summary.mean_N = sum_N_s / summary.cutting_time_s;
   return summary;
+}
+
+void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
+  const std::filesystem::path out = std::filesystem::weakly_canonical(folder);
+  for (const std::string& input : {scene_file, scene.bone.file, scene.bone.materials, scene.path.file}) {
+    if (input.empty()) continue;
+    const std::filesystem::path file = std::filesystem::weakly_canonical(input);
+    const std::string name = file.filename().string();
+    const bool result = name == "scene.toml" || name == "forces.csv" || name == "bone.vdb" || name == "summary.json";
+    if (result && file.parent_path() == out) {
+      throw Error(
+          fmt::format("{}: is an input of this run and would be written over; choose another output folder", input));
+    }
+  }
 }
 
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress) {
@@ -217,7 +232,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
                    {"max_us", s.times.max_us}};
   json["peak_memory_MB"] = s.peak_memory_MB;
   json["files"] = s.files;
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace kerf

@@ -61,6 +61,10 @@ using RunProgress = std::function<void(const std::string& stage, double fraction
 /// Error.
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress);
 
+/// Throws Error when a result in `folder` would replace one of the run's own inputs: `scene_file`, the bone, the path
+/// or the table.
+void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
+
 std::string FormatSummaryJson(const Scene& scene, const RunSummary& summary);
 ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz);
 

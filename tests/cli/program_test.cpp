@@ -68,10 +68,10 @@ TEST_F(Program, UnknownCommandIsNamedWithTheNearest) {
 }
 
 TEST_F(Program, ResultsOfAnEarlierRunDoNotStayAmongTheNew) {
-  Write("two.toml", std::string(kBlock) + kStroke + "[output]\npictures = false\n");
-  std::string deep = kStroke;
-  deep.replace(deep.find("6.0]"), 4, "0.0]");
-  Write("one.toml", std::string(kBlock) + deep + "[output]\npictures = false\nbone = false\n");
+  std::string shallow = kStroke;
+  shallow.replace(shallow.find("6.0]"), 4, "9.0]");
+  Write("two.toml", std::string(kBlock) + shallow + kNoPictures);
+  Write("one.toml", std::string(kBlock) + kStroke + "[output]\npictures = false\nbone = false\n");
   ASSERT_EQ(Kerf("run one.toml -o results").code, 0);
   EXPECT_TRUE(Exists("results/piece_2.stl"));
   Write("results/mine.stl", "not kerf's");
@@ -94,6 +94,45 @@ TEST_F(Program, PathThatMissesTheBoneOrBeginsInItIsWarnedOf) {
   stroke.replace(stroke.find("11.2]"), 5, "10.0]");
   Write("inside.toml", std::string(kBlock) + stroke + kNoPictures);
   EXPECT_THAT(Kerf("run inside.toml -o inside").err, HasSubstr("set down inside the bone"));
+}
+
+TEST_F(Program, RunRefusesToWriteOverItsOwnInput) {
+  std::filesystem::create_directory(folder_ / "work");
+  Write("work/scene.toml", std::string(kBlock) + kStroke + kNoPictures);
+  const std::string before = test::Slurp(folder_ / "work/scene.toml");
+  ExpectRefusal(Kerf("run work/scene.toml -o work"),
+                "work/scene.toml: is an input of this run and would be written over; choose another output folder");
+  EXPECT_EQ(test::Slurp(folder_ / "work/scene.toml"), before);
+  ASSERT_EQ(Kerf("model block -o work/bone.vdb").code, 0);
+  const std::string bone = test::Slurp(folder_ / "work/bone.vdb");
+  Write("s.toml", std::string("[bone]\nfile = \"work/bone.vdb\"\n") + kStroke + kNoPictures);
+  const ProgramResult result = Kerf("run s.toml -o work");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("is an input of this run"));
+  EXPECT_EQ(test::Slurp(folder_ / "work/bone.vdb"), bone);
+}
+
+TEST_F(Program, FullDiskKeepsTheEarlierBone) {
+  // A file size limit stands for a full disk: writes beyond it fail.
+  ASSERT_EQ(Kerf("model block --size 4,4,4 -o b.vdb").code, 0);
+  const std::string before = test::Slurp(folder_ / "b.vdb");
+  const ProgramResult result = KerfWithin("ulimit -f 64; trap '' XFSZ;", "model block --size 30,30,30 -o b.vdb");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("b.vdb: can't be written"));
+  EXPECT_EQ(test::Slurp(folder_ / "b.vdb"), before);
+}
+
+TEST_F(Program, OutputToSomethingThatIsNoFileIsRefusedAndLinksAreFollowed) {
+  ExpectRefusal(Kerf("scene --defaults -o /dev/null"), "/dev/null: can't be written: it is not a regular file");
+  Write("target.toml", "old");
+  std::filesystem::create_symlink("target.toml", folder_ / "link.toml");
+  std::filesystem::permissions(folder_ / "target.toml",
+                               std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+  ASSERT_EQ(Kerf("scene --defaults -o link.toml").code, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "link.toml"));
+  EXPECT_THAT(test::Slurp(folder_ / "target.toml"), HasSubstr("[bone]"));
+  EXPECT_EQ(std::filesystem::status(folder_ / "target.toml").permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
 }
 
 TEST_F(Program, RunsAScene) {

@@ -38,9 +38,12 @@ class ProgramTest : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   /// `arguments` as typed into a shell; the current folder is folder_.
-  ProgramResult Kerf(const std::string& arguments) const {
-    const std::string command = "cd '" + folder_.string() + "' && env -u DISPLAY '" KERF_PROGRAM "' " + arguments +
-                                " >stdout.txt 2>stderr.txt </dev/null";
+  ProgramResult Kerf(const std::string& arguments) const { return KerfWithin("", arguments); }
+
+  /// The same after shell commands that set up limits.
+  ProgramResult KerfWithin(const std::string& limits, const std::string& arguments) const {
+    const std::string command = "cd '" + folder_.string() + "' && " + limits + " env -u DISPLAY '" KERF_PROGRAM "' " +
+                                arguments + " >stdout.txt 2>stderr.txt </dev/null";
     const int status = std::system(command.c_str());
     ProgramResult result;
     result.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
