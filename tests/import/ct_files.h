@@ -233,7 +233,7 @@ inline std::string DicomSlice(const Volume& ct, int k, const SliceSpec& spec) {
       pixels += whole(static_cast<int>(std::lround((hu - spec.intercept) / spec.slope)));
     }
   } else if (pixels.empty()) {
-    pixels.assign(static_cast<std::size_t>(3 * ct.size[0] * ct.size[1]), '\7');
+    pixels.assign(std::size_t{3} * ct.size[0] * ct.size[1], '\7');
   }
   if (spec.encapsulated) {
     const auto put32 = [](std::uint32_t v) { return std::string(reinterpret_cast<const char*>(&v), 4); };

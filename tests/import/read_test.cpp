@@ -10,10 +10,12 @@
 #include "import/import.h"
 
 // GDCM 3.0 itself leaks its decoder when a JPEG is broken; asked by the leak sanitizer, unused without it.
+// NOLINTBEGIN(bugprone-reserved-identifier): the sanitizer's name
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
   return "leak:gdcm::ImageChangeTransferSyntax::Change";
 }
+// NOLINTEND(bugprone-reserved-identifier)
 
 namespace kerf {
 namespace {
