@@ -14,6 +14,7 @@
 #include <map>
 #include <sstream>
 
+#include "import/dicom_header.h"
 #include "import/itk_read.h"
 #include "kerf/error.h"
 
@@ -22,6 +23,8 @@ namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
 
 bool IsDicom(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -58,6 +61,7 @@ int Whole(gdcm::StringFilter& filter, std::uint16_t group, std::uint16_t element
 
 // Adds the file to its series.
 void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
+  CheckDicomHeader(path.string());
   gdcm::Reader reader;
   reader.SetFileName(path.c_str());
   bool read = false;
@@ -72,7 +76,12 @@ void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
   filter.SetFile(reader.GetFile());
   const int rows = Whole(filter, 0x0028, 0x0010, 0);
   const int columns = Whole(filter, 0x0028, 0x0011, 0);
-  if (rows == 0 || columns == 0) return;  // no image: a report, a directory, a structure set
+  if (rows == 0 || columns == 0) {
+    if (Text(filter, 0x0002, 0x0002) == kCtImageStorage)
+      throw Error(
+          fmt::format("{}: a CT slice without rows and columns; the file is damaged or cut off", path.string()));
+    return;  // no image: a report, a directory, a structure set
+  }
 
   DicomSlice slice;
   slice.path = path.string();

@@ -229,7 +229,8 @@ T Field(const std::string& head, std::size_t offset, bool swap) {
   return std::bit_cast<T>(bytes);
 }
 
-// NIfTI-1: 348 bytes, sizes at 40, bits a voxel at 72, offset of the voxels at 108.
+// NIfTI-1: 348 bytes, sizes at 40, bits a voxel at 72, spacings at 76 (the first is no spacing), offset of the voxels
+// at 108.
 Promise ParseNifti(const std::string& path, std::string head) {
   const bool packed = EndsWith(Lower(path), ".gz");
   if (packed) {
@@ -248,6 +249,14 @@ Promise ParseNifti(const std::string& path, std::string head) {
   if (dimensions < 1 || dimensions > 7) refuse();
   for (int a = 1; a <= dimensions; ++a) {
     promise.sizes.push_back(Field<std::int16_t>(head, 40 + 2 * static_cast<std::size_t>(a), swap));
+  }
+  // The library reads a spacing that is none as 1 mm and says nothing.
+  for (std::size_t a = 1; a <= static_cast<std::size_t>(std::min(dimensions, 3)); ++a) {
+    const float spacing = Field<float>(head, 76 + 4 * a, swap);
+    if (!std::isfinite(spacing) || spacing <= 0) {
+      throw Error(fmt::format("{}: the header's voxel spacing pixdim[{}] is {}; it must be a length in mm above 0",
+                              path, a, spacing));
+    }
   }
   promise.bytes_per_voxel = Field<std::int16_t>(head, 72, swap) / 8.0;
   const double offset = static_cast<double>(Field<float>(head, 108, swap));

@@ -191,6 +191,69 @@ TEST_F(SpoiltSeries, TruncatedSliceIsRefusedEvenByOneByte) {
   }
 }
 
+TEST_F(SpoiltSeries, HeaderCutOffAnywhereIsRefusedAndNamesTheFile) {
+  const std::string whole = test::DicomSlice(ct_, 3, {});
+  ASSERT_GT(whole.size(), 700u);
+  const Folder folder;
+  const Volume ct = SkewCt();
+  test::WriteDicom(ct, folder.path());
+  for (std::size_t length = 0; length <= 700; ++length) {
+    WriteBytes(folder.file("spoilt.dcm"), whole.substr(0, length));
+    EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }), HasSubstr("spoilt.dcm")) << length;
+  }
+  const std::string within = Message(3, whole.substr(0, 200));
+  EXPECT_THAT(within, HasSubstr("spoilt.dcm: the DICOM header can't be read: the meta information is "));
+  EXPECT_THAT(within, HasSubstr(" bytes long where 56 are left; the file is damaged or cut off"));
+  EXPECT_THAT(Message(3, whole.substr(0, 138)),
+              HasSubstr("the DICOM header can't be read: the file ends after 138 bytes, within it"));
+}
+
+TEST_F(SpoiltSeries, SliceCutOffBetweenTwoElementsIsRefusedNotLeftOut) {
+  const std::string whole = test::DicomSlice(ct_, 6, {});  // the last: no gap would show it
+  const std::string modality("\x08\x00\x60\x00", 4);
+  EXPECT_THAT(Message(6, whole.substr(0, whole.find(modality))),
+              HasSubstr("spoilt.dcm: a CT slice without rows and columns; the file is damaged or cut off"));
+}
+
+TEST_F(SpoiltSeries, ElementLongerThanTheFileIsRefused) {
+  const std::string whole = test::DicomSlice(ct_, 3, {});
+  const auto spoil = [&](const std::string& tag, std::size_t skip, const std::string& with) {
+    std::string bytes = whole;
+    return bytes.replace(bytes.find(tag) + skip, with.size(), with);
+  };
+  const std::string modality("\x08\x00\x60\x00", 4);
+  const std::string meta_length("\x02\x00\x00\x00", 4);
+  const std::string meta_uid("\x02\x00\x03\x00", 4);
+  EXPECT_THAT(Message(3, spoil(modality, 6, "\xff\x7f")),
+              HasSubstr("spoilt.dcm: the DICOM header can't be read: element (0008,0060) is 32767 bytes long where "));
+  // A text of 4 GB, as a damaged type and length make of it: none of it is asked for.
+  EXPECT_THAT(Message(3, spoil(modality, 4, std::string("UT\0\0\xf0\xff\xff\xff", 8))),
+              HasSubstr("element (0008,0060) is 4294967280 bytes long where "));
+  EXPECT_THAT(Message(3, spoil(meta_uid, 6, "\xff\x7f")), HasSubstr("element (0002,0003) is 32767 bytes"));
+  EXPECT_THAT(Message(3, spoil(meta_length, 8, "\xff\xff\xff\x7f")),
+              HasSubstr("the meta information is 2147483647 bytes long where "));
+  EXPECT_THAT(Message(3, spoil(meta_uid, 4, "??")),
+              HasSubstr("element (0002,0003) of the meta information has no valid type"));
+  // Within a sequence and an item that end with a delimiter.
+  const std::string within(
+      "\x08\x00\x32\x10SQ\0\0\xff\xff\xff\xff\xfe\xff\x00\xe0\xff\xff\xff\xff\x08\x00\x04\x01LO\x00\x70", 28);
+  std::string nested = whole;
+  nested.insert(nested.find(std::string("\x10\x00\x10\x00", 4)), within);
+  EXPECT_THAT(Message(3, nested), HasSubstr("element (0008,0104) is 28672 bytes long where "));
+}
+
+TEST_F(SpoiltSeries, SequencesOfEitherKindOfLengthAreFollowed) {
+  const std::string inner("\x08\x00\x04\x01LO\x02\x00hi", 10);
+  const std::string open = std::string("\x08\x00\x32\x10SQ\0\0\xff\xff\xff\xff\xfe\xff\x00\xe0\xff\xff\xff\xff", 20) +
+                           inner + std::string("\xfe\xff\x0d\xe0\0\0\0\0\xfe\xff\xdd\xe0\0\0\0\0", 16);
+  const std::string closed = std::string("\x08\x00\x32\x10SQ\0\0\x12\0\0\0\xfe\xff\x00\xe0\x0a\0\0\0", 20) + inner;
+  for (const std::string& sequence : {open, closed}) {
+    std::string slice = test::DicomSlice(ct_, 3, {});
+    slice.insert(slice.find(std::string("\x10\x00\x10\x00", 4)), sequence);
+    EXPECT_EQ(Message(3, slice), "");
+  }
+}
+
 TEST_F(SpoiltSeries, TextFileNamedDcmIsRefused) {
   EXPECT_THAT(Message(3, "This is no image.\n"), HasSubstr("spoilt.dcm: not a DICOM file although its name says so"));
 }
@@ -280,6 +343,23 @@ TEST(ReadImage, TruncatedNiftiAndMetaImageAreRefused) {
     WriteBytes(folder.file(name), whole.substr(0, whole.size() - 2));
     EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file(name)); }),
                 HasSubstr("the header promises 9 x 8 x 7 voxels (1008 bytes), but the file holds 1006 bytes of them"));
+  }
+}
+
+TEST(ReadImage, NiftiSpacingThatIsNoLengthIsRefused) {
+  const Folder folder;
+  test::WriteNifti(SkewCt(), folder.file("a.nii"));
+  const std::string whole = ReadBytes(folder.file("a.nii"));
+  const float inf = std::numeric_limits<float>::infinity();
+  for (std::size_t axis = 1; axis <= 3; ++axis) {
+    for (const float spacing : {0.0f, std::nanf(""), inf, -inf, -0.5f}) {
+      std::string bytes = whole;
+      bytes.replace(76 + 4 * axis, 4, reinterpret_cast<const char*>(&spacing), 4);
+      WriteBytes(folder.file("a.nii"), bytes);
+      EXPECT_EQ(MessageOf([&] { ReadImageFile(folder.file("a.nii")); }),
+                fmt::format("{}: the header's voxel spacing pixdim[{}] is {}; it must be a length in mm above 0",
+                            folder.file("a.nii"), axis, spacing));
+    }
   }
 }
 

@@ -141,6 +141,54 @@ TEST(SceneMessages, DeepNestingIsRefused) {
   EXPECT_THAT(test::MessageFor("a = " + std::string(100000, '[')), StartsWith("s.toml:1:"));
 }
 
+std::string DottedKey(int parts) {
+  std::string key = "a";
+  for (int part = 1; part < parts; ++part) key += ".a";
+  return key;
+}
+
+TEST(SceneMessages, VeryLongDottedKeyIsRefusedWhereverItStands) {
+  const std::string key = DottedKey(100000);
+  const std::string what = ": the key has more than 16 parts joined by dots; no key of a scene is so long";
+  EXPECT_EQ(test::MessageFor(key + "=1\n"), "s.toml:1:1" + what);
+  EXPECT_EQ(test::MessageFor("\n[" + key + "]\n"), "s.toml:2:2" + what);
+  EXPECT_EQ(test::MessageFor("[[" + key + "]]\n"), "s.toml:1:3" + what);
+  EXPECT_EQ(test::MessageFor("x = {y = 1.5, " + key + " = 1}\n"), "s.toml:1:15" + what);
+  // Blanks and quoted parts go on with the key.
+  std::string quoted = "'a'";
+  for (int part = 1; part < 100000; ++part) quoted += part % 2 == 0 ? ". 'b.#'" : " .\t\"\\\"\"";
+  EXPECT_EQ(test::MessageFor("  " + quoted + " = 1\n"), "s.toml:1:3" + what);
+  // Quotes within strings and comments, and characters of two bytes, don't mislead the scan.
+  EXPECT_EQ(
+      test::MessageFor("t = \"\"\"\n# ' \\\"\"\"\"\"\"\nu = 'it' # \"'\nv = {\"\xc3\xa9\" = '''\\'''', " + key + "=1}"),
+      "s.toml:4:22" + what);
+}
+
+TEST(SceneMessages, DotsThatMakeNoKeyAreNotCounted) {
+  const std::string dots(1000, '.');
+  std::string list = "[0.5";
+  for (int n = 0; n < 1000; ++n) list += ", 0.5";
+  const std::string text = "# " + dots + "\nt = \"" + dots + "\"\nu = '''\n" + dots + "\n'''\nv = " + list + "]\n";
+  EXPECT_THAT(test::MessageFor(text), ::testing::AllOf(HasSubstr("unknown key \"t\""), HasSubstr("unknown key \"v\"")));
+  EXPECT_THAT(test::MessageFor(DottedKey(16) + " = 1\n"), HasSubstr("unknown key \"a\""));
+  EXPECT_THAT(test::MessageFor(DottedKey(17) + " = 1\n"), HasSubstr("more than 16 parts"));
+}
+
+TEST(SceneMessages, LongKeysWithinEachOtherAreRefused) {
+  // toml++ counts the values within each other, not the parts of their keys: 250 of 16 parts it reads.
+  for (const std::size_t depth : {10u, 100u, 250u, 300u, 3000u}) {
+    std::string text = "[" + DottedKey(16) + "]\nx = [";
+    for (std::size_t n = 0; n < depth; ++n) text += "{" + DottedKey(16) + " =\t";
+    const std::string message = test::MessageFor(text + "1" + std::string(depth, '}') + "]\n");
+    EXPECT_THAT(message, StartsWith("s.toml:2:")) << depth;
+    if (depth <= 250) {
+      EXPECT_THAT(message, HasSubstr("more than 64 deep within each other; no scene is so deep")) << depth;
+    }
+  }
+  EXPECT_THAT(test::MessageFor("a = " + std::string(60, '[') + std::string(60, ']') + "\n"),
+              HasSubstr("unknown key \"a\""));
+}
+
 TEST(SceneMessages, BytesThatAreNotUtf8AreRefused) {
   EXPECT_THAT(test::MessageFor("title = \"\xff\xfe\"\n"), StartsWith("s.toml:1:"));
 }
