@@ -38,7 +38,7 @@ struct Shape {
   bool shiny = false;               // metal
 };
 
-/// The saw at a pose: a disc with its teeth, and a stub of the spindle.
+/// The saw at a pose: a disc with its teeth, and a short end of the spindle.
 struct SawInPicture {
   DiscSaw saw;
   Pose X_WT;
@@ -96,7 +96,7 @@ Image RenderPicture(const PictureSpec& spec);
 void WritePicture(const PictureSpec& spec, const std::string& path);
 
 /// The saw as closed surfaces in its own frame: the toothed disc, `thickness_mm` thick between z = +-thickness/2, and a
-/// spindle stub.
+/// short end of the spindle.
 TriangleMesh MakeSawMesh(const DiscSaw& saw);
 
 }  // namespace kerf

@@ -65,7 +65,7 @@ TriangleMesh MakeSawMesh(const DiscSaw& saw) {
   TriangleMesh mesh;
   const double half = 0.5 * saw.thickness_mm;
   AddPrism(MakeToothedCircle(saw), -half, half, mesh);
-  // A flange on both sides and a stub of the spindle toward the hand.
+  // A flange on both sides and a short end of the spindle toward the hand.
   const double radius = saw.radius_mm();
   const double flange = 0.22 * radius;
   const double flange_height = std::max(0.04 * radius, saw.thickness_mm);
