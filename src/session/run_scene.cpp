@@ -174,7 +174,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   for (const std::string& name : earlier) {
     const bool replaced = std::find(summary.files.begin(), summary.files.end(), name) != summary.files.end();
     std::error_code ignored;
-    if (!replaced) std::filesystem::remove(folder + "/" + name, ignored);
+    if (!replaced) std::filesystem::remove(std::filesystem::path(folder) / name, ignored);
   }
   return summary;
 }
