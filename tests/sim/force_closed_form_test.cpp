@@ -223,29 +223,20 @@ TEST(ForceClosedForm, ForceIsContinuousOnEntryAndBetweenTicks) {
   }
 }
 
-TEST(ForceClosedForm, TiltedDiscFindsACornerBetweenItsRimSamples) {
-  // A corner is met by a sliver of rim much shorter than the distance between samples: the force still begins with the
-  // removal.
-  const Bone bone = test::MakeBox(Pose{}, {8, 8, 8}, 0.1);
-  Pose tilt;
-  tilt.R_AB = glm::angleAxis(0.35, glm::normalize(Vec3(1, 0.4, 0.2)));
-  double last_N = 0;
-  for (const int samples : {8, 32}) {
-    SimulationParams params;
-    params.rim_samples_per_pitch = samples;
-    Simulation simulation(bone, params, DiscPose(tilt, {1, 0.7, 4 + kR + 2}));
-    const auto ticks = Stroke(simulation, tilt, {1, 0.7, 4 + kR + 2}, {1, 0.7, 4 + kR - 1}, 2);
-    double first_removal = -1;
-    double worst_step = 0;
-    for (std::size_t i = 1; i < ticks.size(); ++i) {
-      if (first_removal < 0 && ticks[i].removed_mm3 > 1e-6) first_removal = static_cast<double>(i);
-      worst_step = std::max(worst_step, std::abs(ticks[i].thrust_sum_N - ticks[i - 1].thrust_sum_N));
-    }
-    last_N = ticks.back().thrust_sum_N;
-    ASSERT_GT(first_removal, 0);
-    ASSERT_GT(last_N, 0.5);
-    EXPECT_LE(worst_step, 0.03 * last_N) << samples;
-  }
+TEST(ForceClosedForm, RimFindsAPlateBetweenTwoOfItsSamples) {
+  // At 8 samples a pitch the rim looks every 0.36 mm, one sample at its lowest point: a plate 0.2 mm wide stands
+  // between two of them.
+  Pose X_WB;
+  X_WB.p_AB = {0.18, 0, 0};
+  const Bone bone = test::MakeBox(X_WB, {0.2, 1.5, 4}, 0.05);
+  Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 2 + kR + 0.2}));
+  const auto ticks = Stroke(simulation, Pose{}, {0, 0, 2 + kR + 0.2}, {0, 0, kR}, 4);
+  const TickOutput& out = ticks.back();
+  ASSERT_GT(out.removed_mm3, 0);
+  // Each free edge of the kerf's floor is rounded by up to 0.7 of a voxel, 0.035 mm: at least 0.13 of the 0.2 mm are
+  // engaged.
+  EXPECT_GT(out.engaged_teeth, 0.13 / kSaw.pitch_mm());
+  EXPECT_LT(out.engaged_teeth, 0.23 / kSaw.pitch_mm());
 }
 
 TEST(ForceClosedForm, TorqueIsTheForcesMomentAboutTheGrip) {
