@@ -17,8 +17,8 @@ from check_layers import read_table  # noqa: E402
 BOX_W, BOX_H, GAP_X, GAP_Y, MARGIN, TOP = 128, 50, 34, 62, 28, 64
 SHOWN = {"openvdb": "OpenVDB", "vtk": "VTK", "itk": "ITK, GDCM", "toml": "toml++", "cli": "CLI11"}
 # Columns set by hand so that no arrow runs behind a box; rows follow from the table.
-COLUMNS = {"cli": 3.3, "session": 1.9, "scene": 1.4, "sim": 0.5, "import": 3.5, "report": 4.6, "contact": 0, "removal": 1, "models": 2,
-           "bonefile": 3, "render": 4.6, "force": 0.2, "bone": 1.6, "mesh": 4.1, "material": 1.9, "tool": 0.9, "files": 3.4, "core": 1.6}
+COLUMNS = {"cli": 3.3, "session": 1.9, "scene": 1.4, "study": 2.4, "slab": 0.6, "sim": 0.1, "import": 3.5, "report": 4.6, "contact": 0, "removal": 1, "models": 2,
+           "bonefile": 3, "render": 4.6, "force": -0.05, "paper": 0.97, "bone": 2.0, "mesh": 4.1, "material": 1.9, "tool": 0.9, "files": 3.4, "core": 1.6}
 PURE, IMPURE, EDGE, TEXT, NOTE = "#dcebf7", "#f4e9d8", "#8a949e", "#1c2733", "#5b6670"
 
 

@@ -1,0 +1,1 @@
+#include "kerf/slab.h"
