@@ -6,6 +6,7 @@
 
 #include "kerf/tool.h"
 
+// A depth or a constant that is not a number gives a force that is none.
 namespace kerf {
 
 enum class PaperReading {
@@ -30,7 +31,10 @@ double CalcHertzK(const DiscSaw& saw, double E2_MPa, double nu2);
 /// Force on one tooth, N: (a / K)^3 with a = share_of_pitch * pitch. Tick-safe.
 double CalcPaperToothForce(const DiscSaw& saw, double share_of_pitch, double E2_MPa, double nu2);
 
-/// Teeth engaged at a depth: floor(CalcPaperArc / pitch), or CalcTrueArc / pitch as a real number. Tick-safe.
+/// Whole teeth in a real number of them; one that is whole but for rounding keeps its last. Tick-safe.
+double FloorTeeth(double teeth);
+
+/// Teeth engaged at a depth: FloorTeeth(CalcPaperArc / pitch), or CalcTrueArc / pitch as a real number. Tick-safe.
 double CalcPaperTeeth(const DiscSaw& saw, double depth_mm, PaperReading reading);
 
 /// Force of n teeth in one material, N: n^3 F_1 or n F_1. Tick-safe.

@@ -35,9 +35,14 @@ double CalcPaperToothForce(const DiscSaw& saw, double share_of_pitch, double E2_
   return radii * radii * radii;
 }
 
+double FloorTeeth(double teeth) {
+  // Some depths are a whole number of pitches deep (the buried disc: 8 of 24), where rounding must not lose a tooth.
+  return std::floor(teeth + 1e-9);
+}
+
 double CalcPaperTeeth(const DiscSaw& saw, double depth_mm, PaperReading reading) {
   if (reading == PaperReading::kCorrected) return CalcTrueArc(depth_mm, saw.diameter_mm) / saw.pitch_mm();
-  return std::floor(CalcPaperArc(depth_mm, saw.diameter_mm) / saw.pitch_mm());
+  return FloorTeeth(CalcPaperArc(depth_mm, saw.diameter_mm) / saw.pitch_mm());
 }
 
 double CalcPaperForce(const DiscSaw& saw, double share_of_pitch, double depth_mm, double E2_MPa, double nu2,
