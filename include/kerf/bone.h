@@ -42,6 +42,10 @@ class Bone {
   double SignedDistance(const Vec3& p_W) const;
   /// Region id at a world point (nearest voxel), 0 where there is none. Tick-safe, but slow likewise.
   int RegionAt(const Vec3& p_W) const;
+  /// Young's modulus (MPa) and Poisson's ratio at a world point, as the saw's teeth meet them: interpolated between the
+  /// region voxels around it that have a material; 0 where there is none. Tick-safe, but slow likewise.
+  double ModulusAt(const Vec3& p_W) const;
+  double PoissonRatioAt(const Vec3& p_W) const;
 
   bool empty() const;                               // no point with phi < 0
   double CalcVolume() const;                        // mm^3, piecewise-linear within each cell; exact for plane faces

@@ -93,6 +93,18 @@ std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
   return sums;
 }
 
+/// Mean of a property of the regions around a point, by weight; 0 where there is none.
+template <typename OfRegion>
+double InterpolateMaterial(const Bone::Grids& grids, const Vec3& p_W, OfRegion of_region) {
+  double sum = 0;
+  double weights = 0;
+  ForEachRegionAround(grids.region->constTree(), p_W / grids.region_voxel_mm(), [&](int id, double weight) {
+    sum += weight * of_region(id);
+    weights += weight;
+  });
+  return weights > 0 ? sum / weights : 0;
+}
+
 }  // namespace
 
 openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm) {
@@ -157,6 +169,22 @@ double Bone::SignedDistance(const Vec3& p_W) const {
 
 int Bone::RegionAt(const Vec3& p_W) const {
   return grids_->region->tree().getValue(NearestVoxel(p_W, region_voxel_mm()));
+}
+
+double Bone::ModulusAt(const Vec3& p_W) const {
+  const auto& regions = grids_->materials.regions();
+  return InterpolateMaterial(*grids_, p_W, [&](int id) {
+    const auto found = regions.find(id);
+    return found == regions.end() ? 0 : found->second.E_MPa;
+  });
+}
+
+double Bone::PoissonRatioAt(const Vec3& p_W) const {
+  const auto& regions = grids_->materials.regions();
+  return InterpolateMaterial(*grids_, p_W, [&](int id) {
+    const auto found = regions.find(id);
+    return found == regions.end() ? 0 : found->second.nu;
+  });
 }
 
 bool Bone::empty() const {

@@ -11,11 +11,11 @@ namespace kerf {
 
 inline constexpr int kHalfBandVoxels = 3;
 
-/// Both grids have transforms of uniform scale without offset: a voxel's centre lies at its integer index times its
-/// edge.
+/// All grids have transforms of uniform scale without offset: a voxel's centre lies at its integer index times its
+/// edge. All but phi are shared between copies: replaced, never changed in place.
 struct Bone::Grids {
   openvdb::FloatGrid::Ptr phi;
-  openvdb::Int32Grid::Ptr region;  // shared between copies: replaced, never changed in place
+  openvdb::Int32Grid::Ptr region;
   MaterialTable materials;
   std::map<std::string, std::string> notes;
 
@@ -43,6 +43,23 @@ double SampleTrilinear(const Accessor& accessor, const Vec3& p_vox) {
     plane[dx] = line[0] + f.y * (line[1] - line[0]);
   }
   return plane[0] + f.x * (plane[1] - plane[0]);
+}
+
+/// Calls visit(region id, weight) for those of the eight region voxels around a point that have a material; the weights
+/// are those of trilinear interpolation. `p_vox`: in the region grid's index space. Tick-safe.
+template <typename Accessor, typename Visit>
+void ForEachRegionAround(const Accessor& region, const Vec3& p_vox, Visit&& visit) {
+  const Vec3 base = glm::floor(p_vox);
+  const Vec3 f = p_vox - base;
+  const openvdb::Coord ijk(static_cast<int>(base.x), static_cast<int>(base.y), static_cast<int>(base.z));
+  for (int corner = 0; corner < 8; ++corner) {
+    const int dx = (corner >> 2) & 1;
+    const int dy = (corner >> 1) & 1;
+    const int dz = corner & 1;
+    const int id = region.getValue(ijk.offsetBy(dx, dy, dz));
+    if (id <= 0 || id > 255) continue;
+    visit(id, (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * (dz ? f.z : 1 - f.z));
+  }
 }
 
 /// Index of the voxel nearest to a point. Tick-safe.

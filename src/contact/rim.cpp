@@ -60,21 +60,12 @@ class Prober {
   /// material: an arc that crosses a border between tissues all at once would else feel a step. False when there are
   /// none.
   bool FindMaterial(const Vec3& p_vox, Sample& sample) const {
-    const Vec3 base = glm::floor(p_vox);
-    const Vec3 f = p_vox - base;
-    const openvdb::Coord ijk(static_cast<int>(base.x), static_cast<int>(base.y), static_cast<int>(base.z));
     double sum = 0;
     double largest = 0;
     sample.region = 0;
     sample.E_MPa = 0;
     sample.E_star_MPa = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const int dx = (corner >> 2) & 1;
-      const int dy = (corner >> 1) & 1;
-      const int dz = corner & 1;
-      const int id = region_.getValue(ijk.offsetBy(dx, dy, dz));
-      if (id <= 0 || id > 255) continue;
-      const double weight = (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * (dz ? f.z : 1 - f.z);
+    ForEachRegionAround(region_, p_vox, [&](int id, double weight) {
       sum += weight;
       sample.E_MPa += weight * materials_.E_MPa[id];
       sample.E_star_MPa += weight * materials_.E_star_MPa[id];
@@ -82,7 +73,7 @@ class Prober {
         largest = weight;
         sample.region = id;
       }
-    }
+    });
     if (!(sum > 0)) return false;
     sample.E_MPa /= sum;
     sample.E_star_MPa /= sum;

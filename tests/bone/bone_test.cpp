@@ -214,5 +214,28 @@ TEST(Pieces, SlotOneVoxelWideSeparatesInAnyOrientation) {
   }
 }
 
+TEST(Bone, ModulusIsInterpolatedBetweenRegionVoxelsAndNothingWhereNoneIs) {
+  // Two halves that meet at x = 0.05, midway between two layers of region voxels 0.1 mm apart.
+  SolidField field;
+  field.value = [](const Vec3& p) { return test::BoxDistance(p, Vec3(3, 2, 2)); };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3& p) { return p.x < 0.05 ? 24 : 32; };
+  MaterialTable table = test::OneRegionTable(24, 20000, 0.2);
+  table.Add({32, "soft", Tissue::kCancellous, 1000, 0.4, true, "test"});
+  const Bone bone = MakeBone(field, Box3{Vec3(-4, -3, -3), Vec3(4, 3, 3)}, {0.1, 0.1, {}}, table);
+  EXPECT_DOUBLE_EQ(bone.ModulusAt({-1, 0.03, 0.02}), 20000);
+  EXPECT_DOUBLE_EQ(bone.PoissonRatioAt({-1, 0.03, 0.02}), 0.2);
+  EXPECT_DOUBLE_EQ(bone.ModulusAt({1, 0.03, 0.02}), 1000);
+  // Linear from 20000 at x = 0 to 1000 at x = 0.1; nu likewise. Rounding only.
+  for (const double t : {0.0, 0.25, 0.5, 0.9, 1.0}) {
+    EXPECT_NEAR(bone.ModulusAt({0.1 * t, 0.03, 0.02}), 20000 - 19000 * t, 1e-8);
+    EXPECT_NEAR(bone.PoissonRatioAt({0.1 * t, 0.03, 0.02}), 0.2 + 0.2 * t, 1e-12);
+  }
+  // Regions reach a little beyond the surface, so a point on it has the whole modulus; one far out has none.
+  EXPECT_DOUBLE_EQ(bone.ModulusAt({3, 0.03, 0.02}), 1000);
+  EXPECT_EQ(bone.ModulusAt({5, 0, 0}), 0);
+  EXPECT_EQ(bone.PoissonRatioAt({5, 0, 0}), 0);
+}
+
 }  // namespace
 }  // namespace kerf
