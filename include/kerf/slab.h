@@ -26,6 +26,9 @@ struct SlabProfile {
   double end_mm = 0;          // depth where the last ends: the slice's length; beyond it the slice is free
   double entry_mm = 0;        // coordinate along the cut direction, p_W . d, where depth is 0
   double slice_mm3 = 0;       // the slice's volume; 0 when it isn't known
+
+  /// The layer at a depth, null outside 0..end_mm. O(log layers). Tick-safe.
+  const Layer* Find(double depth_mm) const;
 };
 
 /// The paper's Table 2: depths of 3.75, 12.5, 18.75 and 26.25 mm for regions 24, 21, 13 and 6, read as the middles of
@@ -40,61 +43,90 @@ struct CutPlane {
 };
 
 /// The profile of the slice of `thickness_mm` about `plane`, by the bone's own surface and regions, looked at along
-/// `direction_W` (unit, in the plane). Only bone within `reach_mm` of the plane's point across the direction counts:
-/// what the disc can meet. Throws Error when no bone is there.
+/// `direction_W` (unit, in the plane) in steps of a quarter of a voxel. Only bone within `reach_mm` of the plane's
+/// point across the direction counts: what the disc can meet. Throws Error when no bone is there.
 SlabProfile MakeBoneProfile(const Bone& bone, const CutPlane& plane, double thickness_mm, const Vec3& direction_W,
                             double reach_mm);
 
-/// Which body the hand holds.
-enum class SlabBody { kSlice, kLeft, kRight };
+/// Which body the hand holds. kNone: it has let go.
+enum class SlabBody { kSlice, kLeft, kRight, kNone };
 
+/// The slice, its rail and its neighbours. Springs of 0 are no springs.
 struct SlabParams {
   DiscSaw saw;
-  Vec3 direction_W{0, 1, 0};  // the rail, unit length; the paper's is y
-  PaperReading reading = PaperReading::kAsComputed;
-  double contact_share_of_pitch = 0.01;
-  double mass_g = 1;                // of the slice
-  double stiffness_N_per_mm = 0;    // spring from the slice to where it began
-  double damping_Ns_per_mm = 0;     // damper from the slice to the world
-  double friction_coefficient = 0;  // of each of its two faces on the segments
-  double normal_force_N = 0;        // on each face
-  double coupling_N_per_mm = 100;   // spring from the hand to what it holds
-  double coupling_damping_Ns_per_mm = 0.01;
-  bool segments_move = false;  // false: the jaw is held fast
-  double segment_mass_g = 20;  // of each; the rest only when segments_move
-  double segment_stiffness_N_per_mm = 1;
+  Vec3 direction_W{0, 1, 0};                         // of the rail, unit length; the paper's is y
+  PaperReading reading = PaperReading::kAsComputed;  // of the cutting resistance
+  double contact_share_of_pitch = 0.01;              // a tooth's contact radius, above 0 to 0.5
+  double mass_g = 1;                                 // of slice and blade, 0.001 to 10000
+  double stiffness_N_per_mm = 0;                     // spring from the slice to its place in the jaw, 0 to 1e6
+  double damping_Ns_per_mm = 0;                      // damper from the slice to the jaw, 0 to 1e3
+  double friction_coefficient = 0;                   // of each of its two faces on the segments, 0 to 10
+  double normal_force_N = 0;                         // on each face, 0 to 1e4
+  double coupling_N_per_mm = 100;                    // spring from the hand to what it holds, 1e-3 to 1e6
+  double coupling_damping_Ns_per_mm = 0.01;          // 0 to 1e3
+  bool segments_move = false;                        // false: the jaw is held fast
+  double segment_mass_g = 20;                        // of each; this and the next only when they move
+  double segment_stiffness_N_per_mm = 1;             // to where each began
   double segment_damping_Ns_per_mm = 0.01;
 };
 
-/// Where things are and where the energy went. Displacements along the direction, mm; energies mJ (N mm).
+/// Where things are and where the energy went. Displacements along the direction, mm; energies mJ (N mm), totals since
+/// the start.
 struct SlabState {
-  double slice_mm = 0, left_mm = 0, right_mm = 0;  // displacement since the start
-  double depth_mm = 0;                             // of the blade's edge below the first bone; < 0 before it
-  double deepest_mm = 0;                           // what was cut: no cutting resistance above it
-  bool free = false;                               // the slice has left the jaw
-  bool sticking = false;                           // slice at rest on both segments
-  double kinetic_mJ = 0, elastic_mJ = 0;
-  double hand_work_mJ = 0;                                                   // done by the hand
-  double friction_mJ = 0, cutting_mJ = 0, damping_mJ = 0, numerical_mJ = 0;  // dissipated, each >= 0
+  double blade_mm = 0;  // displacement of blade and, once it is met, slice
+  double left_mm = 0;
+  double right_mm = 0;
+  double depth_mm = 0;    // of the blade's edge below the first bone; < 0 before it
+  double deepest_mm = 0;  // cut so far: above it there is no cutting resistance
+  bool free = false;      // the slice has left the jaw
+  bool sticking = false;  // at rest on both segments at the end of the tick
+  double kinetic_mJ = 0;
+  double elastic_mJ = 0;
+  double hand_work_mJ = 0;
+  double friction_mJ = 0;  // dissipated, each >= 0
+  double cutting_mJ = 0;
+  double damping_mJ = 0;
+  double released_mJ = 0;   // what the slice's spring held when the slice came free
+  double numerical_mJ = 0;  // dissipated by the time step
 };
 
-/// The slice between its segments. Tick-safe: no allocation, lock, file or clock in Tick().
+/// The slice between its segments.
+///
+/// Model:   bodies of one degree of freedom along the rail, m dv/dt = springs + dampers - interface forces. On each
+/// face
+///          of the slice acts, between -mu N and mu N, Coulomb friction, and half of the cutting resistance F(depth),
+///          which only opposes going deeper than what has been cut. Both are set-valued at rest: the slice sticks as
+///          long as they can hold it. With the spindle stopped the blade goes no deeper.
+/// Step:    implicit Euler, each sub-step solved exactly (a monotone piecewise-linear equation), so nothing chatters
+///          and no stiffness is too large. Energy balance, to rounding: kinetic + elastic = hand_work - friction -
+///          cutting - damping - released - numerical, every loss >= 0.
+/// Valid:   motion of the hand along the rail; motion across it is not felt while the slice is on the rail.
+/// Tick-safe: Tick() allocates nothing.
 class SlabSimulation {
  public:
-  /// Throws Error when a parameter is out of range.
+  /// The blade begins where X_WT_start holds it. Throws Error when a parameter is out of range.
   SlabSimulation(SlabProfile profile, const SlabParams& params, const Pose& X_WT_start);
+  ~SlabSimulation();
+  SlabSimulation(SlabSimulation&&) noexcept;
+  SlabSimulation& operator=(SlabSimulation&&) noexcept;
 
-  /// Moves the hand to in.X_WT and lets the bodies follow. In the output: f_T_W_N is the force on the hand;
-  /// thrust_sum_N the law's resistance at this depth, engaged_teeth, mean_E_MPa and main_region what it rests on;
-  /// removed_mm3 is 0.
+  /// Moves the hand to in.X_WT and lets the bodies follow. In the output, means over the tick: f_T_W_N the force on the
+  /// hand; thrust_sum_N the resistance that the law gives at this depth, engaged_teeth, mean_E_MPa and main_region what
+  /// it rests on; mean_bite_mm and removed_mm3 are 0.
   TickOutput Tick(const TickInput& in);
+  /// Lifts the blade out and sets it down at X_WT, at rest; what is cut stays cut. False, and nothing done, for a bad
+  /// pose.
   bool SetDown(const Pose& X_WT);
-  /// The hand lets go of what it holds and takes `body` where both are.
+  /// The hand lets go of what it holds and takes `body`, where both are, without a jolt.
   void Hold(SlabBody body);
-  const SlabState& state() const { return state_; }
+
+  const SlabState& state() const;
+  const SlabProfile& profile() const;
+  std::uint64_t CalcMemoryBytes() const;  // profile, law and state
 
  private:
-  SlabState state_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace kerf

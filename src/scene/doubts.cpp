@@ -15,6 +15,37 @@ constexpr double kResolvedVoxels = 2;
 /// The chip law holds up to about here (include/kerf/force.h).
 constexpr double kValidBite_mm = 0.005;
 
+/// What slab mode leaves out of this scene.
+void FindSlabDoubts(const Scene& scene, std::vector<std::string>& doubts) {
+  const Path path = MakePath(scene);
+  const Vec3 d = glm::normalize(scene.slab.direction);
+  double across_mm = 0;
+  double along_mm = 0;
+  constexpr int kLooks = 200;  // at the path, in each segment
+  for (std::size_t i = 0; i < path.segments().size(); ++i) {
+    const PathSegment& segment = path.segments()[i];
+    Vec3 before = path.CalcPose(i, segment.start_s).p_AB;
+    for (int k = 1; k <= kLooks; ++k) {
+      const Vec3 at = path.CalcPose(i, segment.start_s + (segment.end_s - segment.start_s) * k / kLooks).p_AB;
+      const double along = glm::dot(at - before, d);
+      along_mm += std::abs(along);
+      across_mm += glm::length(at - before - along * d);
+      before = at;
+    }
+  }
+  if (across_mm > 0.05 * (along_mm + across_mm)) {
+    doubts.push_back(fmt::format(
+        "the path moves {:.3g} mm along the cut direction and {:.3g} mm across it: in slab mode only motion along "
+        "direction = [{:g}, {:g}, {:g}] is felt",
+        along_mm, across_mm, scene.slab.direction.x, scene.slab.direction.y, scene.slab.direction.z));
+  }
+  if (scene.slab.params.friction_coefficient > 0 && scene.slab.params.normal_force_N == 0) {
+    doubts.emplace_back("friction_coefficient is given and normal_force_N is 0: there is no friction");
+  } else if (scene.slab.params.friction_coefficient == 0 && scene.slab.params.normal_force_N > 0) {
+    doubts.emplace_back("normal_force_N is given and friction_coefficient is 0: there is no friction");
+  }
+}
+
 }  // namespace
 
 double CalcTopBite(const Scene& scene) {
@@ -24,6 +55,11 @@ double CalcTopBite(const Scene& scene) {
 
 std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
   std::vector<std::string> doubts;
+  if (scene.simulation.mode == SceneMode::kSlab) {
+    if (scene.tool.rpm == 0) doubts.emplace_back("rpm = 0: a stopped saw cuts nothing");
+    FindSlabDoubts(scene, doubts);
+    return doubts;
+  }
   const double voxels = voxel_mm > 0 ? scene.tool.thickness_mm / voxel_mm : kResolvedVoxels;
   if (voxels < 1) {
     doubts.push_back(

@@ -6,6 +6,7 @@
 
 #include "files/files.h"
 #include "kerf/error.h"
+#include "scene/path.h"
 #include "scene/path_csv.h"
 #include "scene/scene.h"
 #include "scene/schema.h"
@@ -173,6 +174,21 @@ void ReadSection(TableReader& root, const char* key, Params& params, Faults& fau
   reader.Finish();
 }
 
+void ReadSlab(TableReader& root, SceneSlab& slab, Faults& faults) {
+  const TomlNode* table = root.Table("slab");
+  if (table == nullptr) return;
+  slab.given = true;
+  TableReader reader(*table, "[slab]", faults);
+  Describe(slab, reader);
+  if (!(glm::length(slab.direction) > 1e-6)) {
+    reader.Fault("direction", "direction has no direction: its length is 0");
+  }
+  if (slab.hold != SlabBody::kSlice && !slab.params.segments_move) {
+    reader.Fault("hold", "hold names a segment, and segments_move is false; set segments_move = true");
+  }
+  reader.Finish();
+}
+
 }  // namespace
 
 Scene ParseScene(const std::string& text, const std::string& file) {
@@ -191,6 +207,8 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadPath(root, scene.path, file, faults);
   ReadSection(root, "force", scene.force, faults);
   ReadSection(root, "simulation", scene.simulation, faults);
+  ReadSlab(root, scene.slab, faults);
+  if (scene.simulation.mode == SceneMode::kSlab) root.Require("slab");
   ReadSection(root, "output", scene.output, faults);
   root.Finish();
   faults.ThrowIfAny();
@@ -223,6 +241,32 @@ SimulationParams MakeSimulationParams(const Scene& scene) {
   params.law = scene.force;
   params.rim_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
   return params;
+}
+
+SlabParams MakeSlabParams(const Scene& scene) {
+  SlabParams params = scene.slab.params;
+  params.saw = MakeSimulationParams(scene).saw;
+  params.direction_W = glm::normalize(scene.slab.direction);
+  return params;
+}
+
+CutPlane MakeSlabPlane(const Scene& scene) {
+  // A direction this far out of the plane, as a sine, is meant to lie elsewhere.
+  constexpr double kOutOfPlane = 0.02;
+  const Pose X_WT = MakePath(scene).CalcPose(0, 0);
+  CutPlane plane{X_WT.p_AB, X_WT.Vector({0, 0, 1})};
+  const Vec3 d = glm::normalize(scene.slab.direction);
+  const double out = glm::dot(d, plane.normal_W);
+  if (!(std::abs(out) <= kOutOfPlane)) {
+    throw Error(fmt::format(
+        "[slab] direction = [{:g}, {:g}, {:g}] lies {:.1f} degrees out of the disc's plane at the start of the path, "
+        "whose normal is [{:.4g}, {:.4g}, {:.4g}]; the slice can only slide in that plane",
+        scene.slab.direction.x, scene.slab.direction.y, scene.slab.direction.z,
+        std::asin(std::min(1.0, std::abs(out))) * 57.29577951308232, plane.normal_W.x, plane.normal_W.y,
+        plane.normal_W.z));
+  }
+  plane.normal_W = glm::normalize(plane.normal_W - glm::dot(plane.normal_W, d) * d);
+  return plane;
 }
 
 }  // namespace kerf

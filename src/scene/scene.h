@@ -8,6 +8,7 @@
 #include "kerf/geometry.h"
 #include "kerf/material.h"
 #include "kerf/simulation.h"
+#include "kerf/slab.h"
 #include "models/block.h"
 #include "models/mandible.h"
 
@@ -60,9 +61,26 @@ struct ScenePath {
   std::vector<TimedPose> poses;  // the file's rows, time strictly increasing, at least 2
 };
 
+/// kVoxel: the disc removes voxels. kSlab: the bone is cut into three beforehand, and the slice slides (docs/slab.md).
+enum class SceneMode { kVoxel, kSlab };
+
 struct SceneSimulation {
+  SceneMode mode = SceneMode::kVoxel;
   double rate_hz = 1000;
   int rim_samples_per_pitch = 8;
+};
+
+/// Where the slab's depths and materials come from.
+enum class SlabDepth { kBone, kPaperTable2 };
+
+/// Slab mode; also what `kerf compare` holds against voxel mode. The plane is the disc's where the path starts, and the
+/// slice is as thick as the disc.
+struct SceneSlab {
+  bool given = false;       // the file has the section; not a key
+  Vec3 direction{0, 1, 0};  // of the cut, world frame; of any length but 0
+  SlabDepth depth_by = SlabDepth::kBone;
+  SlabBody hold = SlabBody::kSlice;
+  SlabParams params;  // all but its saw and its direction
 };
 
 struct SceneOutput {
@@ -81,6 +99,7 @@ struct Scene {
   ScenePath path;
   ForceLaw force;
   SceneSimulation simulation;
+  SceneSlab slab;
   SceneOutput output;
 };
 
@@ -99,5 +118,8 @@ std::string DefaultSceneToml();
 
 /// The scene's values in the library's units.
 SimulationParams MakeSimulationParams(const Scene& scene);
+SlabParams MakeSlabParams(const Scene& scene);
+/// The plane of the slab: the disc's where the path starts. Throws Error when the cut direction does not lie in it.
+CutPlane MakeSlabPlane(const Scene& scene);
 
 }  // namespace kerf

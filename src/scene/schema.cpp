@@ -31,7 +31,9 @@ std::string_view ToString(BoneSource source) {
 
 std::string_view UnitOfKey(std::string_view key) {
   // Longest ending first.
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kEndings{{
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 15> kEndings{{
+      {"_Ns_per_mm", "N s/mm"},
+      {"_N_per_mm", "N/mm"},
       {"_mm_per_s", "mm/s"},
       {"_mm3", "mm3"},
       {"_mm2", "mm2"},
@@ -42,6 +44,8 @@ std::string_view UnitOfKey(std::string_view key) {
       {"_hz", "Hz"},
       {"_px", "pixels"},
       {"_s", "s"},
+      {"_g", "g"},
+      {"_N", "N"},
       {"rpm", "rpm"},
   }};
   for (const auto& [ending, unit] : kEndings) {

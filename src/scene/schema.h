@@ -64,8 +64,47 @@ void Describe(ForceLaw& p, V&& visit) {
 
 template <typename V>
 void Describe(SceneSimulation& p, V&& visit) {
+  std::string mode = p.mode == SceneMode::kSlab ? "slab" : "voxel";
+  visit("mode", mode, Choices{{"voxel", "slab"}},
+        "voxel: the disc removes what it sweeps; slab: the paper's slice on a rail, needs no grid");
+  p.mode = mode == "slab" ? SceneMode::kSlab : SceneMode::kVoxel;
   visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks a second of simulated time");
   visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256}, "how finely the rim looks for bone");
+}
+
+template <typename V>
+void Describe(SceneSlab& p, V&& visit) {
+  SlabParams& q = p.params;
+  visit("direction", p.direction, Range{-1000, 1000},
+        "of the cut, in the disc's plane where the path starts; any length but 0; the paper's is y");
+  std::string law(ToString(q.reading));
+  visit("law", law, Choices{{"as_computed", "corrected"}},
+        "cutting resistance: as the paper's tables were computed (n^3 F_1), or corrected (true arc, teeth summed)");
+  q.reading = PaperReadingFromString(law).value_or(PaperReading::kAsComputed);
+  std::string depth = p.depth_by == SlabDepth::kPaperTable2 ? "paper_table_2" : "bone";
+  visit("depth_by", depth, Choices{{"bone", "paper_table_2"}},
+        "depth of each region: from the bone along the plane, or bands about the depths of the paper's Table 2");
+  p.depth_by = depth == "paper_table_2" ? SlabDepth::kPaperTable2 : SlabDepth::kBone;
+  visit("contact_share_of_pitch", q.contact_share_of_pitch, Range{1e-6, 0.5},
+        "a tooth's contact radius as a share of the tooth pitch; the paper's is 0.01");
+  visit("mass_g", q.mass_g, Range{0.001, 10000}, "mass of the slice and the blade");
+  visit("stiffness_N_per_mm", q.stiffness_N_per_mm, Range{0, 1e6}, "spring from the slice to its place in the jaw");
+  visit("damping_Ns_per_mm", q.damping_Ns_per_mm, Range{0, 1000}, "damper from the slice to the jaw");
+  visit("friction_coefficient", q.friction_coefficient, Range{0, 10},
+        "of each face of the slice on its segment; none was found measured for bone on bone");
+  visit("normal_force_N", q.normal_force_N, Range{0, 10000}, "that presses each face");
+  visit("coupling_N_per_mm", q.coupling_N_per_mm, Range{0.001, 1e6},
+        "spring from the hand to what it holds; a desktop device renders 0.4 to 5");
+  visit("coupling_damping_Ns_per_mm", q.coupling_damping_Ns_per_mm, Range{0, 1000}, "damper beside that spring");
+  std::string hold = p.hold == SlabBody::kLeft ? "left" : p.hold == SlabBody::kRight ? "right" : "slice";
+  visit("hold", hold, Choices{{"slice", "left", "right"}}, "the body in the hand; left and right only if they move");
+  p.hold = hold == "left" ? SlabBody::kLeft : hold == "right" ? SlabBody::kRight : SlabBody::kSlice;
+  visit("segments_move", q.segments_move, "true: the two segments slide along the direction too");
+  visit("segment_mass_g", q.segment_mass_g, Range{0.001, 10000}, "mass of each segment, when they move");
+  visit("segment_stiffness_N_per_mm", q.segment_stiffness_N_per_mm, Range{0, 1e6},
+        "spring from each segment to its place, when they move");
+  visit("segment_damping_Ns_per_mm", q.segment_damping_Ns_per_mm, Range{0, 1000},
+        "damper from each segment to its place, when they move");
 }
 
 template <typename V>

@@ -147,6 +147,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   WritePath(write, scene.path);
   WriteSection(write, "force", scene.force);
   WriteSection(write, "simulation", scene.simulation);
+  if (scene.slab.given) WriteSection(write, "slab", scene.slab);
   WriteSection(write, "output", scene.output);
   return write.text();
 }
@@ -174,6 +175,8 @@ Scene DefaultScene() {
   stroke.end_mm = {25.2, 32.3, -29};
   stroke.disc_normal = {0.438, 0.899, 0};
   scene.path.strokes = {stroke};
+  scene.slab.given = true;
+  scene.slab.direction = {0, 0, -1};
   return scene;
 }
 
