@@ -208,7 +208,6 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadSection(root, "force", scene.force, faults);
   ReadSection(root, "simulation", scene.simulation, faults);
   ReadSlab(root, scene.slab, faults);
-  if (scene.simulation.mode == SceneMode::kSlab) root.Require("slab");
   ReadSection(root, "output", scene.output, faults);
   root.Finish();
   faults.ThrowIfAny();

@@ -147,7 +147,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   WritePath(write, scene.path);
   WriteSection(write, "force", scene.force);
   WriteSection(write, "simulation", scene.simulation);
-  if (scene.slab.given) WriteSection(write, "slab", scene.slab);
+  if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) WriteSection(write, "slab", scene.slab);
   WriteSection(write, "output", scene.output);
   return write.text();
 }

@@ -131,6 +131,17 @@ TEST(SceneRange, ForceSimulationAndOutputKeysHoldTheirRanges) {
   EXPECT_GT(force.tried() + simulation.tried() + output.tried(), 40);
 }
 
+TEST(SceneRange, SlabKeysHoldTheirRanges) {
+  // A held segment must be free to move; `direction` [0, x, 0] with x at the end of its range has a direction.
+  RangeTester tester([](const std::string& key, const std::string& value) {
+    return test::ShortScene() + "[slab]\n" + (key == "hold" ? "segments_move = true\n" : "") + key + " = " + value +
+           "\n";
+  });
+  SceneSlab slab;
+  Describe(slab, tester);
+  EXPECT_GT(tester.tried(), 80);
+}
+
 TEST(SceneRange, BlockKeysHoldTheirRanges) {
   RangeTester tester = ForSection("[bone.block]");
   BlockParams block;

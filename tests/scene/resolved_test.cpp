@@ -67,6 +67,7 @@ std::string Print(Scene scene) {
   for (SceneStroke& stroke : scene.path.strokes) Describe(stroke, printer);
   Describe(scene.force, printer);
   Describe(scene.simulation, printer);
+  if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) Describe(scene.slab, printer);
   Describe(scene.output, printer);
   return printer.text;
 }
@@ -99,6 +100,9 @@ Scene RandomScene(std::mt19937& random) {
   }
   Describe(scene.force, randomize);
   Describe(scene.simulation, randomize);
+  scene.slab.given = random() % 2 == 0;
+  Describe(scene.slab, randomize);
+  if (!scene.slab.params.segments_move) scene.slab.hold = SlabBody::kSlice;
   Describe(scene.output, randomize);
   return scene;
 }
