@@ -11,6 +11,7 @@ void AddCheckCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddPictureCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
+void AddPaperCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddImportCommand(CLI::App& app);
 void AddModelCommand(CLI::App& app);

@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
   kerf::cli::AddExportCommand(app);
   kerf::cli::AddPictureCommand(app);
   kerf::cli::AddInfoCommand(app);
+  kerf::cli::AddPaperCommand(app);
   kerf::cli::AddRunCommand(app);
   kerf::cli::AddImportCommand(app);
   kerf::cli::AddModelCommand(app);

@@ -120,9 +120,10 @@ class PlotDrawing {
  public:
   PlotDrawing(const PlotSpec& spec, vtkRenderer& renderer)
       : spec_(spec), overlay_(renderer, spec.height, kSupersampling), unit_(std::clamp(spec.height / 720.0, 0.5, 8.0)) {
-    text_ = static_cast<int>(std::round(18 * unit_));
-    small_ = static_cast<int>(std::round(16 * unit_));
-    title_ = static_cast<int>(std::round(26 * unit_));
+    const double words = std::clamp(spec.text_scale, 0.5, 3.0) * unit_;
+    text_ = static_cast<int>(std::round(18 * words));
+    small_ = static_cast<int>(std::round(16 * words));
+    title_ = static_cast<int>(std::round(26 * words));
   }
 
   PlotFrame Draw() {
@@ -145,6 +146,7 @@ class PlotDrawing {
     DrawAxes(y_ticks, right_ticks);
     DrawBandLabels();
     for (std::size_t i = 0; i < spec_.series.size(); ++i) DrawSeries(spec_.series[i], ColourOf(i));
+    DrawNotes();
     return frame_;
   }
 
@@ -211,10 +213,9 @@ class PlotDrawing {
       any = true;
       const double middle = row + 0.55 * text_;
       if (series.width > 0) {
-        overlay_.AddPolyline({{column, middle}, {column + sample, middle}}, std::max(3.0, series.width) * unit_,
-                             ColourOf(i));
+        AddLine({{column, middle}, {column + sample, middle}}, series, std::max(3.0, series.width), ColourOf(i));
       }
-      if (series.marker > 0) overlay_.AddDiscs({{column + 0.5 * sample, middle}}, series.marker * unit_, ColourOf(i));
+      AddMarkers({{column + 0.5 * sample, middle}}, series, ColourOf(i));
       overlay_.AddText(series.label, column + sample + 0.5 * text_, row, {text_, kInk});
       column += width + 1.8 * text_;
     }
@@ -304,7 +305,7 @@ class PlotDrawing {
     std::vector<OverlayPoint> markers;
     std::vector<OverlayPoint> line;
     const auto finish_line = [&] {
-      if (line.size() > 1) overlay_.AddPolyline(line, series.width * unit_, colour);
+      if (line.size() > 1) AddLine(line, series, series.width, colour);
       line.clear();
     };
     bool has_last = false;
@@ -341,7 +342,56 @@ class PlotDrawing {
       has_last = true;
     }
     finish_line();
-    if (series.marker > 0) overlay_.AddDiscs(markers, series.marker * unit_, colour);
+    AddMarkers(markers, series, colour);
+  }
+
+  // Through the points, dashed when the series asks for it.
+  void AddLine(const std::vector<OverlayPoint>& points, const PlotSeries& series, double width, const Rgb8& colour) {
+    if (series.dash <= 0) return overlay_.AddPolyline(points, width * unit_, colour);
+    const double dash = std::max(1.0, series.dash * unit_);
+    double walked = 0;  // of the present dash or gap
+    bool on = true;
+    std::vector<OverlayPoint> stroke{points.front()};
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+      const OverlayPoint& a = points[i];
+      const OverlayPoint& b = points[i + 1];
+      const double length = std::hypot(b.column - a.column, b.row - a.row);
+      double at = 0;
+      while (length - at >= dash - walked) {
+        at += dash - walked;
+        walked = 0;
+        const double t = at / length;
+        const OverlayPoint p{a.column + t * (b.column - a.column), a.row + t * (b.row - a.row)};
+        if (on) {
+          stroke.push_back(p);
+          overlay_.AddPolyline(stroke, width * unit_, colour);
+        }
+        on = !on;
+        stroke = {p};
+      }
+      walked += length - at;
+      if (on) stroke.push_back(b);
+    }
+    if (on && stroke.size() > 1) overlay_.AddPolyline(stroke, width * unit_, colour);
+  }
+
+  void AddMarkers(const std::vector<OverlayPoint>& centres, const PlotSeries& series, const Rgb8& colour) {
+    if (series.marker > 0) overlay_.AddDiscs(centres, series.marker * unit_, colour);
+  }
+
+  void DrawNotes() {
+    for (const PlotNote& note : spec_.notes) {
+      if (!x_.Takes(note.x) || !y_.Takes(note.y)) continue;
+      const TextStyle style{text_, note.colour.value_or(kInk), note.bold, note.align};
+      const Overlay::Size size = overlay_.MeasureText(note.text, style);
+      const double column = Column(x_(note.x));
+      const double top = Row(y_(note.y)) - 0.5 * size.height;
+      const double before = note.align == Align::kLeft ? 0 : note.align == Align::kCentre ? 0.5 : 1;
+      const double rim = 0.15 * text_;
+      overlay_.AddBox(column - before * size.width - rim, top - rim, size.width + 2 * rim, size.height + 2 * rim,
+                      {255, 255, 255}, 0.8);
+      overlay_.AddText(note.text, column, top, style);
+    }
   }
 
   const PlotSpec& spec_;

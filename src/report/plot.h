@@ -7,6 +7,7 @@
 
 #include "mesh/meshfile.h"
 #include "render/image.h"
+#include "render/overlay.h"
 
 namespace kerf {
 
@@ -19,6 +20,7 @@ struct PlotSeries {
   double width = 2;            // pixels; 0: no line
   double marker = 0;           // diameter in pixels; 0: no markers
   bool right_axis = false;
+  double dash = 0;  // pixels of a dash, and of the gap after it; 0: an unbroken line
 };
 
 struct PlotAxis {
@@ -36,6 +38,16 @@ struct PlotBand {
   Rgb8 colour{230, 230, 230};
 };
 
+/// Words at a point of the axes' box, on a veil of white.
+struct PlotNote {
+  double x = 0;  // data
+  double y = 0;
+  std::string text;            // lines end in '\n'
+  std::optional<Rgb8> colour;  // none: the plot's ink
+  Align align = Align::kLeft;  // which edge stands at x; the middle of its height stands at y
+  bool bold = false;
+};
+
 struct PlotSpec {
   int width = 1280;  // 200 to 8192 pixels
   int height = 720;
@@ -46,6 +58,8 @@ struct PlotSpec {
   PlotAxis y_right;  // drawn when a series asks for it
   std::vector<PlotSeries> series;
   std::vector<PlotBand> bands;
+  std::vector<PlotNote> notes;
+  double text_scale = 1;  // 0.5 to 3: for words that are read from afar
 };
 
 /// Where data lie in the plot's picture, in pixels from the top left; for tests and for what is drawn over it.

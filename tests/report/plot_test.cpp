@@ -151,6 +151,74 @@ TEST_F(Plot, RightAxisHasAScaleOfItsOwn) {
   EXPECT_NEAR(row, 0.5 * (frame.top + frame.bottom), 1);
 }
 
+TEST_F(Plot, DashedLineIsDrawnOverHalfItsLengthInDashesOfTheLengthAskedFor) {
+  PlotSpec spec = MakeSpec();
+  spec.height = 720;  // where a pixel of a width is one of the picture
+  spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 10;
+  PlotSeries series;
+  series.x = {0, 3.3, 10};  // the corner in the middle does not start the dashes anew
+  series.y = {5, 5, 5};
+  series.colour = kBlue;
+  series.dash = 10;
+  spec.series = {series};
+  PlotFrame frame{};
+  const Image image = RenderPlot(spec, &frame);
+  int drawn = 0;
+  int dashes = 0;
+  bool last = false;
+  for (int column = static_cast<int>(frame.left) + 5; column < static_cast<int>(frame.right); ++column) {
+    const bool on = !std::isnan(CurveRow(image, frame, column));
+    drawn += on ? 1 : 0;
+    dashes += on && !last ? 1 : 0;
+    last = on;
+  }
+  const double length = frame.right - frame.left - 5;
+  EXPECT_NEAR(dashes, length / 20, 1);
+  // A pixel that is partly covered at an end of a dash counts as drawn, or does not.
+  EXPECT_NEAR(drawn, length / 2, 1.0 * dashes + 10);
+}
+
+TEST_F(Plot, NoteStandsAtItsPointAndOnItsSide) {
+  PlotSpec spec = MakeSpec();
+  spec.x.lower = 0, spec.x.upper = 10, spec.y.lower = 0, spec.y.upper = 10;
+  spec.series = {{"", {0, 10}, {0, 0}, Rgb8{213, 94, 0}, 2, 0, false}};
+  for (const Align align : {Align::kLeft, Align::kCentre, Align::kRight}) {
+    spec.notes = {{4, 6, "nnnnnnnn", kBlue, align, true}};
+    PlotFrame frame{};
+    const Image image = RenderPlot(spec, &frame);
+    double first = image.width;
+    double last = -1;
+    double top = image.height;
+    double bottom = -1;
+    for (int row = 0; row < image.height; ++row) {
+      for (int column = 0; column < image.width; ++column) {
+        if (!IsBlue(image.At(column, row))) continue;
+        first = std::min(first, 1.0 * column), last = std::max(last, column + 1.0);
+        top = std::min(top, 1.0 * row), bottom = std::max(bottom, row + 1.0);
+      }
+    }
+    const double x = frame.left + 0.4 * (frame.right - frame.left);
+    const double y = frame.bottom - 0.6 * (frame.bottom - frame.top);
+    const double anchor = align == Align::kLeft ? first : align == Align::kRight ? last : 0.5 * (first + last);
+    EXPECT_GT(last - first, 60);
+    EXPECT_NEAR(anchor, x, 3);
+    // The middle of small letters lies a little below that of the line.
+    EXPECT_NEAR(0.5 * (top + bottom), y, 6);
+  }
+}
+
+TEST_F(Plot, LargerWordsTakeTheirRoomFromTheAxes) {
+  PlotSpec spec = MakeSpec();
+  spec.series = {{"", {0, 1}, {0, 1}, kBlue, 2, 0, false}};
+  PlotFrame normal{};
+  RenderPlot(spec, &normal);
+  spec.text_scale = 1.6;
+  PlotFrame larger{};
+  RenderPlot(spec, &larger);
+  EXPECT_GT(larger.left, normal.left + 5);
+  EXPECT_LT(larger.bottom, normal.bottom - 5);
+}
+
 TEST_F(Plot, BadSpecsAreRefusedWithOneSentence) {
   PlotSpec spec = MakeSpec();
   EXPECT_THAT(MessageOf([&] { RenderPlot(spec); }), HasSubstr("at least one finite value along x"));
