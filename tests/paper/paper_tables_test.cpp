@@ -106,7 +106,7 @@ TEST(PaperTables, TheDefaultDiscIsTheTablesDisc) {
 }
 
 TEST(PaperTables, TableOneIsInTheShippedRegionTable) {
-  const MaterialTable materials = DefaultMandibleTable();
+  const MaterialTable& materials = DefaultMandibleTable();
   for (const PaperRegionRow& row : CalcPaperTables().regions) {
     EXPECT_NEAR(materials.At(row.region).E_MPa, 1000 * row.E_GPa, 1e-9);
     EXPECT_EQ(materials.At(row.region).nu, row.nu);
