@@ -70,7 +70,7 @@ void Run(const Options& options) {
   const std::vector<std::string> doubts = FindDoubts(scene, bone.voxel_mm);
   for (const std::string& doubt : doubts) fmt::print(stderr, "kerf: {}: warning: {}\n", options.file, doubt);
 
-  const std::string law = ToString(scene.force.kind);
+  const ForceLawInfo& law = scene.force.info();
   const double bite_um = 1000 * CalcTopBite(scene);
   const std::size_t ticks = path.CountTicks(scene.simulation.rate_hz);
   if (options.json) {
@@ -86,7 +86,14 @@ void Run(const Options& options) {
                     {"length_mm", path.length_mm()},
                     {"duration_s", path.duration_s()},
                     {"top_speed_mm_per_s", path.CalcTopSpeed()}};
-    json["force"] = {{"law", law}};
+    json["force"] = {{"law", law.name}, {"summary", law.summary}, {"source", law.source}};
+    for (std::size_t i = 0; i < law.parameters.size(); ++i) {
+      json["force"]["parameters"][law.parameters[i].key] = scene.force.values()[i];
+    }
+    json["force"]["valid_bite_um"] = {1000 * law.validity.from_mm,
+                                      std::isfinite(law.validity.to_mm)
+                                          ? nlohmann::ordered_json(1000 * law.validity.to_mm)
+                                          : nlohmann::ordered_json(nullptr)};
     json["force"]["top_bite_um"] = std::isfinite(bite_um) ? nlohmann::ordered_json(bite_um) : nullptr;
     json["simulation"] = {{"rate_hz", scene.simulation.rate_hz}, {"ticks", ticks}};
     json["warnings"] = doubts;
@@ -103,7 +110,9 @@ void Run(const Options& options) {
              : parts == 1               ? "stroke"
                                         : "strokes",
              path.length_mm(), path.duration_s(), ticks, scene.simulation.rate_hz);
-  fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law, bite_um, path.CalcTopSpeed());
+  fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law.name, bite_um, path.CalcTopSpeed());
+  fmt::print("         {}\n", law.summary);
+  fmt::print("         from: {}\n", law.source);
 }
 
 }  // namespace

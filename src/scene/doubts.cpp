@@ -12,8 +12,6 @@ namespace {
 
 /// Below this many voxels the kerf between two faces of a level set comes out too narrow.
 constexpr double kResolvedVoxels = 2;
-/// The chip law holds up to about here (include/kerf/force.h).
-constexpr double kValidBite_mm = 0.005;
 
 /// What slab mode leaves out of this scene.
 void FindSlabDoubts(const Scene& scene, std::vector<std::string>& doubts) {
@@ -75,11 +73,16 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
   }
   if (scene.tool.rpm == 0) {
     doubts.emplace_back("rpm = 0: a stopped saw cuts nothing");
-  } else if (scene.force.kind == ForceLawKind::kHertzChip && CalcTopBite(scene) > kValidBite_mm) {
-    doubts.push_back(fmt::format(
-        "the bite reaches {:.3g} um: hertz_chip holds up to about {:.3g} um, beyond it gives too much force; feed "
-        "more slowly or turn faster",
-        1000 * CalcTopBite(scene), 1000 * kValidBite_mm));
+  } else {
+    const ForceLawInfo& law = scene.force.info();
+    const double bite_mm = CalcTopBite(scene);
+    if (bite_mm > law.validity.to_mm) {
+      doubts.push_back(fmt::format("the bite reaches {:.3g} um: {} holds up to about {:.3g} um, {}", 1000 * bite_mm,
+                                   law.name, 1000 * law.validity.to_mm, law.validity.beyond));
+    } else if (bite_mm < law.validity.from_mm) {
+      doubts.push_back(fmt::format("the bite stays at or below {:.3g} um: {} holds from about {:.3g} um, {}",
+                                   1000 * bite_mm, law.name, 1000 * law.validity.from_mm, law.validity.below));
+    }
   }
   for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {
     const SceneStroke& stroke = scene.path.strokes[i];

@@ -189,6 +189,24 @@ void ReadSlab(TableReader& root, SceneSlab& slab, Faults& faults) {
   reader.Finish();
 }
 
+void ReadForce(TableReader& root, ForceLaw& law, Faults& faults) {
+  const TomlNode* table = root.Table("force");
+  if (table == nullptr) return;
+  TableReader reader(*table, "[force]", faults);
+  Describe(law, reader);
+  const TomlNode* word = table->Find("law");
+  if (word != nullptr && word->text != law.name()) return;  // no law: whose keys these are can't be told
+  // Another law's key would do nothing: rather say so.
+  for (const ForceLawInfo* other : ForceLaws()) {
+    for (const LawParameter& parameter : other->parameters) {
+      if (!reader.Has(parameter.key) || reader.Known(parameter.key)) continue;
+      reader.Fault(parameter.key, fmt::format("{} is not used: it belongs to {} and the law is {}; remove it",
+                                              parameter.key, other->name, law.name()));
+    }
+  }
+  reader.Finish();
+}
+
 }  // namespace
 
 Scene ParseScene(const std::string& text, const std::string& file) {
@@ -205,7 +223,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadBoneTable(root, scene.bone, file, faults);
   ReadSection(root, "tool", scene.tool, faults);
   ReadPath(root, scene.path, file, faults);
-  ReadSection(root, "force", scene.force, faults);
+  ReadForce(root, scene.force, faults);
   ReadSection(root, "simulation", scene.simulation, faults);
   ReadSlab(root, scene.slab, faults);
   ReadSection(root, "output", scene.output, faults);

@@ -10,6 +10,15 @@ const std::vector<std::string_view>& BoneModelWords() {
   return kWords;
 }
 
+const std::vector<std::string_view>& ForceLawWords() {
+  static const std::vector<std::string_view> kWords = [] {
+    std::vector<std::string_view> words;
+    for (const ForceLawInfo* law : ForceLaws()) words.emplace_back(law->name);
+    return words;
+  }();
+  return kWords;
+}
+
 BoneSource BoneSourceFromModel(std::string_view word) {
   if (word == "mandible") return BoneSource::kMandible;
   return word == "plate" ? BoneSource::kPlate : BoneSource::kBlock;
@@ -31,8 +40,9 @@ std::string_view ToString(BoneSource source) {
 
 std::string_view UnitOfKey(std::string_view key) {
   // Longest ending first.
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 15> kEndings{{
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kEndings{{
       {"_Ns_per_mm", "N s/mm"},
+      {"_N_per_mm2", "N/mm2"},
       {"_N_per_mm", "N/mm"},
       {"_mm_per_s", "mm/s"},
       {"_mm3", "mm3"},

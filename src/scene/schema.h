@@ -20,6 +20,9 @@ struct TextLimit {
   std::size_t characters;
 };
 
+/// The words of `law` in [force].
+const std::vector<std::string_view>& ForceLawWords();
+
 /// Coordinates beyond this are a unit error, mm.
 inline constexpr Range kCoordinateRange_mm{-5000, 5000};
 inline constexpr std::size_t kMaxStrokes = 1000;
@@ -50,16 +53,22 @@ void Describe(SceneStroke& p, V&& visit) {
         "true: lifted out and set down at start_mm in no time, without cutting; false: goes on from the stroke before");
 }
 
+/// The parameters of the law that `p` is.
+template <typename V>
+void DescribeLawParameters(ForceLaw& p, V&& visit) {
+  const std::vector<LawParameter>& parameters = p.info().parameters;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    visit(parameters[i].key, p.values()[i], Range{parameters[i].lower, parameters[i].upper}, parameters[i].meaning);
+  }
+}
+
+/// Visits the law first: a visitor that changes it makes `p` that law with its presets.
 template <typename V>
 void Describe(ForceLaw& p, V&& visit) {
-  std::string law = p.kind == ForceLawKind::kHertzChip ? "hertz_chip" : "hertz_constant_bite";
-  visit("law", law, Choices{{"hertz_chip", "hertz_constant_bite"}},
-        "force on a tooth; hertz_chip grows with the bite, hertz_constant_bite is the paper's yield force");
-  p.kind = law == "hertz_constant_bite" ? ForceLawKind::kHertzConstantBite : ForceLawKind::kHertzChip;
-  visit("contact_radius_mm", p.contact_radius_mm, Range{0, 1000},
-        "R of Hertz's sphere; 0: half the disc's diameter, the paper's choice");
-  visit("contact_share_of_pitch", p.contact_share_of_pitch, Range{1e-6, 0.5},
-        "hertz_constant_bite only: a tooth's contact radius as a share of the tooth pitch");
+  std::string law = p.name();
+  visit("law", law, Choices{ForceLawWords()}, "force on a tooth (docs/physics.md)");
+  if (law != p.name()) p = ForceLaw(law);
+  DescribeLawParameters(p, visit);
 }
 
 template <typename V>

@@ -57,8 +57,12 @@ bool IsNumber(const TomlNode& node) {
 TableReader::TableReader(const TomlNode& table, std::string name, Faults& faults)
     : table_(table), name_(std::move(name)), faults_(faults) {}
 
+bool TableReader::Known(const char* key) const {
+  return std::find(known_.begin(), known_.end(), key) != known_.end();
+}
+
 const TomlNode* TableReader::Take(const char* key) {
-  if (std::find(known_.begin(), known_.end(), key) == known_.end()) known_.emplace_back(key);
+  if (!Known(key)) known_.emplace_back(key);
   return table_.Find(key);
 }
 

@@ -31,6 +31,8 @@ class TableReader {
   /// The tables of `[[key]]`; empty when absent or not that (noted).
   std::vector<const TomlNode*> Tables(const char* key, std::size_t limit);
   bool Has(const char* key) const { return table_.Find(key) != nullptr; }
+  /// Whether somebody asked for the key already.
+  bool Known(const char* key) const;
   /// Notes a fault when the key is absent.
   void Require(const char* key);
   /// Notes a fault at the key, or at the table when it is absent.

@@ -214,6 +214,14 @@ std::string DefaultSceneToml() {
   text += CommentedOut(file.text() + "\n" + block.text() + "\n" + plate.text());
   text += "\n# What may stand in place of the strokes above:\n#\n";
   text += CommentedOut(poses.text());
+  TomlWriter laws;
+  for (const ForceLawInfo* law : ForceLaws()) {
+    laws.Header("[force]", fmt::format("{}: {}", law->name, law->summary));
+    ForceLaw described(law->name);
+    Describe(described, laws);
+  }
+  text += "\n# The force laws, each with its own keys:\n#\n";
+  text += CommentedOut(laws.text());
   return text;
 }
 

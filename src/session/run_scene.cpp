@@ -206,7 +206,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
       {"total_mm3", s.removed_mm3},
       {"removed_plus_remaining_minus_initial_mm3", s.removed_mm3 + s.volume_after_mm3 - s.volume_before_mm3},
       {"by_region", regions}};
-  json["force"] = {{"law", ToString(scene.force.kind)},
+  json["force"] = {{"law", scene.force.name()},
                    {"peak_N", s.force.peak_N},
                    {"peak_time_s", s.force.peak_time_s},
                    {"mean_while_cutting_N", s.force.mean_N},

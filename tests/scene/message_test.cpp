@@ -55,6 +55,12 @@ INSTANTIATE_TEST_SUITE_P(
             "TextInVector", test::ShortScene() + "[tool]\ngrip_mm = [0, 0, \"z\"]\n",
             "s.toml:9:18: grip_mm[2] = \"z\" is a text; grip_mm must be a list of three numbers [x, y, z] from -1000 "
             "to 1000 mm"},
+        Mistake{"KeyOfAnotherLaw", test::ShortScene() + "[force]\ncontact_share_of_pitch = 0.02\n",
+                "s.toml:9:1: contact_share_of_pitch is not used: it belongs to hertz_constant_bite and the law is "
+                "hertz_chip; remove it"},
+        Mistake{"UnknownLaw", test::ShortScene() + "[force]\nedge_N_per_mm = 3\nlaw = \"edge\"\n",
+                "s.toml:10:1: law = \"edge\" is unknown; it must be \"hertz_chip\" or \"hertz_constant_bite\" or "
+                "\"edge_plus_chip\""},
         Mistake{"NoBone", kTail, "s.toml:1:1: the scene has no bone"},
         Mistake{"NoPath", "[bone]\nmodel = \"block\"\n", "s.toml:1:1: the scene has no path"},
         Mistake{"EmptyPath", "[bone]\nmodel = \"block\"\n[path]\n",

@@ -122,6 +122,12 @@ TEST(SceneRange, ForceSimulationAndOutputKeysHoldTheirRanges) {
   RangeTester force = ForSection("[force]");
   ForceLaw law;
   Describe(law, force);
+  for (const ForceLawInfo* info : ForceLaws()) {
+    RangeTester own = ForSection(fmt::format("[force]\nlaw = \"{}\"", info->name));
+    ForceLaw of_this(info->name);
+    DescribeLawParameters(of_this, own);
+    EXPECT_GT(own.tried(), 8) << info->name;
+  }
   RangeTester simulation = ForSection("[simulation]");
   SceneSimulation sim;
   Describe(sim, simulation);

@@ -143,6 +143,12 @@ TEST(DefaultScene, NamesEveryKey) {
                           "dwell_s = ", "retract = ", "law = ", "rate_hz = ", "forces_every_ticks = "}) {
     EXPECT_NE(text.find(key), std::string::npos) << key;
   }
+  for (const ForceLawInfo* law : ForceLaws()) {
+    EXPECT_NE(text.find(fmt::format("law = \"{}\"", law->name)), std::string::npos) << law->name;
+    for (const LawParameter& p : law->parameters) {
+      EXPECT_NE(text.find(fmt::format("{} = ", p.key)), std::string::npos) << p.key;
+    }
+  }
 }
 
 TEST(SceneReader, DamagedFilesLoadOrSayWhereTheyAreWrong) {

@@ -1,0 +1,20 @@
+// What both of Hertz's laws share.
+#pragma once
+
+#include "kerf/force.h"
+
+namespace kerf {
+
+/// Hertz, sphere of radius R on a half space, from the contact radius a: F = 4/3 E* a^3 / R, N.
+inline double CalcHertzForce(double a_mm, double R_mm, double E_star_MPa) {
+  return 4.0 / 3.0 * E_star_MPa * a_mm * a_mm * a_mm / R_mm;
+}
+
+inline constexpr LawParameter kContactRadius{"contact_radius_mm", 0, 0, 1000,
+                                             "R of Hertz's sphere; 0: half the disc's diameter, the paper's choice"};
+
+inline double ContactRadius(double contact_radius_mm, const DiscSaw& saw) {
+  return contact_radius_mm > 0 ? contact_radius_mm : saw.radius_mm();
+}
+
+}  // namespace kerf

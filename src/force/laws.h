@@ -1,0 +1,18 @@
+// The list of force laws.
+#pragma once
+
+#include "kerf/force.h"
+
+// A line for each law: the function in its file that describes it. The first is the default.
+#define KERF_FORCE_LAWS(LAW) \
+  LAW(HertzChip)             \
+  LAW(HertzConstantBite)     \
+  LAW(EdgePlusChip)
+
+namespace kerf {
+
+#define KERF_DECLARE_LAW(function) const ForceLawInfo& function();
+KERF_FORCE_LAWS(KERF_DECLARE_LAW)
+#undef KERF_DECLARE_LAW
+
+}  // namespace kerf

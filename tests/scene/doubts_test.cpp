@@ -1,0 +1,56 @@
+// Warnings about a valid scene.
+#include "scene/doubts.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "scene_text.h"
+
+namespace kerf {
+namespace {
+
+/// The warnings of a scene whose bite is `bite_um` at 3000 teeth a second.
+std::string WarningsAt(double bite_um, const std::string& law) {
+  const std::string text = "[bone]\nmodel = \"block\"\n[[path.stroke]]\nstart_mm = [0, 0, 0]\nend_mm = [1, 0, 0]\n" +
+                           fmt::format("feed_mm_per_s = {}\ndisc_normal = [0, 1, 0]\n", bite_um * 3) +
+                           fmt::format("[force]\nlaw = \"{}\"\n", law);
+  std::string all;
+  for (const std::string& doubt : FindDoubts(ParseScene(text, "s.toml"), 0.1)) all += doubt + "\n";
+  return all;
+}
+
+TEST(Doubts, BiteIsHeldAgainstTheValidityOfTheLawChosen) {
+  EXPECT_EQ(WarningsAt(4.9, "hertz_chip"), "");
+  EXPECT_EQ(
+      WarningsAt(6, "hertz_chip"),
+      "the bite reaches 6 um: hertz_chip holds up to about 5 um, beyond it gives too much force; feed more slowly "
+      "or turn faster\n");
+  EXPECT_EQ(WarningsAt(0.1, "hertz_constant_bite"), "");
+  EXPECT_EQ(WarningsAt(200, "hertz_constant_bite"), "");
+  EXPECT_EQ(WarningsAt(6, "edge_plus_chip"), "");
+  EXPECT_EQ(
+      WarningsAt(1, "edge_plus_chip"),
+      "the bite stays at or below 1 um: edge_plus_chip holds from about 2.5 um, below that the edge's share is an "
+      "extrapolation\n");
+  EXPECT_EQ(WarningsAt(12, "edge_plus_chip"),
+            "the bite reaches 12 um: edge_plus_chip holds up to about 10 um, beyond that the chip's share is an "
+            "extrapolation\n");
+}
+
+TEST(Doubts, EveryLawWarnsJustOutsideItsValidityAndNotInside) {
+  for (const ForceLawInfo* law : ForceLaws()) {
+    const double from_um = 1000 * law->validity.from_mm;
+    const double to_um = std::min(1000 * law->validity.to_mm, 300.0);
+    EXPECT_EQ(WarningsAt(std::max(from_um * 1.01, 0.01), law->name), "") << law->name;
+    EXPECT_EQ(WarningsAt(to_um * 0.99, law->name), "") << law->name;
+    if (from_um > 0) {
+      EXPECT_NE(WarningsAt(from_um * 0.99, law->name), "") << law->name;
+    }
+    if (to_um < 300) {
+      EXPECT_NE(WarningsAt(to_um * 1.01, law->name), "") << law->name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kerf
