@@ -41,6 +41,13 @@ struct Box3 {
   Box3 Grown(double margin_mm) const { return {lower - Vec3{margin_mm}, upper + Vec3{margin_mm}}; }
 };
 
+/// A plane to cut along. Of the two sides, "left" is the one that the normal points away from, whatever the patient's
+/// left; "right" the one that it points to.
+struct CutPlane {
+  Vec3 p_W{0};
+  Vec3 normal_W{1, 0, 0};  // unit length
+};
+
 /// Indexed triangle surface, mm, triangles counter-clockwise seen from outside.
 struct TriangleMesh {
   std::vector<Vec3> points;

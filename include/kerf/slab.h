@@ -36,12 +36,6 @@ struct SlabProfile {
 /// above. Throws Error when a region is missing.
 SlabProfile MakePaperProfile(const MaterialTable& materials, double entry_mm);
 
-/// A plane through a bone, world frame. `normal_W` of unit length: from the left segment to the right one.
-struct CutPlane {
-  Vec3 p_W{0};
-  Vec3 normal_W{1, 0, 0};
-};
-
 /// The profile of the slice of `thickness_mm` about `plane`, by the bone's own surface and regions, looked at along
 /// `direction_W` (unit, in the plane) in steps of a quarter of a voxel. Only bone within `reach_mm` of the plane's
 /// point across the direction counts: what the disc can meet. Throws Error when no bone is there.

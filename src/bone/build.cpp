@@ -160,20 +160,6 @@ void AddInsideTiles(FloatTree& tree, const std::vector<Coord>& blocks, float val
   for (const Coord& origin : blocks) tree.addTile(1, origin, value, false);
 }
 
-/// Clamps to the band, switches off what lies beyond it, and merges uniform leaves into tiles.
-void FinishLevelSet(openvdb::FloatGrid& grid) {
-  const float band = grid.background();
-  openvdb::tree::LeafManager<FloatTree> leaves(grid.tree());
-  leaves.foreach ([band](FloatLeaf& leaf, std::size_t) {
-    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
-      const float value = std::clamp(leaf.getValue(i), -band, band);
-      leaf.setValueOnly(i, value);
-      leaf.setActiveState(i, std::abs(value) < band);
-    }
-  });
-  openvdb::tools::pruneLevelSet(grid.tree(), band, -band);
-}
-
 /// Whether any part of a region voxel lies in bone or within two voxels of it (a cell that the surface cuts may have
 /// its centre that far out).
 template <typename Accessor>
@@ -199,6 +185,19 @@ void CheckBox(const Box3& box, double voxel_mm) {
 }
 
 }  // namespace
+
+void FinishLevelSet(openvdb::FloatGrid& grid) {
+  const float band = grid.background();
+  openvdb::tree::LeafManager<FloatTree> leaves(grid.tree());
+  leaves.foreach ([band](FloatLeaf& leaf, std::size_t) {
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+      const float value = std::clamp(leaf.getValue(i), -band, band);
+      leaf.setValueOnly(i, value);
+      leaf.setActiveState(i, std::abs(value) < band);
+    }
+  });
+  openvdb::tools::pruneLevelSet(grid.tree(), band, -band);
+}
 
 std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<double(const Vec3&)> value) {
   return [value = std::move(value)](const Vec3& centre, double radius_mm) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 namespace kerf {
 
@@ -50,6 +51,31 @@ inline double CalcCellShare(const std::array<float, 8>& v) {
                              static_cast<double>(v[path[1]]), static_cast<double>(v[7]));
   }
   return sum / 6;
+}
+
+/// phi within a cell as CalcCellShare takes it: linear on each tetrahedron; f: 0 to 1 along x, y, z. Tick-safe.
+inline double InterpolateInCell(const std::array<float, 8>& v, const double f[3]) {
+  // From corner 0 along the axes, the one of the largest share first: the path of the tetrahedron that holds the point.
+  int axis[3] = {0, 1, 2};
+  const auto swap_if = [&](int i, int j) {
+    if (f[axis[i]] >= f[axis[j]]) return;
+    const int t = axis[i];
+    axis[i] = axis[j];
+    axis[j] = t;
+  };
+  swap_if(0, 1);
+  swap_if(1, 2);
+  swap_if(0, 1);
+  double before = static_cast<double>(v[0]);
+  double value = before;
+  std::size_t corner = 0;
+  for (const int a : axis) {
+    corner += std::size_t{4} >> a;
+    const double at = static_cast<double>(v[corner]);
+    value += f[a] * (at - before);
+    before = at;
+  }
+  return value;
 }
 
 }  // namespace kerf

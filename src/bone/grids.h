@@ -25,6 +25,8 @@ struct Bone::Grids {
 
 openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm);
 openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm);
+/// Clamps to the band, switches off what lies beyond it, and merges uniform leaves into tiles.
+void FinishLevelSet(openvdb::FloatGrid& grid);
 
 /// phi at a point given in phi's index space, trilinear. Accessor: openvdb::FloatGrid::ConstAccessor. Tick-safe.
 template <typename Accessor>

@@ -1,0 +1,335 @@
+#include "bone/slab_parts.h"
+
+#include <fmt/format.h>
+#include <openvdb/tools/Morphology.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+#include "bone/cell_block.h"
+#include "bone/cell_volume.h"
+#include "bone/slab_section.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using openvdb::Coord;
+using FloatTree = openvdb::FloatTree;
+using FloatLeaf = FloatTree::LeafNodeType;
+using Leaves = std::vector<std::unique_ptr<FloatLeaf>>;
+
+constexpr int kEdge = 8;
+constexpr std::size_t kMaxSliceBlocks = std::size_t{1} << 21;  // 4 GB
+
+/// Half the diagonal of a block, from the outermost voxels' centres, in voxels.
+const double kBlockRadius_vox = 0.5 * std::sqrt(3.0) * (kEdge - 1);
+
+Vec3 BlockCentre_vox(const Coord& origin) {
+  return Vec3(origin.x(), origin.y(), origin.z()) + 0.5 * (kEdge - 1);
+}
+
+/// Leaves for the inside tiles within `reach_mm` of the plane.
+void OpenTiles(FloatTree& tree, const PlaneDistance& distance, double reach_mm) {
+  const double beyond_mm = reach_mm + (kBlockRadius_vox + 1) * distance.voxel_mm;
+  std::vector<Coord> origins;
+  auto tile = tree.cbeginValueAll();
+  tile.setMaxDepth(FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; tile; ++tile) {
+    openvdb::CoordBBox box;
+    if (*tile >= 0 || !tile.getBoundingBox(box)) continue;
+    for (int x = box.min().x(); x <= box.max().x(); x += kEdge) {
+      for (int y = box.min().y(); y <= box.max().y(); y += kEdge) {
+        for (int z = box.min().z(); z <= box.max().z(); z += kEdge) {
+          if (std::abs(distance.At(BlockCentre_vox({x, y, z}))) <= beyond_mm) origins.emplace_back(x, y, z);
+        }
+      }
+    }
+  }
+  for (const Coord& origin : origins) tree.touchLeaf(origin);
+}
+
+void CheckCut(const Bone& bone, const SlabCut& cut) {
+  if (!(cut.thickness_mm >= 0.02 && cut.thickness_mm <= 50)) {
+    throw Error(fmt::format("a slice {} mm thick is out of range; valid range 0.02 to 50 mm", cut.thickness_mm));
+  }
+  const Vec3& p = cut.plane.p_W;
+  const Vec3& n = cut.plane.normal_W;
+  const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+  if (!std::isfinite(p.x + p.y + p.z) || !(std::abs(length - 1) < 1e-6)) {
+    throw Error("the plane must have a finite point and a normal of unit length");
+  }
+  if (cut.near_W && !std::isfinite(cut.near_W->x + cut.near_W->y + cut.near_W->z)) {
+    throw Error("the point that says where to cut must be finite");
+  }
+  if (bone.empty()) throw Error("the bone is empty, so there is nothing to cut");
+}
+
+/// The bone's extent along the normal, from the plane's point, by its inside voxels.
+std::pair<double, double> CalcExtent(const Labels& labels, const PlaneDistance& distance) {
+  double lower = std::numeric_limits<double>::infinity();
+  double upper = -lower;
+  for (const LabelledBlock& block : labels.blocks) {
+    for (int i = 0; i < 512; ++i) {
+      if (block.part[i] == kNoPart) continue;
+      const double s = distance(block.origin.offsetBy(i >> 6, (i >> 3) & 7, i & 7));
+      lower = std::min(lower, s);
+      upper = std::max(upper, s);
+    }
+  }
+  return {lower, upper};
+}
+
+class Cutter {
+ public:
+  Cutter(const Bone& bone, const SlabCut& cut)
+      : bone_(bone),
+        phi_(bone.grids().phi->deepCopy()),
+        h_(bone.voxel_mm()),
+        distance_{cut.plane.p_W, cut.plane.normal_W, h_},
+        half_(0.5 * cut.thickness_mm),
+        // Beyond this the plane's distance is out of the band and every voxel is wholly left or right.
+        reach_(half_ + (kHalfBandVoxels + 2) * h_) {
+    OpenTiles(phi_->tree(), distance_, reach_);
+    labels_ = LabelInside(phi_->constTree(),
+                          [this](const Coord& c) { return static_cast<int>(SideOf(distance_(c), reach_)); });
+    section_ = ChooseSection(labels_, distance_, reach_, half_, cut.near_W.value_or(cut.plane.p_W));
+    CheckMet(cut.everywhere);
+    if (cut.everywhere || section_.everywhere) {
+      section_.cut_places = section_.places;
+      CutEverywhere();
+    } else {
+      MarkCutPlaces();
+    }
+  }
+
+  SlabParts Make() {
+    SlabParts parts;
+    parts.left = MakeSegment(1, PartFate::kLeft);
+    parts.right = MakeSegment(-1, PartFate::kRight);
+    parts.slice = MakeSlice();
+    for (const auto& [part, name] : {std::pair{&parts.left, "left segment"}, std::pair{&parts.slice, "slice"},
+                                     std::pair{&parts.right, "right segment"}}) {
+      if (part->empty()) throw Error(fmt::format("the plane leaves no bone for the {}; move it into the bone", name));
+    }
+    parts.places = section_.places;
+    parts.cut_places = section_.cut_places;
+    parts.distance_mm = section_.distance_mm;
+    return parts;
+  }
+
+ private:
+  void CheckMet(bool everywhere) const {
+    const auto [lower, upper] = CalcExtent(labels_, distance_);
+    if (lower > half_ || upper < -half_) {
+      throw Error(
+          fmt::format("the plane misses the bone: along its normal the bone lies {:.2f} to {:.2f} mm from the plane",
+                      lower, upper));
+    }
+    if (lower > -half_ || upper < half_) {
+      throw Error(fmt::format(
+          "the plane leaves no bone on one of its sides: along its normal the bone lies {:.2f} to {:.2f} mm "
+          "from the plane, and the slice takes {:g} mm on either side",
+          lower, upper, half_));
+    }
+    if (!everywhere && section_.places == 0) {
+      throw Error("the plane goes through no bone: it passes between separate pieces");
+    }
+  }
+
+  void CutEverywhere() {
+    everywhere_ = true;
+    section_.fates.assign(labels_.node_count, PartFate::kCut);
+  }
+
+  /// The voxels about the cut places, inside and out, for as far as the band reaches.
+  void MarkCutPlaces() {
+    for (const LabelledBlock& block : labels_.blocks) {
+      if (!block.leaf) continue;
+      for (openvdb::Index i = 0; i < 512; ++i) {
+        if (block.part[i] != kNoPart && section_.fates[block.first_node + block.part[i]] == PartFate::kCut) {
+          cut_zone_.setValueOn(block.leaf->offsetToGlobalCoord(i));
+        }
+      }
+    }
+    openvdb::tools::dilateActiveValues(cut_zone_, kHalfBandVoxels, openvdb::tools::NN_FACE_EDGE_VERTEX);
+  }
+
+  bool IsInside(const LabelledBlock& block, PartFate fate) const {
+    for (std::uint16_t part = 0; part < block.part_count; ++part) {
+      const PartFate its = section_.fates[block.first_node + part];
+      if (its == fate || its == PartFate::kCut) return true;
+    }
+    return false;
+  }
+
+  /// Blocks that hold inside voxels which may become `fate`'s, and those beside them, for the outer side of the band.
+  std::vector<char> FindBlocks(PartFate fate) const {
+    std::vector<char> keep(labels_.blocks.size(), 0);
+    for (const LabelledBlock& block : labels_.blocks) {
+      if (!IsInside(block, fate)) continue;
+      for (int beside = 0; beside < 27; ++beside) {
+        const Coord at =
+            block.origin.offsetBy(kEdge * (beside / 9 - 1), kEdge * (beside / 3 % 3 - 1), kEdge * (beside % 3 - 1));
+        const auto found = labels_.index.find(at);
+        if (found != labels_.index.end()) keep[found->second] = 1;
+      }
+    }
+    return keep;
+  }
+
+  /// The segment where sign * s < -t/2.
+  Bone MakeSegment(double sign, PartFate fate) const {
+    Bone segment = MakeEmptyCopy(h_);
+    FloatTree& tree = segment.grids().phi->tree();
+    const float band = tree.background();
+    const std::vector<char> keep = FindBlocks(fate);
+    Leaves leaves(labels_.blocks.size());
+    tbb::parallel_for(std::size_t{0}, labels_.blocks.size(), [&](std::size_t n) {
+      const LabelledBlock& block = labels_.blocks[n];
+      if (!keep[n] || !block.leaf) return;
+      openvdb::tree::ValueAccessor<const openvdb::MaskTree> zone(cut_zone_);
+      leaves[n] = std::make_unique<FloatLeaf>(*block.leaf);
+      for (openvdb::Index i = 0; i < 512; ++i) {
+        const Coord ijk = block.leaf->offsetToGlobalCoord(i);
+        const bool inside = block.part[i] != kNoPart;
+        const PartFate its = inside ? section_.fates[block.first_node + block.part[i]] : PartFate::kCut;
+        if (its != fate && its != PartFate::kCut) {
+          leaves[n]->setValueOnly(i, band);
+        } else if (its == PartFate::kCut && (inside || everywhere_ || zone.isValueOn(ijk))) {
+          const double beyond = sign * distance_(ijk) + half_;
+          leaves[n]->setValueOnly(i, std::max(block.leaf->getValue(i), static_cast<float>(beyond)));
+        }
+      }
+    });
+    for (std::size_t n = 0; n < leaves.size(); ++n) {
+      const LabelledBlock& block = labels_.blocks[n];
+      if (leaves[n]) tree.addLeaf(leaves[n].release());
+      if (block.leaf || !keep[n]) continue;
+      const PartFate its = section_.fates[block.first_node];
+      const bool ours = its == PartFate::kCut ? sign * distance_(block.origin) < 0 : its == fate;
+      if (ours) tree.addTile(1, block.origin, -band, false);
+    }
+    FinishLevelSet(*segment.grids().phi);
+    return segment;
+  }
+
+  /// The bone's phi, where it is cut, on the finer grid, between the two faces.
+  Bone MakeSlice() const {
+    const int refine = std::max(2, static_cast<int>(std::ceil(4 * h_ / (2 * half_) - 1e-9)));
+    const PlaneDistance fine{distance_.p_W, distance_.normal_W, h_ / refine};
+    const double fine_reach = half_ + (kHalfBandVoxels + kBlockRadius_vox) * fine.voxel_mm;
+    const FloatTree::Ptr masked = everywhere_ ? nullptr : MaskUncut();
+    const FloatTree& source = masked ? *masked : phi_->constTree();
+
+    struct Job {
+      std::size_t block;
+      Coord origin;  // of a leaf of the fine grid
+    };
+    std::vector<Job> jobs;
+    for (std::size_t n = 0; n < labels_.blocks.size(); ++n) {
+      const LabelledBlock& block = labels_.blocks[n];
+      const double s = distance_.At(BlockCentre_vox(block.origin));
+      if (!block.leaf || std::abs(s) > half_ + (kHalfBandVoxels + kBlockRadius_vox + 2) * h_) continue;
+      for (int x = 0; x < refine; ++x) {
+        for (int y = 0; y < refine; ++y) {
+          for (int z = 0; z < refine; ++z) {
+            const Coord origin(refine * block.origin.x() + kEdge * x, refine * block.origin.y() + kEdge * y,
+                               refine * block.origin.z() + kEdge * z);
+            if (std::abs(fine.At(BlockCentre_vox(origin))) <= fine_reach) jobs.push_back({n, origin});
+          }
+        }
+      }
+      if (jobs.size() > kMaxSliceBlocks) {
+        throw Error(
+            fmt::format("a slice of {:g} mm through so much bone needs more than a thousand million voxels; make "
+                        "it thicker",
+                        2 * half_));
+      }
+    }
+    Leaves leaves(jobs.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, jobs.size(), 64), [&](const auto& range) {
+      openvdb::tree::ValueAccessor<const FloatTree> accessor(source);
+      CellBlock cells;
+      std::size_t loaded = labels_.blocks.size();
+      for (std::size_t n = range.begin(); n < range.end(); ++n) {
+        const Coord& origin = labels_.blocks[jobs[n].block].origin;
+        if (loaded != jobs[n].block) cells.Load(accessor, origin);
+        loaded = jobs[n].block;
+        leaves[n] = MakeSliceLeaf(cells, origin, jobs[n].origin, refine, fine);
+      }
+    });
+    Bone slice = MakeEmptyCopy(fine.voxel_mm);
+    for (auto& leaf : leaves) {
+      if (leaf) slice.grids().phi->tree().addLeaf(leaf.release());
+    }
+    FinishLevelSet(*slice.grids().phi);
+    return slice;
+  }
+
+  std::unique_ptr<FloatLeaf> MakeSliceLeaf(const CellBlock& cells, const Coord& coarse_origin, const Coord& origin,
+                                           int refine, const PlaneDistance& fine) const {
+    auto leaf = std::make_unique<FloatLeaf>(origin, 0.0f, true);
+    const double band = kHalfBandVoxels * fine.voxel_mm;
+    bool any = false;
+    for (openvdb::Index i = 0; i < 512; ++i) {
+      const Coord ijk = leaf->offsetToGlobalCoord(i);
+      int cell[3];
+      double f[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        const int within = ijk[axis] - refine * coarse_origin[axis];
+        cell[axis] = within / refine;
+        f[axis] = static_cast<double>(within % refine) / refine;
+      }
+      const double phi = InterpolateInCell(cells.Corners(cell[0], cell[1], cell[2]), f);
+      const double value = std::max(phi, std::abs(fine(ijk)) - half_);
+      any = any || value < band;
+      leaf->setValueOnly(i, static_cast<float>(value));
+    }
+    return any ? std::move(leaf) : nullptr;
+  }
+
+  /// phi with the bone that is not cut turned to air.
+  FloatTree::Ptr MaskUncut() const {
+    auto tree = std::make_shared<FloatTree>(phi_->constTree());
+    const float band = tree->background();
+    for (const LabelledBlock& block : labels_.blocks) {
+      if (!block.leaf) continue;
+      FloatLeaf* leaf = tree->probeLeaf(block.origin);
+      for (openvdb::Index i = 0; i < 512; ++i) {
+        if (block.part[i] == kNoPart || section_.fates[block.first_node + block.part[i]] == PartFate::kCut) continue;
+        leaf->setValueOnly(i, band);
+      }
+    }
+    return tree;
+  }
+
+  Bone MakeEmptyCopy(double voxel_mm) const {
+    Bone copy;
+    copy.grids() = bone_.grids();
+    copy.grids().phi = MakePhiGrid(voxel_mm);
+    return copy;
+  }
+
+  const Bone& bone_;
+  openvdb::FloatGrid::Ptr phi_;  // the bone's, with leaves wherever the plane may cut
+  double h_;
+  PlaneDistance distance_;
+  double half_;
+  double reach_;
+  Labels labels_;
+  Section section_;
+  bool everywhere_ = false;
+  openvdb::MaskTree cut_zone_;
+};
+
+}  // namespace
+
+SlabParts MakeSlabParts(const Bone& bone, const SlabCut& cut) {
+  CheckCut(bone, cut);
+  return Cutter(bone, cut).Make();
+}
+
+}  // namespace kerf
