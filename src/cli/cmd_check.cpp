@@ -66,6 +66,8 @@ BoneSummary CheckBone(const Scene& scene) {
 void Run(const Options& options) {
   const Scene scene = ReadScene(options.file);
   const Path path = MakePath(scene);
+  const bool slab = scene.simulation.mode == SceneMode::kSlab;
+  if (slab) MakeSlabPlane(scene);  // throws when the direction does not lie in the disc's plane
   const BoneSummary bone = CheckBone(scene);
   const std::vector<std::string> doubts = FindDoubts(scene, bone.voxel_mm);
   for (const std::string& doubt : doubts) fmt::print(stderr, "kerf: {}: warning: {}\n", options.file, doubt);
@@ -86,6 +88,8 @@ void Run(const Options& options) {
                     {"length_mm", path.length_mm()},
                     {"duration_s", path.duration_s()},
                     {"top_speed_mm_per_s", path.CalcTopSpeed()}};
+    json["mode"] = slab ? "slab" : "voxel";
+    if (slab) json["slab"] = {{"law", ToString(scene.slab.params.reading)}};
     json["force"] = {{"law", law.name}, {"summary", law.summary}, {"source", law.source}};
     for (std::size_t i = 0; i < law.parameters.size(); ++i) {
       json["force"]["parameters"][law.parameters[i].key] = scene.force.values()[i];
@@ -110,6 +114,11 @@ void Run(const Options& options) {
              : parts == 1               ? "stroke"
                                         : "strokes",
              path.length_mm(), path.duration_s(), ticks, scene.simulation.rate_hz);
+  if (slab) {
+    fmt::print("  force  slab mode, law {}, at up to {:.3g} mm/s\n", ToString(scene.slab.params.reading),
+               path.CalcTopSpeed());
+    return;
+  }
   fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law.name, bite_um, path.CalcTopSpeed());
   fmt::print("         {}\n", law.summary);
   fmt::print("         from: {}\n", law.source);

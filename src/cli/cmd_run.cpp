@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <string>
@@ -9,6 +10,7 @@
 #include "scene/doubts.h"
 #include "scene/scene.h"
 #include "session/run_scene.h"
+#include "session/run_slab_scene.h"
 
 namespace kerf::cli {
 namespace {
@@ -50,21 +52,78 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print("\n");
 }
 
+void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::string& folder) {
+  fmt::print("{}\n", scene.title.empty() ? scene.name : scene.title);
+  const Vec3& d = scene.slab.direction;
+  fmt::print("  slice     {:g} mm thick, {:.2f} mm long along [{:g}, {:g}, {:g}]; law {}\n", scene.tool.thickness_mm,
+             s.profile.end_mm, d.x, d.y, d.z, ToString(scene.slab.params.reading));
+  fmt::print("  cut       {:.2f} mm deep{}\n", std::min(s.end.deepest_mm, s.profile.end_mm),
+             s.free_at_s ? fmt::format("; the slice came free at {:.2f} s", *s.free_at_s) : std::string());
+  fmt::print("  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth\n",
+             s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
+  fmt::print(
+      "  energy    hand {:.3g} mJ: cutting {:.3g}, friction {:.3g}, damping {:.3g}, in springs and motion {:.3g}, "
+      "released {:.3g}, time step {:.2g}\n",
+      s.end.hand_work_mJ, s.end.cutting_mJ, s.end.friction_mJ, s.end.damping_mJ, s.end.kinetic_mJ + s.end.elastic_mJ,
+      s.end.released_mJ, s.end.numerical_mJ);
+  if (!s.parts.empty()) {
+    fmt::print("  parts    ");
+    for (const SlabPartSummary& part : s.parts) fmt::print(" {} {:.2f} mm3;", part.name, part.volume_mm3);
+    fmt::print(" before the run\n");
+  }
+  fmt::print("  ticks     {} in {:.2g} s; each p50 {:.2f}, p99 {:.2f}, p99.9 {:.2f}, max {:.0f} us; {:.1f} kB\n",
+             s.ticks, s.ticks_wall_s, s.times.p50_us, s.times.p99_us, s.times.p999_us, s.times.max_us,
+             static_cast<double>(s.memory_bytes) / 1000);
+  fmt::print("  results   {}/:", folder);
+  for (const std::string& file : s.files) fmt::print(" {}", file);
+  fmt::print("\n");
+}
+
+/// A bar for each stage of the work.
+class StageBars {
+ public:
+  void Show(const std::string& now, double fraction) {
+    if (now != stage_) {
+      bar_.reset();
+      bar_ = std::make_unique<ProgressBar>(now);
+      stage_ = now;
+    }
+    bar_->Show(fraction);
+  }
+
+ private:
+  std::unique_ptr<ProgressBar> bar_;
+  std::string stage_;
+};
+
+void RunSlabMode(const Scene& scene, const Options& options) {
+  SlabSummary summary;
+  {
+    StageBars bars;
+    summary =
+        RunSlabScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
+  }
+  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
+  if (summary.end.deepest_mm <= 0) fmt::print(stderr, "kerf: warning: the blade met no bone on its path\n");
+  if (options.json) {
+    fmt::print("{}", FormatSlabSummaryJson(scene, summary));
+  } else {
+    PrintSlabSummary(scene, summary, options.folder);
+  }
+}
+
 void Run(const Options& options) {
   const Scene scene = ReadScene(options.scene);
   CheckInputsStay(scene, options.scene, options.folder);
+  if (scene.simulation.mode == SceneMode::kSlab) {
+    RunSlabMode(scene, options);
+    return;
+  }
   RunSummary summary;
   {
-    std::unique_ptr<ProgressBar> bar;
-    std::string stage;
-    summary = RunScene(scene, options.folder, [&](const std::string& now, double fraction) {
-      if (now != stage) {
-        bar.reset();
-        bar = std::make_unique<ProgressBar>(now);
-        stage = now;
-      }
-      bar->Show(fraction);
-    });
+    StageBars bars;
+    summary =
+        RunScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
   }
   for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
   if (!summary.touched) fmt::print(stderr, "kerf: warning: the saw met no bone on its path\n");

@@ -15,6 +15,7 @@
 #include "kerf/version.h"
 #include "mesh/meshfile.h"
 #include "session/make_bone.h"
+#include "session/results_folder.h"
 #include "session/run_pictures.h"
 
 namespace kerf {
@@ -30,23 +31,6 @@ double PeakMemoryMB() {
 
 /// A disc that is set down clear of the bone removes nothing in its first tick, or a shaving.
 constexpr double kInBoneMm3 = 0.1;
-
-/// What kerf itself wrote into the folder before, as the summary there lists it: plain names of files of results only.
-std::vector<std::string> ReadEarlierResults(const std::string& folder) {
-  std::vector<std::string> names;
-  std::error_code failed;
-  if (!std::filesystem::is_regular_file(folder + "/summary.json", failed)) return names;
-  const auto summary = nlohmann::json::parse(ReadTextFile(folder + "/summary.json"), nullptr, false);
-  if (!summary.is_object() || !summary.contains("kerf") || !summary.contains("files")) return names;
-  for (const auto& file : summary["files"]) {
-    if (!file.is_string()) continue;
-    const std::filesystem::path name(file.get<std::string>());
-    const std::string extension = name.extension().string();
-    const bool result = extension == ".png" || extension == ".stl" || extension == ".vdb" || extension == ".csv";
-    if (result && name == name.filename()) names.push_back(name.string());
-  }
-  return names;
-}
 
 ordered_json BoxJson(const Box3& box) {
   return {{"lower_mm", {box.lower.x, box.lower.y, box.lower.z}}, {"upper_mm", {box.upper.x, box.upper.y, box.upper.z}}};
@@ -88,7 +72,8 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
     if (input.empty()) continue;
     const std::filesystem::path file = std::filesystem::weakly_canonical(input);
     const std::string name = file.filename().string();
-    const bool result = name == "scene.toml" || name == "forces.csv" || name == "bone.vdb" || name == "summary.json";
+    const bool result = name == "scene.toml" || name == "forces.csv" || name == "bone.vdb" || name == "summary.json" ||
+                        name == "slab.csv" || name == "left.vdb" || name == "slice.vdb" || name == "right.vdb";
     if (result && file.parent_path() == out) {
       throw Error(
           fmt::format("{}: is an input of this run and would be written over; choose another output folder", input));
@@ -171,11 +156,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.peak_memory_MB = PeakMemoryMB();
   add_file("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
-  for (const std::string& name : earlier) {
-    const bool replaced = std::find(summary.files.begin(), summary.files.end(), name) != summary.files.end();
-    std::error_code ignored;
-    if (!replaced) std::filesystem::remove(std::filesystem::path(folder) / name, ignored);
-  }
+  RemoveStaleResults(folder, earlier, summary.files);
   return summary;
 }
 

@@ -23,13 +23,12 @@ struct Row {
 
 void Add(Row& row, const Bone& bone, const Vec3& p_W) {
   ++row.samples;
-  int region = bone.RegionAt(p_W);
-  if (region == 0 || !bone.materials().Contains(region)) return;
-  const Region& material = bone.materials().At(region);
-  ++row.samples_by_region[region];
+  const double E_MPa = bone.ModulusAt(p_W);
+  if (!(E_MPa > 0)) return;
+  ++row.samples_by_region[bone.RegionAt(p_W)];
   ++row.with_material;
-  row.E_sum_MPa += material.E_MPa;
-  row.nu_sum += material.nu;
+  row.E_sum_MPa += E_MPa;
+  row.nu_sum += bone.PoissonRatioAt(p_W);
 }
 
 SlabProfile::Layer MakeLayer(double top_mm, const Row& row) {

@@ -1,0 +1,15 @@
+// A folder of results that a run writes into, perhaps for the second time.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace kerf {
+
+/// What an earlier run wrote into the folder, as the summary.json there lists it: plain names of files of results only.
+std::vector<std::string> ReadEarlierResults(const std::string& folder);
+/// Removes those of `earlier` that are not among `written`.
+void RemoveStaleResults(const std::string& folder, const std::vector<std::string>& earlier,
+                        const std::vector<std::string>& written);
+
+}  // namespace kerf

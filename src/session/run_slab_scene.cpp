@@ -1,0 +1,205 @@
+#include "session/run_slab_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "bone/slab_parts.h"
+#include "bone/surface.h"
+#include "bonefile/bonefile.h"
+#include "files/files.h"
+#include "kerf/version.h"
+#include "mesh/meshfile.h"
+#include "render/colours.h"
+#include "render/picture.h"
+#include "session/make_bone.h"
+#include "session/results_folder.h"
+#include "session/run_pictures.h"
+
+namespace kerf {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr Rgb8 kSliceColour{214, 96, 77};
+constexpr Rgb8 kLeftColour{226, 214, 190};
+constexpr Rgb8 kRightColour{198, 209, 219};
+
+/// Where the slice has gone by the end of the run: its own way along the direction.
+double SliceTravel(const SlabSummary& summary) {
+  return std::max(0.0, summary.end.depth_mm + 0.5 * (summary.end.left_mm + summary.end.right_mm));
+}
+
+Shape Moved(TriangleMesh mesh, Rgb8 colour, const Vec3& by_W) {
+  for (Vec3& p : mesh.points) p += by_W;
+  Shape shape;
+  shape.mesh_W = std::move(mesh);
+  shape.colour = colour;
+  return shape;
+}
+
+/// The three bodies where the run left them.
+PictureSpec MakeSlabPicture(const Scene& scene, const SlabParts& parts, const SlabSummary& summary,
+                            const SlabParams& params, const Pose& X_WT_last) {
+  const std::string name = scene.title.empty() ? scene.name : scene.title;
+  PictureSpec spec;
+  spec.title = name + ": the slice at the end";
+  const bool patient = scene.bone.source == BoneSource::kFile || scene.bone.source == BoneSource::kMandible;
+  spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
+  const Vec3 d = params.direction_W;
+  spec.shapes.push_back(Moved(ExtractSurface(parts.left), kLeftColour, summary.end.left_mm * d));
+  spec.shapes.push_back(Moved(ExtractSurface(parts.slice), kSliceColour, SliceTravel(summary) * d));
+  spec.shapes.push_back(Moved(ExtractSurface(parts.right), kRightColour, summary.end.right_mm * d));
+  spec.saws.push_back({params.saw, X_WT_last, 1});
+  spec.legend = {{"left segment", kLeftColour}, {"slice", kSliceColour}, {"right segment", kRightColour}};
+  const Vec3 normal = X_WT_last.Vector({0, 0, 1});
+  const Vec3 across = glm::cross(normal, d);
+  const Vec3 up = std::abs(d.z) < 0.9 ? Vec3(0, 0, 1) : Vec3(0, 0, 1);
+  spec.camera = {0.8 * normal + across + 0.4 * up, up, {}, 0};
+  spec.fit_to_saw = false;
+  spec.caption = summary.end.free ? fmt::format("the slice came free after {:.1f} mm, at {:.2f} s",
+                                                summary.profile.end_mm, summary.free_at_s.value_or(0))
+                                  : fmt::format("the slice was moved {:.1f} mm of the {:.1f} mm that free it",
+                                                SliceTravel(summary), summary.profile.end_mm);
+  return spec;
+}
+
+bool NeedsParts(const Scene& scene) {
+  return scene.output.pieces || scene.output.bone || scene.output.pictures;
+}
+
+}  // namespace
+
+SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress) {
+  const auto stage = [&](const char* name) {
+    return [&progress, name](double fraction) {
+      if (progress) progress(name, fraction);
+    };
+  };
+  const CutPlane plane = MakeSlabPlane(scene);  // a scene that does not fit together fails before anything is made
+  const SlabParams params = MakeSlabParams(scene);
+  MakeFolder(folder);
+  const std::vector<std::string> earlier = ReadEarlierResults(folder);
+  const Bone bone = MakeSceneBone(scene, stage("making the bone"));
+  SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"));
+
+  SlabSummary summary;
+  summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
+  summary.end = run.states.back();
+  summary.profile = run.profile;
+  summary.materials = bone.materials();
+  summary.ticks = run.ticks.size();
+  for (std::size_t i = 0; i < run.ticks.size(); ++i) {
+    summary.ticks_with_status += run.ticks[i].out.status != kTickOk ? 1 : 0;
+    if (run.states[i].free && !summary.free_at_s) summary.free_at_s = run.ticks[i].time_s;
+  }
+  summary.simulated_s = run.ticks.back().time_s;
+  summary.ticks_wall_s = run.wall_s;
+  summary.times = run.times;
+  summary.memory_bytes = run.memory_bytes;
+  summary.voxel_mm = bone.voxel_mm();
+
+  const auto write_text = [&](const std::string& name, const std::string& text) {
+    WriteTextFile(folder + "/" + name, text);
+    summary.files.push_back(name);
+  };
+  write_text("scene.toml", ResolvedToml(scene));
+  write_text("forces.csv", FormatForceLog(run.ticks, scene.output.forces_every_ticks));
+  write_text("slab.csv", FormatSlabLog(run, scene.output.forces_every_ticks));
+  if (NeedsParts(scene)) {
+    stage("cutting the bone into its three parts")(0);
+    const SlabParts parts = MakeSlabParts(bone, {plane, params.saw.thickness_mm, false, std::nullopt});
+    const std::pair<const char*, const Bone*> named[] = {
+        {"left", &parts.left}, {"slice", &parts.slice}, {"right", &parts.right}};
+    for (const auto& [name, part] : named) {
+      summary.parts.push_back({name, part->CalcVolume(), part->CalcBounds()});
+      if (scene.output.bone) {
+        WriteBone(*part, fmt::format("{}/{}.vdb", folder, name));
+        summary.files.push_back(fmt::format("{}.vdb", name));
+      }
+      if (scene.output.pieces) {
+        WriteMesh(ExtractSurface(*part), fmt::format("{}/{}.stl", folder, name));
+        summary.files.push_back(fmt::format("{}.stl", name));
+      }
+      stage("cutting the bone into its three parts")(static_cast<double>(summary.parts.size()) / 3);
+    }
+    if (scene.output.pictures) {
+      stage("drawing the pictures")(0);
+      WritePicture(MakeSlabPicture(scene, parts, summary, params, run.ticks.back().X_WT), folder + "/slab.png");
+      summary.files.emplace_back("slab.png");
+    }
+  }
+  const bool touched =
+      std::any_of(run.ticks.begin(), run.ticks.end(), [](const TickRecord& t) { return t.out.engaged_teeth > 0; });
+  if (scene.output.pictures && touched) {
+    const std::string name = scene.title.empty() ? scene.name : scene.title;
+    PlotSpec plot = MakeForcePlot(run.ticks, bone.materials(), name);
+    plot.title = name + ": force on the hand, slab mode, law " + std::string(ToString(params.reading));
+    plot.x.label = "depth of the blade below the first bone (mm)";
+    plot.caption = "bands: the region at that depth";
+    WritePlot(plot, folder + "/force.png");
+    summary.files.emplace_back("force.png");
+  }
+  summary.files.emplace_back("summary.json");
+  WriteTextFile(folder + "/summary.json", FormatSlabSummaryJson(scene, summary));
+  RemoveStaleResults(folder, earlier, summary.files);
+  return summary;
+}
+
+std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
+  ordered_json json;
+  json["kerf"] = {{"version", VersionString()}, {"commit", CommitString()}, {"compiler", CompilerString()}};
+  json["scene"] = scene.name;
+  json["mode"] = "slab";
+  ordered_json layers = ordered_json::array();
+  for (const SlabProfile::Layer& layer : s.profile.layers) {
+    layers.push_back(
+        {{"top_mm", layer.top_mm}, {"region", layer.region}, {"E_GPa", layer.E_MPa / 1000}, {"nu", layer.nu}});
+  }
+  json["slab"] = {{"law", ToString(scene.slab.params.reading)},
+                  {"thickness_mm", scene.tool.thickness_mm},
+                  {"entry_mm", s.profile.entry_mm},
+                  {"length_mm", s.profile.end_mm},
+                  {"deepest_mm", s.end.deepest_mm},
+                  {"free", s.end.free},
+                  {"free_at_s", s.free_at_s ? ordered_json(*s.free_at_s) : ordered_json(nullptr)},
+                  {"slice_mm3_by_profile", s.profile.slice_mm3},
+                  {"left_mm", s.end.left_mm},
+                  {"right_mm", s.end.right_mm},
+                  {"layers", layers}};
+  json["force"] = {{"peak_N", s.force.peak_N},
+                   {"peak_time_s", s.force.peak_time_s},
+                   {"mean_while_cutting_N", s.force.mean_N},
+                   {"impulse_Ns", s.force.impulse_Ns},
+                   {"work_J", s.force.work_Nmm / 1000},
+                   {"engaged_teeth_peak", s.force.engaged_teeth_peak},
+                   {"cutting_time_s", s.force.cutting_time_s}};
+  json["energy_mJ"] = {{"hand_work", s.end.hand_work_mJ}, {"kinetic", s.end.kinetic_mJ},
+                       {"elastic", s.end.elastic_mJ},     {"friction", s.end.friction_mJ},
+                       {"cutting", s.end.cutting_mJ},     {"damping", s.end.damping_mJ},
+                       {"released", s.end.released_mJ},   {"numerical", s.end.numerical_mJ}};
+  json["parts"] = ordered_json::array();
+  for (const SlabPartSummary& part : s.parts) {
+    const Box3& box = part.bounds_W;
+    json["parts"].push_back({{"name", part.name},
+                             {"volume_mm3", part.volume_mm3},
+                             {"bounds",
+                              {{"lower_mm", {box.lower.x, box.lower.y, box.lower.z}},
+                               {"upper_mm", {box.upper.x, box.upper.y, box.upper.z}}}}});
+  }
+  json["ticks"] = {{"count", s.ticks},
+                   {"with_status", s.ticks_with_status},
+                   {"simulated_s", s.simulated_s},
+                   {"wall_s", s.ticks_wall_s},
+                   {"per_second", s.ticks_wall_s > 0 ? static_cast<double>(s.ticks) / s.ticks_wall_s : 0},
+                   {"p50_us", s.times.p50_us},
+                   {"p99_us", s.times.p99_us},
+                   {"p999_us", s.times.p999_us},
+                   {"max_us", s.times.max_us}};
+  json["tick_memory_bytes"] = s.memory_bytes;
+  json["files"] = s.files;
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace kerf

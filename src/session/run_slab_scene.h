@@ -1,0 +1,44 @@
+// `kerf run` of a scene in slab mode: a folder of results.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "session/run_scene.h"
+#include "session/run_slab.h"
+
+namespace kerf {
+
+/// One of the three parts, before the run.
+struct SlabPartSummary {
+  std::string name;  // "left", "slice" or "right"
+  double volume_mm3 = 0;
+  Box3 bounds_W;
+};
+
+struct SlabSummary {
+  ForceSummary force;
+  SlabState end;  // at the end of the run
+  SlabProfile profile;
+  MaterialTable materials;
+  std::optional<double> free_at_s;     // when the slice came free
+  std::vector<SlabPartSummary> parts;  // empty when nothing that the scene asks for needs them
+  std::size_t ticks = 0;
+  std::size_t ticks_with_status = 0;
+  double simulated_s = 0;
+  double ticks_wall_s = 0;
+  TickTimes times;
+  std::uint64_t memory_bytes = 0;  // what the ticks need
+  double voxel_mm = 0;             // of the bone that the profile was taken from
+  std::vector<std::string> files;  // written, relative to the output folder
+};
+
+/// Runs `scene`, whose mode is slab, and writes into `folder`: scene.toml (resolved), forces.csv, slab.csv and, as the
+/// scene asks, force.png, slab.png, left.stl, slice.stl, right.stl and the same as .vdb; summary.json last. Results of
+/// an earlier run there are replaced or removed. Throws Error.
+SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress);
+
+std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& summary);
+
+}  // namespace kerf
