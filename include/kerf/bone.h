@@ -33,6 +33,8 @@ class Bone {
   double band_mm() const;          // half width of the narrow band: 3 voxels
   const MaterialTable& materials() const;
   void set_materials(MaterialTable table);
+  /// Other constants from here on, for a run; a file written of the bone still gets the table that it had.
+  void OverrideMaterials(MaterialTable table);
   /// Provenance and other notes, written into the file's metadata.
   const std::map<std::string, std::string>& notes() const;
   void set_note(const std::string& key, const std::string& value);
@@ -43,16 +45,22 @@ class Bone {
   /// Region id at a world point (nearest voxel), 0 where there is none. Tick-safe, but slow likewise.
   int RegionAt(const Vec3& p_W) const;
   /// Young's modulus (MPa) and Poisson's ratio at a world point, as the saw's teeth meet them: interpolated between the
-  /// region voxels around it that have a material; 0 where there is none. Tick-safe, but slow likewise.
+  /// region voxels around it that have a material, E from the CT where it is used; 0 where there is none. Tick-safe,
+  /// but slow likewise.
   double ModulusAt(const Vec3& p_W) const;
   double PoissonRatioAt(const Vec3& p_W) const;
+
+  /// Whether CT numbers are in memory: an import keeps them when asked, and reading a file loads them when asked.
+  bool has_hu() const;
+  /// Edge of their voxels, mm; 0 when there are none.
+  double hu_voxel_mm() const;
 
   bool empty() const;                               // no point with phi < 0
   double CalcVolume() const;                        // mm^3, piecewise-linear within each cell; exact for plane faces
   std::map<int, double> CalcRegionVolumes() const;  // mm^3 by region; sums to CalcVolume()
   Box3 CalcBounds() const;                          // of the surface, to about a voxel
   std::uint64_t CountActiveVoxels() const;          // of phi
-  std::uint64_t CalcMemoryBytes() const;            // both grids
+  std::uint64_t CalcMemoryBytes() const;            // all grids
   /// Order-independent 64-bit hash of all phi values with |phi| < band and of the region grid: equal iff the bones are
   /// (nearly certainly) bit-identical.
   std::uint64_t CalcHash() const;

@@ -124,6 +124,14 @@ openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm) {
   return grid;
 }
 
+openvdb::FloatGrid::Ptr MakeHuGrid(double voxel_mm) {
+  InitializeOpenVdbOnce();
+  auto grid = openvdb::FloatGrid::create(-1000.0f);
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel_mm));
+  grid->setName("hu");
+  return grid;
+}
+
 Bone::Bone() : grids_(std::make_unique<Grids>()) {
   grids_->phi = MakePhiGrid(0.2);
   grids_->region = MakeRegionGrid(0.2);
@@ -133,7 +141,7 @@ Bone::Bone(Bone&&) noexcept = default;
 Bone& Bone::operator=(Bone&&) noexcept = default;
 
 Bone::Bone(const Bone& other) : grids_(std::make_unique<Grids>(*other.grids_)) {
-  grids_->phi = other.grids_->phi->deepCopy();  // the region grid is shared: nobody changes one in place
+  grids_->phi = other.grids_->phi->deepCopy();  // the other grids are shared: nobody changes one in place
 }
 
 Bone& Bone::operator=(const Bone& other) {
@@ -155,6 +163,17 @@ const MaterialTable& Bone::materials() const {
 }
 void Bone::set_materials(MaterialTable table) {
   grids_->materials = std::move(table);
+  grids_->stored_materials.reset();
+}
+void Bone::OverrideMaterials(MaterialTable table) {
+  if (!grids_->stored_materials) grids_->stored_materials = std::move(grids_->materials);
+  grids_->materials = std::move(table);
+}
+bool Bone::has_hu() const {
+  return grids_->hu != nullptr;
+}
+double Bone::hu_voxel_mm() const {
+  return grids_->hu ? grids_->hu->voxelSize()[0] : 0;
 }
 const std::map<std::string, std::string>& Bone::notes() const {
   return grids_->notes;
@@ -173,7 +192,9 @@ int Bone::RegionAt(const Vec3& p_W) const {
 
 double Bone::ModulusAt(const Vec3& p_W) const {
   const auto& regions = grids_->materials.regions();
+  const double by_ct = grids_->modulus ? SampleModulus(grids_->modulus->constTree(), p_W / hu_voxel_mm()) : 0;
   return InterpolateMaterial(*grids_, p_W, [&](int id) {
+    if (by_ct > 0 && grids_->by_modulus[id]) return by_ct;
     const auto found = regions.find(id);
     return found == regions.end() ? 0 : found->second.E_MPa;
   });
@@ -250,7 +271,9 @@ std::uint64_t Bone::CountActiveVoxels() const {
 }
 
 std::uint64_t Bone::CalcMemoryBytes() const {
-  return grids_->phi->memUsage() + grids_->region->memUsage();
+  std::uint64_t bytes = grids_->phi->memUsage() + grids_->region->memUsage();
+  for (const auto& grid : {grids_->hu, grids_->modulus}) bytes += grid ? grid->memUsage() : 0;
+  return bytes;
 }
 
 std::uint64_t Bone::CalcHash() const {

@@ -3,7 +3,9 @@
 
 #include <openvdb/openvdb.h>
 
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "kerf/bone.h"
 
@@ -17,7 +19,11 @@ struct Bone::Grids {
   openvdb::FloatGrid::Ptr phi;
   openvdb::Int32Grid::Ptr region;
   MaterialTable materials;
+  std::optional<MaterialTable> stored_materials;  // what a file of the bone gets when `materials` is not the bone's own
   std::map<std::string, std::string> notes;
+  openvdb::FloatGrid::Ptr hu;          // CT numbers; null when none were kept or asked for
+  openvdb::FloatGrid::Ptr modulus;     // E from them, MPa, 0 where unknown; null when E is by the table alone
+  std::array<bool, 256> by_modulus{};  // regions whose E is taken from `modulus`
 
   double voxel_mm() const { return phi->voxelSize()[0]; }
   double region_voxel_mm() const { return region->voxelSize()[0]; }
@@ -27,6 +33,8 @@ openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm);
 openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm);
 /// Clamps to the band, switches off what lies beyond it, and merges uniform leaves into tiles.
 void FinishLevelSet(openvdb::FloatGrid& grid);
+/// Of CT numbers; the background is air.
+openvdb::FloatGrid::Ptr MakeHuGrid(double voxel_mm);
 
 /// phi at a point given in phi's index space, trilinear. Accessor: openvdb::FloatGrid::ConstAccessor. Tick-safe.
 template <typename Accessor>
@@ -45,6 +53,28 @@ double SampleTrilinear(const Accessor& accessor, const Vec3& p_vox) {
     plane[dx] = line[0] + f.y * (line[1] - line[0]);
   }
   return plane[0] + f.x * (plane[1] - plane[0]);
+}
+
+/// E from the CT at a point, MPa: trilinear between those of the eight voxels around it that have one, 0 where none
+/// has. `p_vox`: in the index space of the grid. Tick-safe.
+template <typename Accessor>
+double SampleModulus(const Accessor& modulus, const Vec3& p_vox) {
+  const Vec3 base = glm::floor(p_vox);
+  const Vec3 f = p_vox - base;
+  const openvdb::Coord ijk(static_cast<int>(base.x), static_cast<int>(base.y), static_cast<int>(base.z));
+  double sum = 0;
+  double weights = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int dx = (corner >> 2) & 1;
+    const int dy = (corner >> 1) & 1;
+    const int dz = corner & 1;
+    const double E_MPa = static_cast<double>(modulus.getValue(ijk.offsetBy(dx, dy, dz)));
+    if (!(E_MPa > 0)) continue;
+    const double weight = (dx ? f.x : 1 - f.x) * (dy ? f.y : 1 - f.y) * (dz ? f.z : 1 - f.z);
+    sum += weight * E_MPa;
+    weights += weight;
+  }
+  return weights > 0 ? sum / weights : 0;
 }
 
 /// Calls visit(region id, weight) for those of the eight region voxels around a point that have a material; the weights

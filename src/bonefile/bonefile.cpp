@@ -1,13 +1,18 @@
 #include "bonefile/bonefile.h"
 
 #include <fmt/format.h>
-#include <openvdb/io/Stream.h>
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
 
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <set>
 #include <system_error>
+#include <vector>
 
 #include "bone/grids.h"
 #include "files/files.h"
@@ -18,6 +23,7 @@ namespace kerf {
 namespace {
 
 constexpr int kFormat = 1;
+constexpr float kMaxHu = 100'000;
 constexpr char kNotePrefix[] = "note_";
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{8} << 30;
 
@@ -27,6 +33,51 @@ class Writer : public openvdb::io::Archive {
   void Write(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& meta) const {
     write(out, grids, /*seekable=*/true, meta);
   }
+};
+
+/// OpenVDB's reader of streams, but for the grids that nobody wants: those it jumps over.
+class Reader : public openvdb::io::Archive {
+ public:
+  /// The stream must not be read after the reader's end.
+  explicit Reader(std::istream& in) {
+    readHeader(in);
+    openvdb::io::setStreamMetadataPtr(in, of_stream_, /*transfer=*/false);
+    openvdb::io::setVersion(in, libraryVersion(), fileVersion());
+    openvdb::io::setDataCompression(in, compression());
+    meta_.readMeta(in);
+    grid_count_ = readGridCount(in);
+  }
+
+  const openvdb::MetaMap& meta() const { return meta_; }
+
+  /// The grids of these names; the last when there are several of one.
+  std::map<std::string, openvdb::GridBase::Ptr> ReadGrids(std::istream& in, const std::set<std::string>& wanted) {
+    std::map<std::string, openvdb::GridBase::Ptr> found;
+    NamedGridMap by_unique_name;
+    std::vector<openvdb::io::GridDescriptor> descriptors;
+    for (int n = 0; n < grid_count_; ++n) {
+      openvdb::io::GridDescriptor descriptor;
+      const openvdb::GridBase::Ptr grid = descriptor.read(in);
+      if (inputHasGridOffsets() && wanted.count(descriptor.gridName()) == 0) {
+        // Only ever onwards, so that this ends.
+        if (descriptor.getEndPos() <= in.tellg()) throw openvdb::IoError("a grid that ends before it begins");
+        descriptor.seekToEnd(in);
+        continue;
+      }
+      readGrid(grid, descriptor, in);
+      found[descriptor.gridName()] = grid;
+      by_unique_name[descriptor.uniqueName()] = grid;
+      descriptors.push_back(descriptor);
+    }
+    for (const auto& descriptor : descriptors) connectInstance(descriptor, by_unique_name);
+    return found;
+  }
+
+ private:
+  openvdb::io::StreamMetadata::Ptr of_stream_ =
+      std::make_shared<openvdb::io::StreamMetadata>();  // the stream points here
+  openvdb::MetaMap meta_;
+  int grid_count_ = 0;
 };
 
 [[noreturn]] void Refuse(const std::string& path, const std::string& why) {
@@ -69,11 +120,19 @@ void CheckGrids(const Bone::Grids& grids, const std::string& path) {
       Refuse(path, fmt::format("grid \"region\" names region {}, which the region table does not have", *it));
     }
   }
+  if (!grids.hu) return;
+  if (VoxelSize(*grids.hu, path) < 0.05) Refuse(path, "grid \"hu\" has voxels below 0.05 mm");
+  if (grids.hu->tree().hasActiveTiles()) {
+    Refuse(path, "grid \"hu\" has active tiles, which kerf never writes; it was rewritten by another program");
+  }
+  for (auto it = grids.hu->cbeginValueOn(); it; ++it) {
+    if (!(std::abs(*it) <= kMaxHu)) Refuse(path, "grid \"hu\" holds a value that is no CT number");
+  }
 }
 
 }  // namespace
 
-Bone ReadBone(const std::string& path) {
+Bone ReadBone(const std::string& path, const ReadBoneOptions& options) {
   std::error_code failed;
   const auto bytes = std::filesystem::file_size(path, failed);
   if (failed) Refuse(path, fmt::format("can't be read: {}", failed.message()));
@@ -85,16 +144,8 @@ Bone ReadBone(const std::string& path) {
     std::ifstream in;
     in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
     in.open(path, std::ios::binary);
-    openvdb::io::Stream file(in, /*delayLoad=*/false);
-    const openvdb::MetaMap::Ptr meta = file.getMetadata();
-    const openvdb::GridPtrVecPtr stored = file.getGrids();
-    const auto find = [&](const char* name) {
-      openvdb::GridBase::Ptr found;
-      for (const openvdb::GridBase::Ptr& grid : *stored) {
-        if (grid && grid->getName() == name) found = grid;
-      }
-      return found;
-    };
+    Reader file(in);
+    const openvdb::MetaMap* meta = &file.meta();
     const auto format = meta->getMetadata<openvdb::Int32Metadata>("kerf_format");
     if (!format) Refuse(path, "not a kerf bone: its metadata has no \"kerf_format\"");
     if (format->value() != kFormat) {
@@ -105,10 +156,15 @@ Bone ReadBone(const std::string& path) {
     for (auto it = meta->beginMeta(); it != meta->endMeta(); ++it) {
       if (it->first.starts_with(kNotePrefix)) grids.notes[it->first.substr(sizeof kNotePrefix - 1)] = it->second->str();
     }
-    if (!find("phi") || !find("region")) Refuse(path, "not a kerf bone: grids \"phi\" and \"region\" are needed");
-    grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(find("phi"));
-    grids.region = openvdb::gridPtrCast<openvdb::Int32Grid>(find("region"));
+    std::set<std::string> wanted = {"phi", "region"};
+    if (options.hu) wanted.insert("hu");
+    auto found = file.ReadGrids(in, wanted);
+    if (!found["phi"] || !found["region"]) Refuse(path, "not a kerf bone: grids \"phi\" and \"region\" are needed");
+    grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(found["phi"]);
+    grids.region = openvdb::gridPtrCast<openvdb::Int32Grid>(found["region"]);
+    grids.hu = openvdb::gridPtrCast<openvdb::FloatGrid>(found["hu"]);
     if (!grids.phi || !grids.region) Refuse(path, "grid \"phi\" must be of type float and \"region\" of type int32");
+    if (found["hu"] && !grids.hu) Refuse(path, "grid \"hu\" must be of type float");
   } catch (const Error&) {
     throw;
   } catch (const std::ios_base::failure&) {
@@ -128,14 +184,17 @@ void WriteBone(const Bone& bone, const std::string& path) {
   meta.insertMeta("kerf_format", openvdb::Int32Metadata(kFormat));
   meta.insertMeta("units", openvdb::StringMetadata("mm"));
   meta.insertMeta("frame", openvdb::StringMetadata("LPS: x to the patient's left, y to the back, z to the head"));
-  meta.insertMeta("region_table", openvdb::StringMetadata(FormatRegionTable(grids.materials)));
+  meta.insertMeta("region_table",
+                  openvdb::StringMetadata(FormatRegionTable(grids.stored_materials.value_or(grids.materials))));
   for (const auto& [key, value] : grids.notes) meta.insertMeta(kNotePrefix + key, openvdb::StringMetadata(value));
   WriteAtomically(path, [&](const std::string& temporary) {
     try {
       std::ofstream out;
       out.exceptions(std::ios::badbit | std::ios::failbit);
       out.open(temporary, std::ios::binary | std::ios::trunc);
-      Writer().Write(out, {grids.phi, grids.region}, meta);
+      openvdb::GridCPtrVec stored = {grids.phi, grids.region};
+      if (grids.hu) stored.push_back(grids.hu);
+      Writer().Write(out, stored, meta);
       out.close();
     } catch (const openvdb::Exception& e) {
       throw Error(fmt::format("{}: can't be written: {}", path, e.what()));

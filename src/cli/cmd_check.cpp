@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "bonefile/bonefile.h"
 #include "cli/commands.h"
 #include "files/files.h"
 #include "kerf/error.h"
@@ -17,6 +16,7 @@
 #include "scene/path.h"
 #include "scene/scene.h"
 #include "scene/schema.h"
+#include "session/make_bone.h"
 
 namespace kerf::cli {
 namespace {
@@ -29,26 +29,30 @@ struct Options {
 struct BoneSummary {
   std::string text;
   double voxel_mm = 0;
+  MaterialSummary material;
 };
 
 /// Opens what the scene names. Throws Error when that fails.
 BoneSummary CheckBone(const Scene& scene) {
   MaterialTable table = DefaultMandibleTable();
   if (!scene.bone.materials.empty()) table = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
+  MaterialSummary generated;
+  generated.kind = scene.material.kind;
   switch (scene.bone.source) {
     case BoneSource::kFile: {
-      const Bone bone = ReadBone(scene.bone.file);
+      MaterialSummary material;
+      const Bone bone = MakeSceneBone(scene, {}, &material);
       const Vec3 size = bone.CalcBounds().size();
       return {fmt::format("{}, {:.1f} x {:.1f} x {:.1f} mm, voxels of {} mm", scene.bone.file, size.x, size.y, size.z,
                           bone.voxel_mm()),
-              bone.voxel_mm()};
+              bone.voxel_mm(), material};
     }
     case BoneSource::kMandible: {
       const MandibleParams& mandible = scene.bone.mandible;
       const Vec3 room = MandibleShape(mandible).bounds().size();  // throws when the parameters don't fit together
       return {fmt::format("generic mandible, within {:.0f} x {:.0f} x {:.0f} mm, voxels of {} mm", room.x, room.y,
                           room.z, mandible.voxel_mm),
-              mandible.voxel_mm};
+              mandible.voxel_mm, generated};
     }
     case BoneSource::kBlock:
     case BoneSource::kPlate: {
@@ -57,7 +61,7 @@ BoneSummary CheckBone(const Scene& scene) {
       return {fmt::format("{} {} x {} x {} mm, {} {}, voxels of {} mm", ToString(scene.bone.source), block.size_mm.x,
                           block.size_mm.y, block.size_mm.z, block.layers.size(),
                           block.layers.size() == 1 ? "layer" : "layers", block.voxel_mm),
-              block.voxel_mm};
+              block.voxel_mm, generated};
     }
   }
   return {};
@@ -69,7 +73,8 @@ void Run(const Options& options) {
   const bool slab = scene.simulation.mode == SceneMode::kSlab;
   if (slab) MakeSlabPlane(scene);  // throws when the direction does not lie in the disc's plane
   const BoneSummary bone = CheckBone(scene);
-  const std::vector<std::string> doubts = FindDoubts(scene, bone.voxel_mm);
+  std::vector<std::string> doubts = FindDoubts(scene, bone.voxel_mm);
+  doubts.insert(doubts.end(), bone.material.warnings.begin(), bone.material.warnings.end());
   for (const std::string& doubt : doubts) fmt::print(stderr, "kerf: {}: warning: {}\n", options.file, doubt);
 
   const ForceLawInfo& law = scene.force.info();
@@ -80,6 +85,7 @@ void Run(const Options& options) {
     json["file"] = options.file;
     json["title"] = scene.title;
     json["bone"] = {{"summary", bone.text}, {"voxel_mm", bone.voxel_mm}};
+    json["material"] = nlohmann::ordered_json::parse(FormatMaterialJson(scene, bone.material));
     json["tool"] = {{"diameter_mm", scene.tool.diameter_mm},
                     {"thickness_mm", scene.tool.thickness_mm},
                     {"teeth", scene.tool.teeth},
@@ -106,6 +112,7 @@ void Run(const Options& options) {
   }
   fmt::print("{}: valid{}{}\n", options.file, scene.title.empty() ? "" : ": ", scene.title);
   fmt::print("  bone   {}\n", bone.text);
+  fmt::print("  moduli {}\n", DescribeMaterial(scene, bone.material));
   fmt::print("  tool   disc {} x {} mm, {} teeth, {} rpm\n", scene.tool.diameter_mm, scene.tool.thickness_mm,
              scene.tool.teeth, scene.tool.rpm);
   const std::size_t parts = path.segments().size();

@@ -85,6 +85,12 @@ void List(const Options& options) {
     fmt::print("{}\n", Json{{"series", list}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
+/// null when none were kept.
+Json HuJson(const ImportReport& r) {
+  if (r.hu_voxel_mm == 0) return nullptr;
+  return {{"voxel_mm", r.hu_voxel_mm}, {"min_HU", r.hu.min}, {"mean_HU", r.hu.mean}, {"max_HU", r.hu.max}};
+}
+
 void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
   Json seconds;
   double total = 0;
@@ -126,6 +132,7 @@ void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, 
                      {"active_voxels", r.active_voxels},
                      {"bone_memory_bytes", r.memory_bytes},
                      {"peak_memory_MB", PeakMemory_MB()},
+                     {"hu", HuJson(r)},
                      {"regions", regions},
                      {"seconds", seconds},
                      {"output", options.output}};
@@ -151,6 +158,10 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   if (r.dropped_pieces > 0) fmt::print("; {} bits of {:.0f} mm3 together left out", r.dropped_pieces, r.dropped_mm3);
   fmt::print("\nvoxels     {} of {} mm, {:.0f} MB; peak memory {:.0f} MB\n", r.active_voxels, bone.voxel_mm(),
              static_cast<double>(r.memory_bytes) / 1e6, PeakMemory_MB());
+  if (r.hu_voxel_mm > 0) {
+    fmt::print("CT numbers {:.0f} to {:.0f} HU in the bone, mean {:.0f}, on voxels of {:.4g} mm\n", r.hu.min, r.hu.max,
+               r.hu.mean, r.hu_voxel_mm);
+  }
   double total = write_s;
   std::string stages;
   for (const auto& [name, s] : r.seconds) {
@@ -271,6 +282,19 @@ void AddImportCommand(CLI::App& app) {
   c->add_option("--tooth-reach", o->import.tissue.tooth_reach_mm, "Dentin reaches so far from enamel, mm; default 3.")
       ->group(surface);
   c->add_option("--materials", o->materials, "Region table (CSV) instead of the built-in one.")->group(surface);
+  CLI::Option* keep_hu =
+      c->add_flag(
+           "--keep-hu", o->import.keep_hu,
+           "Store the CT numbers in the bone, so that a scene can take its stiffness from them ([material] kind = "
+           "\"ct\").")
+          ->group(surface);
+  c->add_option(
+       "--hu-voxel", o->import.hu_voxel_mm,
+       "Edge of a voxel of the stored CT numbers, mm, 0.1 to 5; default: the CT's finest spacing, but at least "
+       "--voxel.")
+      ->needs(keep_hu)
+      ->check(CLI::Range(0.1, 5.0))
+      ->group(surface);
   c->callback([o] { Run(*o); });
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "bone/ct_modulus.h"
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
@@ -33,6 +34,11 @@ void PrintJson(const Bone& bone, const Pieces& split) {
   json["band_mm"] = bone.band_mm();
   json["active_voxels"] = bone.CountActiveVoxels();
   json["region_voxel_mm"] = bone.region_voxel_mm();
+  json["hu"] = nullptr;
+  if (bone.has_hu()) {
+    const HuRange hu = CalcHuRange(bone);
+    json["hu"] = {{"voxel_mm", bone.hu_voxel_mm()}, {"min_HU", hu.min}, {"mean_HU", hu.mean}, {"max_HU", hu.max}};
+  }
   json["memory_bytes"] = bone.CalcMemoryBytes();
   json["hash"] = fmt::format("{:016x}", bone.CalcHash());
   json["regions"] = ordered_json::array();
@@ -63,6 +69,11 @@ void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {
   fmt::print("  frame     LPS, mm: x to the patient's left, y to the back, z to the head\n");
   fmt::print("  voxels    {:g} mm, {} in a band of {:g} mm about the surface; regions {:g} mm\n", bone.voxel_mm(),
              bone.CountActiveVoxels(), bone.band_mm(), bone.region_voxel_mm());
+  if (bone.has_hu()) {
+    const HuRange hu = CalcHuRange(bone);
+    fmt::print("  CT        {:.0f} to {:.0f} HU in the bone, mean {:.0f}, on voxels of {:g} mm\n", hu.min, hu.max,
+               hu.mean, bone.hu_voxel_mm());
+  }
   fmt::print("  memory    {:.1f} MB\n", static_cast<double>(bone.CalcMemoryBytes()) / 1e6);
   fmt::print("  hash      {:016x}\n", bone.CalcHash());
   for (const auto& [key, value] : bone.notes()) fmt::print("  {:<9} {}\n", key, value);
@@ -82,7 +93,7 @@ void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {
 }
 
 void Run(const Options& options) {
-  const Bone bone = ReadBone(options.bone);
+  const Bone bone = ReadBone(options.bone, {.hu = true});
   const Pieces split = SplitPieces(bone);
   if (options.json) {
     PrintJson(bone, split);

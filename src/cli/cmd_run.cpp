@@ -25,6 +25,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print("{}\n", scene.title.empty() ? scene.name : scene.title);
   fmt::print("  bone      {:.2f} cm3 at {:g} mm voxels, {:.0f} MB\n", s.volume_before_mm3 / 1000, s.voxel_mm,
              s.bone_memory_MB);
+  fmt::print("  material  {}\n", DescribeMaterial(scene, s.material));
   fmt::print("  removed   {:.2f} mm3", s.removed_mm3);
   std::map<std::string, double> by_tissue;
   for (const auto& [id, mm3] : s.removed_mm3_by_region) {
@@ -126,6 +127,7 @@ void Run(const Options& options) {
         RunScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
   }
   for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
+  for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
   if (!summary.touched) fmt::print(stderr, "kerf: warning: the saw met no bone on its path\n");
   if (summary.starts_in_bone) {
     fmt::print(stderr, "kerf: warning: the saw was set down inside the bone; what the disc held there went at once\n");

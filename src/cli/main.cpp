@@ -47,6 +47,7 @@ int main(int argc, char** argv) {
   kerf::cli::AddImportCommand(app);
   kerf::cli::AddModelCommand(app);
   kerf::cli::AddSceneCommand(app);
+  kerf::cli::AddMaterialsCommand(app);
 
   try {
     app.parse(argc, argv);

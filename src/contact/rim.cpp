@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "bone/grids.h"
 
@@ -29,6 +30,7 @@ class Prober {
   Prober(const Bone::Grids& grids, const RimMaterials& materials, const Pose& X_WT, double radius_mm,
          const Vec3& feed_T)
       : materials_(materials),
+        by_modulus_(grids.by_modulus),
         phi_(grids.phi->constTree()),
         region_(grids.region->constTree()),
         X_WT_(X_WT),
@@ -36,7 +38,11 @@ class Prober {
         region_h_(grids.region_voxel_mm()),
         radius_mm_(radius_mm),
         u_(feed_T),
-        v_(-feed_T.y, feed_T.x, 0) {}
+        v_(-feed_T.y, feed_T.x, 0) {
+    if (!grids.modulus) return;
+    modulus_.emplace(grids.modulus->constTree());
+    region_per_modulus_ = region_h_ / grids.modulus->voxelSize()[0];
+  }
 
   Sample At(double theta) const {
     Sample sample;
@@ -60,6 +66,7 @@ class Prober {
   /// material: an arc that crosses a border between tissues all at once would else feel a step. False when there are
   /// none.
   bool FindMaterial(const Vec3& p_vox, Sample& sample) const {
+    const double E_ct_MPa = modulus_ ? SampleModulus(*modulus_, region_per_modulus_ * p_vox) : 0;
     double sum = 0;
     double largest = 0;
     sample.region = 0;
@@ -67,8 +74,14 @@ class Prober {
     sample.E_star_MPa = 0;
     ForEachRegionAround(region_, p_vox, [&](int id, double weight) {
       sum += weight;
-      sample.E_MPa += weight * materials_.E_MPa[id];
-      sample.E_star_MPa += weight * materials_.E_star_MPa[id];
+      if (E_ct_MPa > 0 && by_modulus_[id]) {
+        sample.E_MPa += weight * E_ct_MPa;
+        sample.E_star_MPa +=
+            weight * CalcReducedModulus(materials_.steel_E_MPa, materials_.steel_nu, E_ct_MPa, materials_.nu[id]);
+      } else {
+        sample.E_MPa += weight * materials_.E_MPa[id];
+        sample.E_star_MPa += weight * materials_.E_star_MPa[id];
+      }
       if (weight > largest) {
         largest = weight;
         sample.region = id;
@@ -81,8 +94,11 @@ class Prober {
   }
 
   const RimMaterials& materials_;
+  const std::array<bool, 256>& by_modulus_;
   openvdb::FloatGrid::ConstAccessor phi_;
   openvdb::Int32Grid::ConstAccessor region_;
+  std::optional<openvdb::FloatGrid::ConstUnsafeAccessor> modulus_;  // E from the CT, when it is used
+  double region_per_modulus_ = 1;                                   // ratio of voxel edges
   const Pose& X_WT_;
   double h_;
   double region_h_;
@@ -95,8 +111,11 @@ class Prober {
 
 RimMaterials MakeRimMaterials(const MaterialTable& materials, const DiscSaw& saw) {
   RimMaterials rim;
+  rim.steel_E_MPa = saw.E_MPa;
+  rim.steel_nu = saw.nu;
   for (const auto& [id, region] : materials.regions()) {
     rim.E_MPa[id] = region.E_MPa;
+    rim.nu[id] = region.nu;
     rim.E_star_MPa[id] = CalcReducedModulus(saw.E_MPa, saw.nu, region.E_MPa, region.nu);
   }
   return rim;

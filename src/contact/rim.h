@@ -14,6 +14,10 @@ namespace kerf {
 struct RimMaterials {
   std::array<double, 256> E_MPa{};
   std::array<double, 256> E_star_MPa{};  // reduced modulus against the saw's steel
+  // Where E is taken from the CT instead, E* needs these:
+  std::array<double, 256> nu{};
+  double steel_E_MPa = 1;
+  double steel_nu = 0;
 };
 RimMaterials MakeRimMaterials(const MaterialTable& materials, const DiscSaw& saw);
 

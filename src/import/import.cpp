@@ -14,6 +14,7 @@
 #include "core/hash.h"
 #include "import/ct_solid.h"
 #include "import/dicom.h"
+#include "import/hu_sampler.h"
 #include "import/image_file.h"
 #include "import/image_header.h"
 #include "import/mandible_shape.h"
@@ -70,6 +71,7 @@ void CheckOptions(const ImportOptions& options) {
   within("cortical HU", options.tissue.cortical_hu, -500, 4000, "HU");
   within("tooth HU", options.tissue.tooth_hu, 0, 32767, "HU");
   within("shell", options.tissue.shell_mm, 0, 10, "mm");
+  if (options.hu_voxel_mm != 0) within("HU voxel", options.hu_voxel_mm, 0.1, 5, "mm");
   within("shell of a surface", options.mesh_shell_mm, 0, 10, "mm");
   for (const auto* points : {&options.isolate.keep_W, &options.isolate.drop_W}) {
     for (const Vec3& p : *points) {
@@ -116,6 +118,19 @@ void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
   for (std::size_t n = 1; n < split.pieces.size(); ++n) report.dropped_mm3 += split.pieces[n].CalcVolume();
   bone = std::move(split.pieces.front());
   report.pieces = 1;
+}
+
+// The CT's own numbers, not the smoothed and filled ones that the surface is made from.
+void KeepHu(const Volume& ct, const ImportOptions& options, Bone& bone, ImportReport& report) {
+  const Vec3& spacing = ct.spacing_mm;
+  const double finest = std::min({spacing.x, spacing.y, spacing.z});
+  report.hu_voxel_mm =
+      options.hu_voxel_mm != 0 ? options.hu_voxel_mm : std::clamp(finest, std::max(options.voxel_mm, 0.1), 5.0);
+  const HuSampler sampler(ct);
+  SetHu(
+      bone, [&sampler](const Vec3& p_W) { return sampler.At(p_W); }, report.hu_voxel_mm);
+  report.hu = CalcHuRange(bone);
+  bone.set_note("import_hu_voxel_mm", fmt::format("{}", report.hu_voxel_mm));
 }
 
 void Measure(const Bone& bone, ImportReport& report) {
@@ -213,6 +228,10 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   stages.Done("level set");
   DropDust(result.bone, options.isolate.isolate, report);
   stages.Done("pieces");
+  if (options.keep_hu) {
+    KeepHu(isolation.ct, options, result.bone, report);
+    stages.Done("CT numbers");
+  }
   Measure(result.bone, report);
   AddNotes(result.bone, options, report);
   stages.Done("measure");
@@ -233,6 +252,7 @@ std::uint64_t HashMesh(const TriangleMesh& mesh) {
 
 ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   ImportResult result;
+  if (options.keep_hu) throw Error(fmt::format("{}: a surface has no CT numbers to keep", path));
   ImportReport& report = result.report;
   report.kind = "surface";
   Stages stages(report);

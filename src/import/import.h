@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "bone/ct_modulus.h"
 #include "import/fill.h"
 #include "import/isolate.h"
 #include "import/tissue.h"
@@ -29,7 +30,9 @@ struct ImportOptions {
   double mesh_shell_mm = 2.0;              // of a surface, which has no HU: cortex is this thick
   std::optional<MaterialTable> materials;  // instead of the built-in one
   std::string materials_name;              // where it came from, for messages and provenance
-  std::function<void(double)> progress;    // 0 to 1, one thread; may be empty
+  bool keep_hu = false;                    // store the CT numbers in the bone
+  double hu_voxel_mm = 0;                // on this lattice, 0.1 to 5; 0: the CT's finest spacing, but at least voxel_mm
+  std::function<void(double)> progress;  // 0 to 1, one thread; may be empty
 };
 
 /// What was read, found and made. Volumes mm^3.
@@ -54,6 +57,8 @@ struct ImportReport {
   bool cut_by_scan = false;     // the bone reaches the edge of the scan
   std::uint64_t active_voxels = 0;
   std::uint64_t memory_bytes = 0;  // of the bone
+  double hu_voxel_mm = 0;          // of the CT numbers kept; 0: none
+  HuRange hu;                      // of those, in the bone
   std::map<int, double> region_mm3;
   std::vector<std::pair<std::string, double>> seconds;  // by stage
 };

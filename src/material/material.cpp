@@ -59,6 +59,19 @@ const Region& MaterialTable::At(int id) const {
   return it->second;
 }
 
+MaterialTable MakeUniformTable(const MaterialTable& table, double E_MPa, double nu) {
+  MaterialTable uniform;
+  for (const auto& [id, region] : table.regions()) {
+    Region same = region;
+    same.E_MPa = E_MPa;
+    same.nu = nu;
+    same.estimate = true;
+    same.source = "Uniform: the same for all regions";
+    uniform.Add(std::move(same));
+  }
+  return uniform;
+}
+
 double CalcReducedModulus(double E1_MPa, double nu1, double E2_MPa, double nu2) {
   return 1 / ((1 - nu1 * nu1) / E1_MPa + (1 - nu2 * nu2) / E2_MPa);
 }

@@ -71,6 +71,13 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
         "up to some percent too narrow; use voxels of at most {:.3g} mm",
         voxels, scene.tool.thickness_mm, voxel_mm, kResolvedVoxels, scene.tool.thickness_mm / kResolvedVoxels));
   }
+  if (scene.material.kind == MaterialKind::kCt && scene.material.ct_all) {
+    doubts.emplace_back(
+        "ct_applies_to = \"all\": in cortical bone the CT number explains less than a fifth of the modulus (Rho, "
+        "Hobatho "
+        "and Ashman 1995), and soft tissue dims it near the surface; \"cancellous\" gives cortex its region's "
+        "constants");
+  }
   if (scene.tool.rpm == 0) {
     doubts.emplace_back("rpm = 0: a stopped saw cuts nothing");
   } else {

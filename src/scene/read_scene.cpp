@@ -6,6 +6,7 @@
 
 #include "files/files.h"
 #include "kerf/error.h"
+#include "material/ct_law_table.h"
 #include "scene/path.h"
 #include "scene/path_csv.h"
 #include "scene/scene.h"
@@ -99,6 +100,63 @@ void ReadBoneTable(TableReader& root, SceneBone& bone, const std::string& scene_
     if (reader.Has("file") || !model.empty()) {
       reader.Fault(key.c_str(), fmt::format("[bone.{}] is not used: the bone is {}; remove it", key,
                                             reader.Has("file") ? "a file" : fmt::format("model = \"{}\"", model)));
+    }
+  }
+  reader.Finish();
+}
+
+/// A text of the file, and a fault where `check` throws for it.
+template <typename Check>
+void ReadCheckedText(TableReader& reader, const char* key, std::string& value, Check check) {
+  if (!reader.Has(key)) return;
+  reader(key, value, kFileNameLimit, "");
+  try {
+    check(value);
+  } catch (const Error& e) {
+    reader.Fault(key, e.what());
+  }
+}
+
+void ReadMaterial(TableReader& root, SceneMaterial& material, const SceneBone& bone, const std::string& scene_file,
+                  Faults& faults) {
+  const TomlNode* table = root.Table("material");
+  if (table == nullptr) return;
+  TableReader reader(*table, "[material]", faults);
+  DescribeMaterialKind(material, reader);
+  // The keys of each kind are read, so that a fault in them is told even when they are of another kind.
+  DescribeUniform(material, reader);
+  DescribeCt(material, reader);
+  ReadFileName(reader, "ct_law_file", material.ct_law_file, scene_file);
+  const bool built_in = !reader.Has("ct_law_file");
+  ReadCheckedText(reader, "ct_law", material.ct_law, [built_in](const std::string& name) {
+    if (built_in) FindCtLaw(DefaultCtLaws(), name);
+  });
+  ReadCheckedText(reader, "ct_calibration", material.ct_calibration, [](const std::string& points) {
+    if (ParseCalibration(points).size() < 2) throw Error("a calibration has at least two points HU:density");
+  });
+  const std::string kind(kMaterialKindWords[static_cast<std::size_t>(material.kind)]);
+  const auto refuse = [&](MaterialKind of, const std::vector<const char*>& keys) {
+    if (material.kind == of) return;
+    for (const char* key : keys) {
+      if (!reader.Has(key)) continue;
+      reader.Fault(key, fmt::format("{} is not used: kind = \"{}\"; remove it", key, kind));
+    }
+  };
+  refuse(MaterialKind::kUniform, {"E_GPa", "nu"});
+  refuse(MaterialKind::kCt, {"ct_law", "ct_law_file", "ct_calibration", "ct_applies_to"});
+  if (material.kind == MaterialKind::kCt) {
+    if (!reader.Has("ct_law")) {
+      std::vector<std::string> names;
+      for (const CtLaw& law : DefaultCtLaws()) names.push_back(law.name);
+      reader.Fault("ct_law", fmt::format("[material] has no ct_law; kerf has {}, and none of them is for all bone: "
+                                         "'kerf materials' says which is for what",
+                                         fmt::join(names, ", ")));
+    }
+    if (bone.source != BoneSource::kFile) {
+      reader.Fault("kind",
+                   fmt::format("kind = \"ct\" needs CT numbers, and a bone with model = \"{}\" has none; give a "
+                               "file made with 'kerf import --keep-hu'",
+                               ToString(bone.source)));
     }
   }
   reader.Finish();
@@ -221,6 +279,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   TableReader root(document, "the scene", faults);
   root("title", scene.title, kTitleLimit, "");
   ReadBoneTable(root, scene.bone, file, faults);
+  ReadMaterial(root, scene.material, scene.bone, file, faults);
   ReadSection(root, "tool", scene.tool, faults);
   ReadPath(root, scene.path, file, faults);
   ReadForce(root, scene.force, faults);

@@ -26,6 +26,21 @@ struct SceneBone {
   MandibleParams mandible;  // kMandible
 };
 
+/// What the bone's stiffness is taken from.
+enum class MaterialKind { kRegions, kUniform, kCt };
+
+struct SceneMaterial {
+  MaterialKind kind = MaterialKind::kRegions;
+  // kUniform: the paper's region 24
+  double E_GPa = 19.3;
+  double nu = 0.28;
+  // kCt: E from the CT numbers that the bone's file keeps; nu by region
+  std::string ct_law;          // its name
+  std::string ct_law_file;     // a table of laws (CSV), absolute path; empty: the built-in ones
+  std::string ct_calibration;  // "HU:density HU:density ..."; empty: the law's own
+  bool ct_all = false;         // false: cancellous regions only
+};
+
 struct SceneTool {
   double diameter_mm = 22;
   double thickness_mm = 0.25;
@@ -95,6 +110,7 @@ struct Scene {
   std::string name;   // the scene file without folder and extension; not a key
   std::string title;  // one line for people
   SceneBone bone;
+  SceneMaterial material;
   SceneTool tool;
   ScenePath path;
   ForceLaw force;
@@ -105,7 +121,7 @@ struct Scene {
 
 /// Reads a scene and the path file that it names, if any. Relative file names are relative to the scene file.
 /// Throws Error that names every fault, one line each: `scenes/x.toml:14:1: thickness_mm = -0.1 is below 0.02; ...`.
-/// Does not open the bone or the region table.
+/// Does not open the bone, the region table or the table of CT laws.
 Scene ReadScene(const std::string& file);
 /// The same from text; `file` is named in messages and is what relative file names are relative to.
 Scene ParseScene(const std::string& text, const std::string& file);

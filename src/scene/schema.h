@@ -2,6 +2,7 @@
 // --defaults` and the tests all walk these descriptions, so they can't disagree.
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,36 @@ inline constexpr std::size_t kMaxStrokes = 1000;
 inline constexpr std::size_t kMaxLayers = 1000;
 inline constexpr std::size_t kMaxPathRows = 2'000'000;
 inline constexpr double kMaxDuration_s = 36'000;
+
+/// The words of `kind` in [material].
+inline constexpr std::array<std::string_view, 3> kMaterialKindWords{"regions", "uniform", "ct"};
+
+/// The key that says which of the others there are.
+template <typename V>
+void DescribeMaterialKind(SceneMaterial& p, V&& visit) {
+  std::string kind(kMaterialKindWords[static_cast<std::size_t>(p.kind)]);
+  visit("kind", kind, Choices{{kMaterialKindWords.begin(), kMaterialKindWords.end()}},
+        "regions: constants by region; uniform: the same everywhere; ct: E from the CT numbers of an imported bone");
+  for (std::size_t i = 0; i < kMaterialKindWords.size(); ++i) {
+    if (kind == kMaterialKindWords[i]) p.kind = static_cast<MaterialKind>(i);
+  }
+}
+
+/// Those of kind = "uniform".
+template <typename V>
+void DescribeUniform(SceneMaterial& p, V&& visit) {
+  visit("E_GPa", p.E_GPa, Range{0.001, 1000}, "Young's modulus of all the bone");
+  visit("nu", p.nu, Range{0, 0.5}, "Poisson's ratio of all the bone");
+}
+
+/// Those of kind = "ct", its texts aside.
+template <typename V>
+void DescribeCt(SceneMaterial& p, V&& visit) {
+  std::string where = p.ct_all ? "all" : "cancellous";
+  visit("ct_applies_to", where, Choices{{"cancellous", "all"}},
+        "regions that take E from the CT; in cortical bone it says little of E");
+  p.ct_all = where == "all";
+}
 
 template <typename V>
 void Describe(SceneTool& p, V&& visit) {

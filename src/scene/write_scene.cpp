@@ -116,6 +116,25 @@ void WriteBone(TomlWriter& write, SceneBone bone) {
   }
 }
 
+void WriteMaterial(TomlWriter& write, SceneMaterial material) {
+  write.Header("[material]", "What the bone's stiffness is taken from: docs/materials.md.");
+  DescribeMaterialKind(material, write);
+  if (material.kind == MaterialKind::kUniform) DescribeUniform(material, write);
+  if (material.kind != MaterialKind::kCt) return;
+  write("ct_law", material.ct_law, TextLimit{0}, "law from CT number to E, by name; 'kerf materials' lists them");
+  if (material.ct_law_file.empty()) {
+    write.Comment("ct_law_file = \"laws.csv\": a table of laws to use instead of the built-in ones");
+  } else {
+    write("ct_law_file", material.ct_law_file, TextLimit{0}, "table of laws, instead of the built-in ones");
+  }
+  if (material.ct_calibration.empty()) {
+    write.Comment("ct_calibration = \"0:0.1 1000:1.2\": HU:g/cm3 points of the scanner, instead of the law's own");
+  } else {
+    write("ct_calibration", material.ct_calibration, TextLimit{0}, "HU:g/cm3 points, instead of the law's own");
+  }
+  DescribeCt(material, write);
+}
+
 void WritePath(TomlWriter& write, ScenePath path) {
   if (!path.file.empty()) {
     write.Header("[path]", "Poses of the tool in the world, each row time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz.");
@@ -143,6 +162,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   std::string title = scene.title;
   write("title", title, TextLimit{0}, "one line for people");
   WriteBone(write, scene.bone);
+  WriteMaterial(write, scene.material);
   WriteSection(write, "tool", scene.tool);
   WritePath(write, scene.path);
   WriteSection(write, "force", scene.force);
@@ -206,12 +226,25 @@ std::string DefaultSceneToml() {
   from_plate.source = BoneSource::kPlate;
   from_plate.block = MakePlateParams();
   WriteBone(plate, from_plate);
+  TomlWriter uniform;
+  SceneMaterial same_everywhere;
+  same_everywhere.kind = MaterialKind::kUniform;
+  WriteMaterial(uniform, same_everywhere);
+  TomlWriter ct;
+  SceneMaterial from_ct;
+  from_ct.kind = MaterialKind::kCt;
+  from_ct.ct_law = "mandible_matmap";
+  from_ct.ct_law_file = "laws.csv";
+  from_ct.ct_calibration = "0:0.1 1000:1.2";
+  WriteMaterial(ct, from_ct);
   TomlWriter poses;
   ScenePath from_csv;
   from_csv.file = "path.csv";
   WritePath(poses, from_csv);
   text += "\n# What may stand in place of the [bone] above (file names are relative to the scene file):\n#\n";
   text += CommentedOut(file.text() + "\n" + block.text() + "\n" + plate.text());
+  text += "\n# What may stand in place of the [material] above:\n#\n";
+  text += CommentedOut(uniform.text() + "\n" + ct.text());
   text += "\n# What may stand in place of the strokes above:\n#\n";
   text += CommentedOut(poses.text());
   TomlWriter laws;

@@ -8,15 +8,19 @@
 #include "models/mandible.h"
 
 namespace kerf {
+namespace {
 
-Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress) {
+/// With the table of regions that the scene names, or its own.
+Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progress) {
   MaterialTable materials = DefaultMandibleTable();
   if (!scene.bone.materials.empty()) {
     materials = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
   }
   switch (scene.bone.source) {
     case BoneSource::kFile: {
-      Bone bone = ReadBone(scene.bone.file);
+      ReadBoneOptions options;
+      options.hu = scene.material.kind == MaterialKind::kCt;
+      Bone bone = ReadBone(scene.bone.file, options);
       if (!scene.bone.materials.empty()) {
         for (const auto& [id, volume_mm3] : bone.CalcRegionVolumes()) {
           if (id == 0 || materials.Contains(id)) continue;
@@ -34,6 +38,15 @@ Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progre
       return MakeMandible(scene.bone.mandible, materials, progress);
   }
   throw Error("the scene names no bone");
+}
+
+}  // namespace
+
+Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress, MaterialSummary* material) {
+  Bone bone = MakePlainBone(scene, progress);
+  MaterialSummary summary = ApplySceneMaterial(scene, bone);
+  if (material != nullptr) *material = std::move(summary);
+  return bone;
 }
 
 }  // namespace kerf

@@ -5,10 +5,13 @@
 
 #include "kerf/bone.h"
 #include "scene/scene.h"
+#include "session/scene_material.h"
 
 namespace kerf {
 
-/// `progress` gets 0..1; may be empty. Throws Error.
-Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress);
+/// With the scene's material in it; `material`, unless null, gets what there is to say of that. `progress` gets 0..1;
+/// may be empty. Throws Error.
+Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress,
+                   MaterialSummary* material = nullptr);
 
 }  // namespace kerf

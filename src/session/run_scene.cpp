@@ -68,7 +68,8 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
 
 void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   const std::filesystem::path out = std::filesystem::weakly_canonical(folder);
-  for (const std::string& input : {scene_file, scene.bone.file, scene.bone.materials, scene.path.file}) {
+  for (const std::string& input :
+       {scene_file, scene.bone.file, scene.bone.materials, scene.material.ct_law_file, scene.path.file}) {
     if (input.empty()) continue;
     const std::filesystem::path file = std::filesystem::weakly_canonical(input);
     const std::string name = file.filename().string();
@@ -91,11 +92,11 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const std::vector<std::string> earlier = ReadEarlierResults(folder);
   const Path path = MakePath(scene);
   const SimulationParams params = MakeSimulationParams(scene);
-  const Bone before = MakeSceneBone(scene, stage("making the bone"));
+  RunSummary summary;
+  const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
   const double rate_hz = scene.simulation.rate_hz;
   RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"));
 
-  RunSummary summary;
   summary.hash_before = before.CalcHash();
   summary.hash_after = result.bone.CalcHash();
   summary.volume_before_mm3 = before.CalcVolume();
@@ -170,6 +171,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
                   {"volume_before_mm3", s.volume_before_mm3},
                   {"volume_after_mm3", s.volume_after_mm3},
                   {"memory_MB", s.bone_memory_MB}};
+  json["material"] = ordered_json::parse(FormatMaterialJson(scene, s.material));
   ordered_json regions = ordered_json::array();
   for (const auto& [id, mm3] : s.removed_mm3_by_region) {
     ordered_json row = {{"region", id}, {"removed_mm3", mm3}};

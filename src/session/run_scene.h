@@ -7,6 +7,7 @@
 
 #include "scene/scene.h"
 #include "session/run.h"
+#include "session/scene_material.h"
 
 namespace kerf {
 
@@ -34,7 +35,8 @@ struct RunSummary {
   double volume_after_mm3 = 0;
   double removed_mm3 = 0;
   std::map<int, double> removed_mm3_by_region;
-  MaterialTable materials;
+  MaterialTable materials;  // as used: uniform when the scene says so
+  MaterialSummary material;
   ForceSummary force;
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;
@@ -61,8 +63,8 @@ using RunProgress = std::function<void(const std::string& stage, double fraction
 /// Error.
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress);
 
-/// Throws Error when a result in `folder` would replace one of the run's own inputs: `scene_file`, the bone, the path
-/// or the table.
+/// Throws Error when a result in `folder` would replace one of the run's own inputs: `scene_file`, the bone, the path,
+/// the table of regions or that of laws.
 void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
 
 std::string FormatSummaryJson(const Scene& scene, const RunSummary& summary);

@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <random>
 
+#include "bone/ct_modulus.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "support/solids.h"
@@ -25,9 +28,9 @@ class BoneFile : public testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
 
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-  static std::string MessageOf(const std::string& path) {
+  static std::string MessageOf(const std::string& path, const ReadBoneOptions& options = {}) {
     try {
-      ReadBone(path);
+      ReadBone(path, options);
     } catch (const Error& e) {
       return e.what();
     }
@@ -64,10 +67,13 @@ TEST_F(BoneFile, WhatIsNoBoneIsRefusedInOneSentence) {
 }
 
 TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
-  WriteBone(test::MakeSphere({0, 0, 0}, 2, 0.4), Path("a.vdb"));
+  Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
+  SetHu(
+      bone, [](const Vec3& p) { return 100 * p.x; }, 0.5);
+  WriteBone(bone, Path("a.vdb"));
   const std::string whole = ReadTextFile(Path("a.vdb"));
   std::mt19937 random(11);
-  for (int n = 0; n < 120; ++n) {
+  for (int n = 0; n < 240; ++n) {
     std::string content = whole;
     if (n % 2 == 0) {
       content.resize(random() % whole.size());
@@ -76,7 +82,8 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
     }
     std::ofstream(Path("b.vdb"), std::ios::binary) << content;
     // Either it is refused with a sentence or what was flipped did not matter; nothing else.
-    const std::string message = MessageOf(Path("b.vdb"));
+    const std::string message = MessageOf(Path("b.vdb"), {.hu = true});
+    EXPECT_EQ(MessageOf(Path("b.vdb")).find('\n'), std::string::npos);
     if (n % 2 == 0) {
       EXPECT_NE(message, "accepted") << "cut off at " << content.size() << " of " << whole.size();
     }
@@ -93,6 +100,59 @@ TEST_F(BoneFile, FailedWriteLeavesTheEarlierFileWhole) {
   EXPECT_EQ(ReadBone(Path("a.vdb")).CalcHash(), bone.CalcHash());
   // No temporaries are left behind.
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 2);
+}
+
+TEST_F(BoneFile, CtNumbersAreReadBackWhenAskedAndElseCostNothing) {
+  Bone bone = test::MakeSphere({10, -20, 30}, 4, 0.2);
+  WriteBone(bone, Path("plain.vdb"));
+  const auto hu = [](const Vec3& p) { return 300 + 10 * p.x - 7 * p.y + p.z; };
+  SetHu(bone, hu, 0.6);
+  WriteBone(bone, Path("hu.vdb"));
+
+  Bone with = ReadBone(Path("hu.vdb"), {.hu = true});
+  EXPECT_EQ(with.hu_voxel_mm(), 0.6);
+  EXPECT_EQ(with.CalcHash(), bone.CalcHash());
+  EXPECT_EQ(with.CalcMemoryBytes(), bone.CalcMemoryBytes());
+  const HuRange a = CalcHuRange(bone);
+  const HuRange b = CalcHuRange(with);
+  EXPECT_EQ(a.voxels, b.voxels);
+  EXPECT_EQ(a.min, b.min);
+  EXPECT_EQ(a.mean, b.mean);
+  EXPECT_EQ(a.max, b.max);
+  EXPECT_NEAR(b.mean, hu({10, -20, 30}), 1);
+
+  const Bone without = ReadBone(Path("hu.vdb"));
+  EXPECT_FALSE(without.has_hu());
+  EXPECT_EQ(without.CalcHash(), bone.CalcHash());
+  EXPECT_EQ(without.CalcMemoryBytes(), ReadBone(Path("plain.vdb")).CalcMemoryBytes());
+  EXPECT_FALSE(ReadBone(Path("plain.vdb"), {.hu = true}).has_hu());
+  // And it is not even looked at: a file cut off within the CT numbers, the last grid, still gives the bone.
+  const std::string whole = ReadTextFile(Path("hu.vdb"));
+  std::ofstream(Path("cut.vdb"), std::ios::binary) << whole.substr(0, whole.size() - 100);
+  EXPECT_EQ(ReadBone(Path("cut.vdb")).CalcHash(), bone.CalcHash());
+  EXPECT_NE(MessageOf(Path("cut.vdb"), {.hu = true}).find("not a whole OpenVDB file"), std::string::npos);
+}
+
+TEST_F(BoneFile, CtNumbersThatAreNoneAreRefused) {
+  Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
+  for (const double bad : {std::nan(""), 1e6, -std::numeric_limits<double>::infinity()}) {
+    SetHu(
+        bone, [bad](const Vec3& p) { return p.x > 1 ? bad : 100; }, 0.5);
+    WriteBone(bone, Path("a.vdb"));
+    EXPECT_EQ(MessageOf(Path("a.vdb"), {.hu = true}),
+              Path("a.vdb") + ": grid \"hu\" holds a value that is no CT number");
+    EXPECT_EQ(MessageOf(Path("a.vdb")), "accepted");
+  }
+}
+
+TEST_F(BoneFile, AFileOfABoneWithOverriddenConstantsKeepsItsOwnTable) {
+  Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
+  bone.OverrideMaterials(MakeUniformTable(bone.materials(), 1000, 0.1));
+  bone.OverrideMaterials(MakeUniformTable(bone.materials(), 2000, 0.2));
+  EXPECT_EQ(bone.materials().At(24).E_MPa, 2000);
+  WriteBone(bone, Path("a.vdb"));
+  EXPECT_EQ(ReadBone(Path("a.vdb")).materials().At(24).E_MPa, 19300);
+  EXPECT_EQ(ReadBone(Path("a.vdb")).materials().At(24).source, "test");
 }
 
 }  // namespace

@@ -43,8 +43,8 @@ TEST_F(Program, VersionNamesCommitCompilerAndLibraries) {
 }
 
 TEST_F(Program, EveryCommandHasHelpOnStdout) {
-  for (const char* command : {"", "check", "export", "import", "info", "model", "model mandible", "model block",
-                              "model plate", "paper", "picture", "run", "scene"}) {
+  for (const char* command : {"", "check", "export", "import", "info", "materials", "model", "model mandible",
+                              "model block", "model plate", "paper", "picture", "run", "scene"}) {
     const ProgramResult result = Kerf(std::string(command) + " --help");
     EXPECT_EQ(result.code, 0) << command;
     EXPECT_EQ(result.err, "") << command;

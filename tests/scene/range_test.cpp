@@ -148,6 +148,13 @@ TEST(SceneRange, SlabKeysHoldTheirRanges) {
   EXPECT_GT(tester.tried(), 80);
 }
 
+TEST(SceneRange, UniformMaterialKeysHoldTheirRanges) {
+  RangeTester tester = ForSection("[material]\nkind = \"uniform\"");
+  SceneMaterial material;
+  DescribeUniform(material, tester);
+  EXPECT_GT(tester.tried(), 15);
+}
+
 TEST(SceneRange, BlockKeysHoldTheirRanges) {
   RangeTester tester = ForSection("[bone.block]");
   BlockParams block;

@@ -63,6 +63,13 @@ std::string Print(Scene scene) {
     for (MaterialLayer& layer : scene.bone.block.layers) Describe(layer, printer);
   }
   if (scene.bone.source == BoneSource::kMandible) Describe(scene.bone.mandible, printer);
+  DescribeMaterialKind(scene.material, printer);
+  if (scene.material.kind == MaterialKind::kUniform) DescribeUniform(scene.material, printer);
+  if (scene.material.kind == MaterialKind::kCt) {
+    DescribeCt(scene.material, printer);
+    printer.text +=
+        fmt::format("{}\n{}\n{}\n", scene.material.ct_law, scene.material.ct_law_file, scene.material.ct_calibration);
+  }
   Describe(scene.tool, printer);
   for (SceneStroke& stroke : scene.path.strokes) Describe(stroke, printer);
   Describe(scene.force, printer);
@@ -85,6 +92,14 @@ Scene RandomScene(std::mt19937& random) {
   // A plate has layers of its own, which stay when the file gives none.
   if (scene.bone.source == BoneSource::kPlate && scene.bone.block.layers.empty()) scene.bone.block.layers.resize(1);
   for (MaterialLayer& layer : scene.bone.block.layers) Describe(layer, randomize);
+  DescribeMaterialKind(scene.material, randomize);
+  if (scene.material.kind == MaterialKind::kCt) scene.bone.source = BoneSource::kFile;
+  if (scene.bone.source == BoneSource::kFile) scene.bone.file = "/a/b \"c\"/d.vdb";
+  DescribeUniform(scene.material, randomize);
+  DescribeCt(scene.material, randomize);
+  scene.material.ct_law = random() % 2 == 0 ? "morgan_2003_tibia" : "mandible_matmap";
+  if (random() % 2 == 0) scene.material.ct_law_file = "/a/laws.csv";
+  if (random() % 2 == 0) scene.material.ct_calibration = "0:0.1 1000:1.2";
   Describe(scene.tool, randomize);
   scene.path.strokes.resize(1 + random() % 4);
   for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {
@@ -138,9 +153,27 @@ TEST(DefaultScene, IsValidAsItStands) {
 
 TEST(DefaultScene, NamesEveryKey) {
   const std::string text = DefaultSceneToml();
-  for (const char* key : {"file = \"bone.vdb\"", "materials = \"table.csv\"", "[bone.mandible]", "[bone.block]",
-                          "[bone.plate]", "[[bone.block.layer]]", "file = \"path.csv\"",
-                          "dwell_s = ", "retract = ", "law = ", "rate_hz = ", "forces_every_ticks = "}) {
+  for (const char* key : {"file = \"bone.vdb\"",
+                          "materials = \"table.csv\"",
+                          "[bone.mandible]",
+                          "[bone.block]",
+                          "[bone.plate]",
+                          "[[bone.block.layer]]",
+                          "file = \"path.csv\"",
+                          "kind = \"regions\"",
+                          "kind = \"uniform\"",
+                          "kind = \"ct\"",
+                          "E_GPa = ",
+                          "nu = ",
+                          "ct_law = ",
+                          "ct_law_file = ",
+                          "ct_calibration = ",
+                          "ct_applies_to = ",
+                          "dwell_s = ",
+                          "retract = ",
+                          "law = ",
+                          "rate_hz = ",
+                          "forces_every_ticks = "}) {
     EXPECT_NE(text.find(key), std::string::npos) << key;
   }
   for (const ForceLawInfo* law : ForceLaws()) {
