@@ -8,6 +8,7 @@ namespace kerf::cli {
 // Each adds its sub-command, with options and what to do, to the program.
 // Bad use: throw CLI::ValidationError (exit 2). Failure: throw kerf::Error (exit 1).
 void AddCheckCommand(CLI::App& app);
+void AddCompareCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddPictureCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);

@@ -39,6 +39,7 @@ int main(int argc, char** argv) {
                        kerf::CompilerString(), kerf::LibrariesString());
   });
   kerf::cli::AddCheckCommand(app);
+  kerf::cli::AddCompareCommand(app);
   kerf::cli::AddExportCommand(app);
   kerf::cli::AddPictureCommand(app);
   kerf::cli::AddInfoCommand(app);

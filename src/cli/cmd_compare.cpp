@@ -1,0 +1,98 @@
+// kerf compare: the same cut in voxel mode and slab mode, and with several force laws.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "files/files.h"
+#include "scene/scene.h"
+#include "study/compare_files.h"
+#include "study/comparison.h"
+#include "study/conclusion.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string scene;
+  std::string folder = "out/compare";
+  CompareParams params;
+  bool json = false;
+};
+
+void PrintComparison(const Comparison& c, const std::vector<std::string>& files, const std::string& folder) {
+  fmt::print("{}\n", c.title.empty() ? c.scene : c.title);
+  fmt::print("  {:<28} {:>9} {:>9} {:>9} {:>7} {:>9} {:>9} {:>9} {:>10}\n", "", "mean N", "peak N", "rms N", "rms %",
+             "p50 us", "p99 us", "max us", "memory");
+  for (const CaseResult& r : c.cases) {
+    const double percent = c.reference().peak_N > 0 ? 100 * r.slice.rms_N / c.reference().peak_N : 0;
+    fmt::print("  {:<28} {:>9} {:>9} {:>9} {:>7} {:>9} {:>9} {:>9} {:>10}\n", r.what.label, ShowFigure(r.slice.mean_N),
+               ShowFigure(r.peak_N), ShowFigure(r.slice.rms_N), ShowFigure(percent), ShowFigure(r.times.p50_us),
+               ShowFigure(r.times.p99_us), ShowFigure(r.times.max_us), ShowMemory(static_cast<double>(r.memory_bytes)));
+  }
+  fmt::print("  rms: difference of force from {}, over the slice of {:.1f} mm; %: of its peak\n",
+             c.reference().what.label, c.profile.end_mm);
+  fmt::print("  results   {}/:", folder);
+  for (const std::string& file : files) fmt::print(" {}", file);
+  fmt::print("\n");
+}
+
+void Run(const Options& options) {
+  const Scene scene = ReadScene(options.scene);
+  CheckCompareInputsStay(scene, options.scene, options.folder);
+  MakeFolder(options.folder);  // before the long work
+  Comparison comparison;
+  {
+    std::unique_ptr<ProgressBar> bar;
+    std::string stage;
+    comparison = CompareScene(scene, options.params, [&](const std::string& now, double fraction) {
+      if (now != stage) {
+        bar.reset();
+        bar = std::make_unique<ProgressBar>(now);
+        stage = now;
+      }
+      bar->Show(fraction);
+    });
+  }
+  const std::vector<std::string> files = WriteComparison(comparison, options.folder);
+  for (const std::string& warning : comparison.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
+  if (options.json) {
+    fmt::print("{}", FormatCompareJson(comparison));
+  } else {
+    PrintComparison(comparison, files, options.folder);
+  }
+}
+
+}  // namespace
+
+void AddCompareCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "compare", "Make the same cut in voxel mode and in slab mode, and report forces, work, time and memory of each");
+  command
+      ->add_option("SCENE", options->scene,
+                   "The scene file (TOML) with a [slab] section; both modes run, whatever its mode")
+      ->required();
+  command->add_option("-o,--output", options->folder, "Folder for report, figures, CSV and JSON; made when missing")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--laws", options->params.laws,
+          "Force laws for voxel mode beside the scene's own, separated by commas, with their preset parameters; "
+          "\"all\": every law. Default: none")
+      ->delimiter(',');
+  command->add_option("--depth-step", options->params.depth_step_mm, "Step of the common depth axis in mm, 0.005 to 5")
+      ->capture_default_str();
+  command
+      ->add_option("--repeat", options->params.repetitions,
+                   "Runs of each case, 1 to 100, all cases in turn; the times are those of the fastest")
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Print compare.json to stdout");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

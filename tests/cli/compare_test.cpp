@@ -1,0 +1,79 @@
+// kerf compare as a user runs it.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr char kScene[] = R"(
+title = "Small block"
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 6.0
+size_y_mm = 2.0
+size_z_mm = 3.0
+voxel_mm = 0.25
+[[path.stroke]]
+start_mm = [0.0, 0.0, 11.5]
+end_mm = [0.0, 0.0, 6.0]
+feed_mm_per_s = 12.0
+disc_normal = [0.0, 1.0, 0.0]
+)";
+const std::string kSlab = "[slab]\ndirection = [0, 0, -1]\n";
+
+class Compare : public test::ProgramTest {};
+
+TEST_F(Compare, WritesReportFiguresTableAndJson) {
+  Write("small.toml", kScene + kSlab);
+  const auto result = Kerf("compare small.toml -o out --laws all --repeat 1");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("slab as computed"));
+  for (const char* file :
+       {"report.md", "force_depth.png", "difference.png", "cost.png", "compare.csv", "compare.json"}) {
+    EXPECT_TRUE(Exists(std::string("out/") + file)) << file;
+  }
+  EXPECT_THAT(test::Slurp(folder_ / "out/report.md"), HasSubstr("# Small block"));
+  // Nothing of this machine stands in the files.
+  for (const char* file : {"report.md", "compare.csv", "compare.json"}) {
+    EXPECT_EQ(test::Slurp(folder_ / "out" / file).find(folder_.string()), std::string::npos) << file;
+  }
+}
+
+TEST_F(Compare, JsonOnStdoutIsTheFile) {
+  Write("small.toml", kScene + kSlab);
+  const auto result = Kerf("compare small.toml -o out --laws hertz_constant_bite --repeat 1 --depth-step 0.2 --json");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out, test::Slurp(folder_ / "out/compare.json"));
+  const auto json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json["schema"], 1);
+  EXPECT_EQ(json["depth_step_mm"], 0.2);
+  ASSERT_EQ(json["cases"].size(), 4u);
+  EXPECT_EQ(json["cases"][1]["id"], "voxel_hertz_constant_bite");
+  EXPECT_EQ(json["cases"][0]["slice"]["rms_difference_N"], 0);
+}
+
+TEST_F(Compare, BadUseIsRefusedInOneSentence) {
+  Write("no_slab.toml", kScene);
+  auto result = Kerf("compare no_slab.toml -o out");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_EQ(result.out, "");
+  EXPECT_THAT(result.err, HasSubstr("kerf: no_slab: to compare with slab mode the scene needs the cut direction"));
+  Write("small.toml", kScene + kSlab);
+  result = Kerf("compare small.toml -o out --laws hertz");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("kerf: there is no force law \"hertz\"; there are hertz_chip"));
+  result = Kerf("compare small.toml -o out --repeat 0");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("0 repetitions are out of range"));
+  EXPECT_EQ(Kerf("compare").code, 2);
+  EXPECT_FALSE(Exists("out/report.md"));
+}
+
+}  // namespace
+}  // namespace kerf

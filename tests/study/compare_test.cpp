@@ -1,0 +1,254 @@
+// A comparison of a small block, from scene to files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "files/files.h"
+#include "kerf/error.h"
+#include "made_up.h"
+#include "study/compare_files.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// A block on one side of the disc's middle, two materials, cut straight down.
+constexpr char kScene[] = R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 12.0
+size_y_mm = 2.0
+size_z_mm = 6.0
+voxel_mm = 0.2
+top_mm = [6.0, 0.0, 0.0]
+[[bone.block.layer]]
+thickness_mm = 3.0
+region = 24
+[[bone.block.layer]]
+thickness_mm = 3.0
+region = 6
+[[path.stroke]]
+start_mm = [0.0, 0.0, 11.5]
+end_mm = [0.0, 0.0, 4.0]
+feed_mm_per_s = 12.0
+disc_normal = [0.0, 1.0, 0.0]
+)";
+const std::string kSlab = "[slab]\ndirection = [0, 0, -1]\n";
+
+Scene Parse(const std::string& more = "") {
+  return ParseScene(std::string(kScene) + more, "scene.toml");
+}
+
+std::string MessageOf(const Scene& scene, const CompareParams& params) {
+  try {
+    CompareScene(scene, params, {});
+    return "";
+  } catch (const Error& e) {
+    return e.what();
+  }
+}
+
+TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
+  // hertz_constant_bite is the law of the slab's corrected reading, and down to 11 mm the block's half arc is the one
+  // that the slab counts teeth on. So the sums of the tooth forces agree. The first 0.5 mm and the layers' border are
+  // left out: the grid's edge there, and a slab's layer border is sharp. At 0.2 mm voxels the free edge in the disc's
+  // middle is rounded by up to 0.14 mm of some 5 to 13 mm of arc: 3 %.
+  const Comparison c = CompareScene(Parse(kSlab + "[force]\nlaw = \"hertz_constant_bite\"\n"), {{}, 0.1, 1}, {});
+  ASSERT_EQ(c.cases.size(), 3u);
+  const CaseResult& voxel = c.cases[0];
+  const CaseResult& corrected = c.cases[2];
+  int checked = 0;
+  for (const std::size_t i : c.slice_bins) {
+    const double h = c.grid.Centre(i);
+    if (h < 0.5 || std::abs(h - 3) < 0.4 || h > 5.2) continue;
+    EXPECT_NEAR(voxel.curve.thrust_N[i] / corrected.curve.thrust_N[i], 1, 0.03) << "at " << h << " mm";
+    ++checked;
+  }
+  EXPECT_GT(checked, 30);
+  // The component against the cut: teeth spread evenly over the arc alpha = acos(1 - h/R) give sin(alpha) / alpha of
+  // their sum, here in one material down to 3 mm.
+  for (const std::size_t i : c.slice_bins) {
+    const double h = c.grid.Centre(i);
+    if (h < 0.5 || h > 2.6) continue;
+    const double alpha = std::acos(1 - h / 11);
+    EXPECT_NEAR(voxel.curve.force_N[i] / voxel.curve.thrust_N[i], std::sin(alpha) / alpha, 0.01) << "at " << h;
+  }
+  // Work is the force's integral over the depth, in both modes: the ticks' own sums against the curves. Bins of 0.1 mm
+  // at the onset and past the last bin: 2 %.
+  double integral_mJ = 0;
+  for (const double force : voxel.curve.force_N) integral_mJ += force * c.grid.step_mm;
+  EXPECT_NEAR(integral_mJ / voxel.work_mJ, 1, 0.02);
+}
+
+TEST(Compare, CasesAreTheScenesLawTheLawsAskedForAndBothSlabs) {
+  const auto ids = [](const std::vector<std::string>& laws) {
+    std::string text;
+    for (const CompareCase& what : MakeCompareCases(ForceLaw("edge_plus_chip"), laws)) text += what.id + " ";
+    return text;
+  };
+  EXPECT_EQ(ids({}), "voxel_edge_plus_chip slab_as_computed slab_corrected ");
+  EXPECT_EQ(ids({"hertz_chip", "edge_plus_chip", "hertz_chip"}),
+            "voxel_edge_plus_chip voxel_hertz_chip slab_as_computed slab_corrected ");
+  std::string all = "voxel_edge_plus_chip ";
+  for (const ForceLawInfo* law : ForceLaws()) {
+    if (std::string(law->name) != "edge_plus_chip") all += "voxel_" + std::string(law->name) + " ";
+  }
+  EXPECT_EQ(ids({"all"}), all + "slab_as_computed slab_corrected ");
+  EXPECT_THROW(ids({"hertz"}), Error);
+}
+
+TEST(Compare, ReferenceDiffersFromItselfByNothingAndRepetitionsAgree) {
+  const Comparison c = CompareScene(Parse(kSlab), {{}, 0.1, 2}, {});
+  EXPECT_EQ(c.reference().slice.rms_N, 0);
+  EXPECT_EQ(c.reference().slice.peak_N, 0);
+  EXPECT_EQ(c.rms_between_N[0][0], 0);
+  EXPECT_EQ(c.rms_between_N[0][1], c.rms_between_N[1][0]);
+  EXPECT_EQ(c.rms_between_N[0][1], c.cases[1].slice.rms_N);
+  for (const CaseResult& r : c.cases) {
+    EXPECT_EQ(r.p50_us.size(), 2u);
+    EXPECT_EQ(r.ticks, 625u);
+    EXPECT_EQ(r.ticks_on_curve, 625u);
+  }
+  EXPECT_NE(c.cases[1].force_hash, c.cases[2].force_hash);
+}
+
+TEST(Compare, EveryTickOfAPathCountsOnceWhateverTheStrokes) {
+  // Down, up again through the kerf, down once more: the curve is that of the first way down.
+  const std::string more =
+      "[[path.stroke]]\nend_mm = [0.0, 0.0, 10.0]\nfeed_mm_per_s = 12.0\nretract = false\n"
+      "[[path.stroke]]\nend_mm = [0.0, 0.0, 4.0]\nfeed_mm_per_s = 12.0\nretract = false\n";
+  const Comparison once = CompareScene(Parse(kSlab), {{}, 0.1, 1}, {});
+  const Comparison thrice = CompareScene(Parse(more + kSlab), {{}, 0.1, 1}, {});
+  ASSERT_EQ(once.grid.count, thrice.grid.count);
+  EXPECT_EQ(once.reference().curve.force_N, thrice.reference().curve.force_N);
+  EXPECT_EQ(thrice.reference().ticks_on_curve, once.reference().ticks_on_curve);
+  EXPECT_GT(thrice.reference().ticks, once.reference().ticks + 900);
+}
+
+TEST(Compare, WhatCannotBeComparedIsRefused) {
+  EXPECT_EQ(MessageOf(Parse(), {}),
+            "scene: to compare with slab mode the scene needs the cut direction; add [slab] with direction = [0, 0, "
+            "-7.5], the way of its first stroke, or another");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.001, 3}),
+            "a depth step of 0.001 mm is out of range; valid range 0.005 to 5 mm");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, std::nan(""), 3}),
+            "a depth step of nan mm is out of range; valid range 0.005 to 5 mm");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.05, 0}), "0 repetitions are out of range; valid range 1 to 100");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{"herz"}, 0.05, 1}),
+            "there is no force law \"herz\"; there are hertz_chip, hertz_constant_bite, edge_plus_chip");
+  EXPECT_EQ(MessageOf(Parse(kSlab + "[tool]\nrpm = 0\n"), {}), "scene: rpm = 0: a stopped saw cuts nothing to compare");
+  EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 1, 0]\n"), {}), HasSubstr("degrees out of the disc's plane"));
+  // Upwards, out of the bone.
+  EXPECT_THAT(
+      MessageOf(Parse("[slab]\ndirection = [0, 0, 1]\n"), {{}, 0.05, 1}),
+      HasSubstr("goes less than 0.1 mm into the bone, too little to compare; let the path go into the bone along it"));
+}
+
+TEST(Compare, PathThatEndsInsideTheSliceIsComparedAsFarAsItGoesAndSaysSo) {
+  // To 2 mm of 6.
+  const Comparison c = CompareScene(
+      ParseScene(std::string(kScene).replace(std::string(kScene).find("0.0, 4.0]"), 9, "0.0, 9.0]") + kSlab,
+                 "scene.toml"),
+      {{}, 0.1, 1}, {});
+  ASSERT_FALSE(c.warnings.empty());
+  EXPECT_THAT(c.warnings.back(), testing::MatchesRegex("the path goes through 1.9 mm of the slice's 6(.0.)? mm; .*"));
+  EXPECT_TRUE(c.beyond_bins.empty());
+  EXPECT_EQ(c.regions.size(), 1u);
+}
+
+class CompareFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = (fs::temp_directory_path() / ("kerf_compare_" + std::to_string(getpid()))).string();
+    fs::remove_all(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string folder_;
+};
+
+TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
+  const Comparison c = CompareScene(Parse(kSlab), {{"all"}, 0.1, 1}, {});
+  const std::vector<std::string> files = WriteComparison(c, folder_);
+  for (const std::string& file : files) EXPECT_TRUE(fs::exists(folder_ + "/" + file)) << file;
+  for (const char* png : {"force_depth.png", "difference.png", "cost.png"}) {
+    EXPECT_LT(fs::file_size(folder_ + "/" + png), 300'000u) << png;
+  }
+  const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/compare.json"));
+  ASSERT_EQ(json["cases"].size(), c.cases.size());
+  EXPECT_EQ(json["reference"], "voxel_hertz_chip");
+  std::istringstream csv(ReadTextFile(folder_ + "/compare.csv"));
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line,
+            "depth_mm,region,voxel_hertz_chip_N,voxel_hertz_constant_bite_N,voxel_edge_plus_chip_N,slab_as_computed_N,"
+            "slab_corrected_N");
+  std::size_t row = 0;
+  std::vector<double> squares(c.cases.size(), 0);
+  for (; std::getline(csv, line); ++row) {
+    std::vector<double> cells;
+    std::istringstream text(line);
+    for (std::string cell; std::getline(text, cell, ',');) cells.push_back(std::stod(cell));
+    ASSERT_EQ(cells.size(), 2 + c.cases.size()) << line;
+    EXPECT_NEAR(cells[0], c.grid.Centre(row), 1e-6);
+    EXPECT_EQ(static_cast<int>(cells[1]), c.region_of_bin[row]);
+    for (std::size_t k = 0; k < c.cases.size(); ++k) {
+      EXPECT_NEAR(json["cases"][k]["force_N"][row].get<double>(), cells[2 + k], 1e-4 * std::abs(cells[2 + k]));
+      if (cells[0] < c.profile.end_mm) squares[k] += std::pow(cells[2 + k] - cells[2], 2);
+    }
+  }
+  EXPECT_EQ(row, c.grid.count);
+  for (std::size_t k = 0; k < c.cases.size(); ++k) {
+    // The rms again, from the table alone, which has six figures.
+    const double rms = std::sqrt(squares[k] / static_cast<double>(c.slice_bins.size()));
+    EXPECT_NEAR(json["cases"][k]["slice"]["rms_difference_N"].get<double>(), rms, 1e-4);
+    EXPECT_EQ(json["cases"][k]["memory_bytes"].get<std::uint64_t>(), c.cases[k].memory_bytes);
+  }
+  const std::string report = ReadTextFile(folder_ + "/report.md");
+  for (const CaseResult& r : c.cases) EXPECT_THAT(report, HasSubstr("| " + r.what.label + " |"));
+  for (const char* figure : {"(force_depth.png)", "(difference.png)", "(cost.png)"}) {
+    EXPECT_THAT(report, HasSubstr(figure));
+  }
+}
+
+TEST_F(CompareFiles, NeverReplaceAnInput) {
+  Scene scene = Parse(kSlab);
+  scene.path.file = folder_ + "/compare.csv";
+  try {
+    CheckCompareInputsStay(scene, "scene.toml", folder_);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), HasSubstr("compare.csv: is an input of this comparison and would be written over"));
+  }
+  scene.path.file = folder_ + "/path.csv";
+  EXPECT_NO_THROW(CheckCompareInputsStay(scene, "scene.toml", folder_));
+}
+
+TEST_F(CompareFiles, ForcesFarApartAreDrawnLogarithmically) {
+  test::MadeUpCase a, b;
+  a.label = "a";
+  b.label = "b";
+  a.force_N = [](double) { return 1.0; };
+  b.force_N = [](double) { return 5.0; };
+  EXPECT_FALSE(MakeForceDepthPlot(test::MakeUp({a, b})).y.log);
+  b.force_N = [](double) { return 50.0; };
+  const PlotSpec plot = MakeForceDepthPlot(test::MakeUp({a, b}));
+  EXPECT_TRUE(plot.y.log);
+  EXPECT_LT(*plot.y.lower, 1);
+  EXPECT_GT(*plot.y.upper, 50);
+  // The regions are the bands: 0 to 4 and 4 to 10 mm.
+  ASSERT_EQ(plot.bands.size(), 2u);
+  EXPECT_NEAR(plot.bands[0].x1, 4, 1e-9);
+  EXPECT_NEAR(plot.bands[1].x1, 10, 1e-9);
+  EXPECT_EQ(plot.bands[1].label, "32 lower");
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,213 @@
+// The words of a report follow its numbers: made-up results, and what they must be said to mean.
+#include "study/conclusion.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "made_up.h"
+
+namespace kerf {
+namespace {
+
+using test::MadeUpCase;
+using test::MakeUp;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string AllOf(const std::vector<std::string>& statements) {
+  std::string text;
+  for (const std::string& s : statements) text += s + "\n";
+  return text;
+}
+
+MadeUpCase Reference() {
+  MadeUpCase made;
+  made.label = "voxel A";
+  made.force_N = [](double) { return 4.0; };
+  return made;
+}
+
+MadeUpCase Slab(std::function<double(double)> force_N) {
+  MadeUpCase made;
+  made.label = "slab B";
+  made.slab = true;
+  made.force_N = std::move(force_N);
+  made.p50_us = 0.5;
+  made.p99_us = 0.6;
+  made.memory_bytes = 2000;
+  made.work_mJ = 25;
+  return made;
+}
+
+std::string ForceWords(const MadeUpCase& slab) {
+  return AllOf(WriteConclusion(MakeUp({Reference(), slab})).force);
+}
+
+TEST(Conclusion, LargerAndSmallerAreTold) {
+  const std::string more = ForceWords(Slab([](double) { return 12.0; }));
+  EXPECT_THAT(more, HasSubstr("**slab B** asks for 3.00 times the force of voxel A"));
+  EXPECT_THAT(more, HasSubstr("12.0 N against 4.00 N, rms difference 8.00 N, which is 200 % of the reference's peak"));
+  EXPECT_THAT(more, HasSubstr("It is larger at every depth."));
+  const std::string less = ForceWords(Slab([](double) { return 1.0; }));
+  EXPECT_THAT(less, HasSubstr("**slab B** asks for 25.0 % of the force of voxel A"));
+  EXPECT_THAT(less, HasSubstr("It is smaller at every depth."));
+  EXPECT_THAT(less, Not(HasSubstr("larger at")));
+}
+
+TEST(Conclusion, DepthFromWhichItStaysLargerIsThatOfTheCurves) {
+  // 0 to 10 N over 10 mm against 4 N: they cross at 4 mm.
+  const std::string up = ForceWords(Slab([](double h) { return h; }));
+  EXPECT_THAT(up,
+              HasSubstr("It is larger over 60 % of the depth and smaller over 40 %; from 4.00 mm on it stays larger"));
+  const std::string down = ForceWords(Slab([](double h) { return 10 - h; }));
+  EXPECT_THAT(down, HasSubstr("larger over 60 % of the depth and smaller over 40 %; from 6.00 mm on it stays smaller"));
+}
+
+TEST(Conclusion, FurthestApartNamesDepthForcesAndTeeth) {
+  MadeUpCase slab = Slab([](double h) { return h > 7 && h < 7.1 ? 20.0 : 5.0; });
+  slab.teeth = [](double) { return 8.0; };
+  EXPECT_THAT(ForceWords(slab), HasSubstr("They are furthest apart at 7.05 mm: 20.0 N (8.00 teeth of 2.50 N each) "
+                                          "against 4.00 N (2.00 teeth of 2.00 N each)"));
+}
+
+TEST(Conclusion, AgreementIsSaidOnlyWithinTwoPercent) {
+  EXPECT_THAT(ForceWords(Slab([](double) { return 4.06; })), HasSubstr("**slab B** agrees with voxel A"));
+  EXPECT_THAT(ForceWords(Slab([](double) { return 4.1; })), Not(HasSubstr("agrees")));
+  // The same mean, far apart at each depth.
+  EXPECT_THAT(ForceWords(Slab([](double h) { return h < 5 ? 2.0 : 6.0; })), Not(HasSubstr("agrees")));
+}
+
+TEST(Conclusion, SlabStandsInOnlyWithinTenPercent) {
+  EXPECT_THAT(
+      ForceWords(Slab([](double) { return 4.3; })),
+      HasSubstr("**So** slab mode can stand in for voxel A on this cut: slab B gives its force to 7.50 % of its "
+                "peak (rms), at 1/200 of the time for a tick."));
+  const std::string off = ForceWords(Slab([](double) { return 6.0; }));
+  EXPECT_THAT(off, HasSubstr("**So** slab mode does not stand in for voxel A on this cut: the nearest, slab B, is off "
+                             "by 50.0 % of its peak"));
+  // The nearest of two, whichever comes first.
+  MadeUpCase other = Slab([](double) { return 4.1; });
+  other.label = "slab C";
+  EXPECT_THAT(AllOf(WriteConclusion(MakeUp({Reference(), Slab([](double) { return 9.0; }), other})).force),
+              HasSubstr("slab C gives its force"));
+  // A slab that is slower is not said to be faster.
+  MadeUpCase slow = Slab([](double) { return 4.1; });
+  slow.p50_us = 250;
+  EXPECT_THAT(ForceWords(slow), HasSubstr("at 2.50 times the time for a tick"));
+}
+
+TEST(Conclusion, TeethThatReinforceEachOtherAreNoticed) {
+  // n^3 F_1 with n growing from 1 to 3: a tooth bears 1 N, then 9 N.
+  MadeUpCase cubed = Slab([](double h) { return h < 3 ? 1.0 : h < 6 ? 8.0 : 27.0; });
+  cubed.teeth = [](double h) { return h < 3 ? 1.0 : h < 6 ? 2.0 : 3.0; };
+  EXPECT_THAT(ForceWords(cubed), HasSubstr("In it a tooth bears more the more are engaged: 1.00 N at 0.0500 mm with "
+                                           "1.00, 9.00 N at 6.05 mm with 3.00"));
+  MadeUpCase summed = Slab([](double h) { return h < 3 ? 1.0 : h < 6 ? 2.0 : 3.0; });
+  summed.teeth = cubed.teeth;
+  EXPECT_THAT(ForceWords(summed), Not(HasSubstr("bears more")));
+}
+
+TEST(Conclusion, NearestPairIsThatWithTheSmallestRms) {
+  MadeUpCase voxel = Reference();
+  voxel.label = "voxel C";
+  voxel.force_N = [](double) { return 9.0; };
+  const Comparison c = MakeUp({Reference(), voxel, Slab([](double) { return 10.0; })});
+  EXPECT_THAT(AllOf(WriteConclusion(c).force),
+              HasSubstr("Of all cases voxel C and slab B are nearest to each other: rms 1.00 N, 10.0 % of the larger "
+                        "one's peak of 10.0 N."));
+}
+
+TEST(Conclusion, RegionsAndTissuesAreNamedByTheirDifferences) {
+  const auto words = [](double upper, double lower) {
+    const Comparison c = MakeUp({Reference(), Slab([=](double h) { return h < 4 ? upper : lower; })});
+    return AllOf(WriteConclusion(c).regions);
+  };
+  EXPECT_THAT(words(7, 5), HasSubstr("slab B differs most in upper (rms 3.00 N; 7.00 N against 4.00 N) and least in "
+                                     "lower (rms 1.00 N; 5.00 N against 4.00 N); rms 1.00 N over the cancellous depths "
+                                     "and 3.00 N over the cortical depths."));
+  EXPECT_THAT(words(5, 7), HasSubstr("slab B differs most in lower (rms 3.00 N; 7.00 N against 4.00 N) and least in "
+                                     "upper"));
+}
+
+TEST(Conclusion, CostIsTheRatioOfWhatWasMeasured) {
+  MadeUpCase slab = Slab([](double) { return 4.0; });
+  const auto words = [&] { return AllOf(WriteConclusion(MakeUp({Reference(), slab})).cost); };
+  EXPECT_THAT(words(), HasSubstr("A tick of **slab B** takes 0.500 us (p50; p99 0.600 us) against 100 us (p99 200 us), "
+                                 "200 times less; it works on 2.00 kB against 1.00 MB, 500 times less."));
+  EXPECT_THAT(words(), HasSubstr("Between the 2 repetitions p50 differed by up to 5.00 %"));
+  slab.p50_us = 300;
+  slab.memory_bytes = 4'000'000;
+  EXPECT_THAT(words(), HasSubstr("3.00 times more; it works on 4.00 MB against 1.00 MB, 4.00 times more."));
+  slab.p50_us = 105;
+  slab.memory_bytes = 1'000'000;
+  EXPECT_THAT(words(), HasSubstr("slab B costs the same as voxel A, to 10 % of time for a tick and memory."));
+}
+
+TEST(Conclusion, DeadlineIsHeldOrMissedByP99) {
+  MadeUpCase reference = Reference();
+  const auto words = [&] { return AllOf(WriteConclusion(MakeUp({reference, Slab([](double) { return 4.0; })})).cost); };
+  EXPECT_THAT(words(), HasSubstr("a tick has 1000 us; 99 % of the ticks kept to that: voxel A and slab B in every "
+                                 "repetition"));
+  reference.p99_us = 1500;
+  EXPECT_THAT(words(), HasSubstr("slab B in every repetition; voxel A in none"));
+  reference.p99_us = 980;  // the second repetition takes 5 % more
+  EXPECT_THAT(words(), HasSubstr("slab B in every repetition; voxel A in some repetitions only"));
+}
+
+TEST(Conclusion, CaseAgainstItselfAgreesAndDiffersByNothing) {
+  MadeUpCase same = Reference();
+  same.label = "voxel again";
+  const Comparison c = MakeUp({Reference(), same});
+  EXPECT_EQ(c.cases[1].slice.rms_N, 0);
+  EXPECT_EQ(c.cases[1].slice.peak_N, 0);
+  EXPECT_THAT(AllOf(WriteConclusion(c).force), HasSubstr("**voxel again** agrees with voxel A"));
+  EXPECT_TRUE(WriteConclusion(c).regions.empty());
+}
+
+TEST(FinishComparison, SquaresOfTheRegionsSumToThoseOfTheSlice) {
+  const Comparison c =
+      MakeUp({Reference(), Slab([](double h) { return h * h; }), Slab([](double h) { return std::sin(9 * h); })});
+  for (const CaseResult& r : c.cases) {
+    double squares = 0;
+    double sum = 0;
+    std::size_t bins = 0;
+    double peak = 0;
+    for (const Difference& d : r.regions) {
+      squares += d.rms_N * d.rms_N * static_cast<double>(d.bins);
+      sum += d.mean_N * static_cast<double>(d.bins);
+      bins += d.bins;
+      peak = std::max(peak, std::abs(d.peak_N));
+    }
+    EXPECT_EQ(bins, r.slice.bins);
+    const double whole = r.slice.rms_N * r.slice.rms_N * static_cast<double>(r.slice.bins);
+    EXPECT_NEAR(squares, whole, 1e-12 * (1 + whole));
+    EXPECT_NEAR(sum, r.slice.mean_N * static_cast<double>(r.slice.bins), 1e-10);
+    EXPECT_EQ(peak, std::abs(r.slice.peak_N));
+  }
+  EXPECT_EQ(c.slice_bins.size(), 100u);
+  EXPECT_EQ(c.beyond_bins.size(), 20u);
+  ASSERT_EQ(c.regions.size(), 2u);
+  EXPECT_NEAR(c.regions[0].bottom_mm, 4, 1e-9);
+  EXPECT_EQ(c.regions[1].tissue, "cancellous");
+}
+
+TEST(ShowFigure, HasThreeFiguresAndNoExponent) {
+  EXPECT_EQ(ShowFigure(0.05541), "0.0554");
+  EXPECT_EQ(ShowFigure(1), "1.00");
+  EXPECT_EQ(ShowFigure(12.345), "12.3");
+  EXPECT_EQ(ShowFigure(-12345.6), "-12346");
+  EXPECT_EQ(ShowFigure(0), "0");
+  EXPECT_EQ(ShowFigure(1e-12), "0");
+  EXPECT_EQ(ShowFigure(std::nan("")), "no number");
+  EXPECT_EQ(ShowTime(0.3), "0.300 us");
+  EXPECT_EQ(ShowTime(12345), "12.3 ms");
+  EXPECT_EQ(ShowMemory(121e6), "121 MB");
+  EXPECT_EQ(ShowMemory(1220), "1.22 kB");
+  EXPECT_EQ(ShowMemory(96), "96 bytes");
+}
+
+}  // namespace
+}  // namespace kerf
