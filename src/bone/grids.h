@@ -35,6 +35,8 @@ openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm);
 void FinishLevelSet(openvdb::FloatGrid& grid);
 /// Of CT numbers; the background is air.
 openvdb::FloatGrid::Ptr MakeHuGrid(double voxel_mm);
+/// As ExtractSurface(), of any level set with a right-handed transform.
+TriangleMesh ExtractZeroLevel(const openvdb::FloatGrid& grid, double adaptivity);
 
 /// phi at a point given in phi's index space, trilinear. Accessor: openvdb::FloatGrid::ConstAccessor. Tick-safe.
 template <typename Accessor>

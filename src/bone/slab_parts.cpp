@@ -5,12 +5,14 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <memory>
 
 #include "bone/cell_block.h"
 #include "bone/cell_volume.h"
 #include "bone/slab_section.h"
+#include "bone/slice_surface.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -22,7 +24,7 @@ using FloatLeaf = FloatTree::LeafNodeType;
 using Leaves = std::vector<std::unique_ptr<FloatLeaf>>;
 
 constexpr int kEdge = 8;
-constexpr std::size_t kMaxSliceBlocks = std::size_t{1} << 21;  // 4 GB
+constexpr std::size_t kMaxSliceBlocks = std::size_t{3} << 19;  // 3 GB
 
 /// Half the diagonal of a block, from the outermost voxels' centres, in voxels.
 const double kBlockRadius_vox = 0.5 * std::sqrt(3.0) * (kEdge - 1);
@@ -109,7 +111,11 @@ class Cutter {
     SlabParts parts;
     parts.left = MakeSegment(1, PartFate::kLeft);
     parts.right = MakeSegment(-1, PartFate::kRight);
-    parts.slice = MakeSlice();
+    const FloatTree::Ptr masked = everywhere_ ? nullptr : MaskUncut();
+    const FloatTree& source = masked ? *masked : phi_->constTree();
+    parts.slice = MakeSlice(source);
+    parts.slice_surface_W =
+        MakeSliceSurface(source, h_, FindSliceBlocks(), {distance_.p_W, distance_.normal_W}, 2 * half_);
     for (const auto& [part, name] : {std::pair{&parts.left, "left segment"}, std::pair{&parts.slice, "slice"},
                                      std::pair{&parts.right, "right segment"}}) {
       if (part->empty()) throw Error(fmt::format("the plane leaves no bone for the {}; move it into the bone", name));
@@ -216,57 +222,77 @@ class Cutter {
     return segment;
   }
 
+  bool IsNearSlice(const LabelledBlock& block) const {
+    const double s = distance_.At(BlockCentre_vox(block.origin));
+    return block.leaf && std::abs(s) <= half_ + (kHalfBandVoxels + kBlockRadius_vox + 2) * h_;
+  }
+
+  std::vector<Coord> FindSliceBlocks() const {
+    std::vector<Coord> origins;
+    for (const LabelledBlock& block : labels_.blocks) {
+      if (IsNearSlice(block)) origins.push_back(block.origin);
+    }
+    return origins;
+  }
+
   /// The bone's phi, where it is cut, on the finer grid, between the two faces.
-  Bone MakeSlice() const {
+  Bone MakeSlice(const FloatTree& source) const {
     const int refine = std::max(2, static_cast<int>(std::ceil(4 * h_ / (2 * half_) - 1e-9)));
     const PlaneDistance fine{distance_.p_W, distance_.normal_W, h_ / refine};
-    const double fine_reach = half_ + (kHalfBandVoxels + kBlockRadius_vox) * fine.voxel_mm;
-    const FloatTree::Ptr masked = everywhere_ ? nullptr : MaskUncut();
-    const FloatTree& source = masked ? *masked : phi_->constTree();
-
-    struct Job {
-      std::size_t block;
-      Coord origin;  // of a leaf of the fine grid
-    };
-    std::vector<Job> jobs;
-    for (std::size_t n = 0; n < labels_.blocks.size(); ++n) {
-      const LabelledBlock& block = labels_.blocks[n];
-      const double s = distance_.At(BlockCentre_vox(block.origin));
-      if (!block.leaf || std::abs(s) > half_ + (kHalfBandVoxels + kBlockRadius_vox + 2) * h_) continue;
-      for (int x = 0; x < refine; ++x) {
-        for (int y = 0; y < refine; ++y) {
-          for (int z = 0; z < refine; ++z) {
-            const Coord origin(refine * block.origin.x() + kEdge * x, refine * block.origin.y() + kEdge * y,
-                               refine * block.origin.z() + kEdge * z);
-            if (std::abs(fine.At(BlockCentre_vox(origin))) <= fine_reach) jobs.push_back({n, origin});
-          }
-        }
-      }
-      if (jobs.size() > kMaxSliceBlocks) {
-        throw Error(
-            fmt::format("a slice of {:g} mm through so much bone needs more than a thousand million voxels; make "
-                        "it thicker",
-                        2 * half_));
-      }
-    }
-    Leaves leaves(jobs.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, jobs.size(), 64), [&](const auto& range) {
+    // Fine blocks by coarse ones, so that their order is always the same.
+    std::vector<Leaves> leaves(labels_.blocks.size());
+    std::atomic<std::size_t> count{0};
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 8), [&](const auto& range) {
       openvdb::tree::ValueAccessor<const FloatTree> accessor(source);
       CellBlock cells;
-      std::size_t loaded = labels_.blocks.size();
-      for (std::size_t n = range.begin(); n < range.end(); ++n) {
-        const Coord& origin = labels_.blocks[jobs[n].block].origin;
-        if (loaded != jobs[n].block) cells.Load(accessor, origin);
-        loaded = jobs[n].block;
-        leaves[n] = MakeSliceLeaf(cells, origin, jobs[n].origin, refine, fine);
+      for (std::size_t n = range.begin(); n < range.end() && count <= kMaxSliceBlocks; ++n) {
+        const LabelledBlock& block = labels_.blocks[n];
+        if (!IsNearSlice(block)) continue;
+        cells.Load(accessor, block.origin);
+        leaves[n] = MakeSliceLeaves(cells, block.origin, refine, fine);
+        count += leaves[n].size();
       }
     });
+    if (count > kMaxSliceBlocks) {
+      throw Error(
+          fmt::format("a slice of {:g} mm through so much bone needs more than {} million voxels; make it thicker",
+                      2 * half_, (kMaxSliceBlocks * 512) >> 20));
+    }
     Bone slice = MakeEmptyCopy(fine.voxel_mm);
-    for (auto& leaf : leaves) {
-      if (leaf) slice.grids().phi->tree().addLeaf(leaf.release());
+    for (Leaves& of_block : leaves) {
+      for (auto& leaf : of_block) slice.grids().phi->tree().addLeaf(leaf.release());
     }
     FinishLevelSet(*slice.grids().phi);
     return slice;
+  }
+
+  /// Those of the fine grid within one coarse block that the slice or its band may reach.
+  Leaves MakeSliceLeaves(const CellBlock& cells, const Coord& coarse_origin, int refine,
+                         const PlaneDistance& fine) const {
+    const double radius = kBlockRadius_vox * fine.voxel_mm;
+    const double band = kHalfBandVoxels * fine.voxel_mm;
+    Leaves leaves;
+    for (int x = 0; x < refine; ++x) {
+      for (int y = 0; y < refine; ++y) {
+        for (int z = 0; z < refine; ++z) {
+          const Coord origin(refine * coarse_origin.x() + kEdge * x, refine * coarse_origin.y() + kEdge * y,
+                             refine * coarse_origin.z() + kEdge * z);
+          const Vec3 centre = BlockCentre_vox(origin);
+          if (std::abs(fine.At(centre)) > half_ + band + radius) continue;
+          // In the air: phi changes by about 1 per mm, and certainly not by 1.5.
+          const Vec3 p =
+              centre / static_cast<double>(refine) - Vec3(coarse_origin.x(), coarse_origin.y(), coarse_origin.z());
+          const Vec3 cell = glm::floor(p);
+          const double f[3] = {p.x - cell.x, p.y - cell.y, p.z - cell.z};
+          const double phi = InterpolateInCell(
+              cells.Corners(static_cast<int>(cell.x), static_cast<int>(cell.y), static_cast<int>(cell.z)), f);
+          if (phi > band + 1.5 * radius) continue;
+          auto leaf = MakeSliceLeaf(cells, coarse_origin, origin, refine, fine);
+          if (leaf) leaves.push_back(std::move(leaf));
+        }
+      }
+    }
+    return leaves;
   }
 
   std::unique_ptr<FloatLeaf> MakeSliceLeaf(const CellBlock& cells, const Coord& coarse_origin, const Coord& origin,

@@ -7,10 +7,14 @@
 namespace kerf {
 
 TriangleMesh ExtractSurface(const Bone& bone, double adaptivity) {
+  return ExtractZeroLevel(*bone.grids().phi, adaptivity);
+}
+
+TriangleMesh ExtractZeroLevel(const openvdb::FloatGrid& grid, double adaptivity) {
   std::vector<openvdb::Vec3s> points;
   std::vector<openvdb::Vec3I> triangles;
   std::vector<openvdb::Vec4I> quads;
-  openvdb::tools::volumeToMesh(*bone.grids().phi, points, triangles, quads, 0.0, adaptivity);
+  openvdb::tools::volumeToMesh(grid, points, triangles, quads, 0.0, adaptivity);
   TriangleMesh mesh;
   mesh.points.reserve(points.size());
   for (const auto& p : points) {

@@ -18,5 +18,6 @@ void AddImportCommand(CLI::App& app);
 void AddMaterialsCommand(CLI::App& app);
 void AddModelCommand(CLI::App& app);
 void AddSceneCommand(CLI::App& app);
+void AddSlabCommand(CLI::App& app);
 
 }  // namespace kerf::cli

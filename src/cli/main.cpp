@@ -49,6 +49,7 @@ int main(int argc, char** argv) {
   kerf::cli::AddModelCommand(app);
   kerf::cli::AddSceneCommand(app);
   kerf::cli::AddMaterialsCommand(app);
+  kerf::cli::AddSlabCommand(app);
 
   try {
     app.parse(argc, argv);

@@ -1,4 +1,4 @@
-// Point lists of 3D Slicer.
+// Points and planes of 3D Slicer.
 #pragma once
 
 #include <string>
@@ -11,5 +11,13 @@ namespace kerf {
 /// The control points of all markups in a .mrk.json file, LPS mm. Its coordinateSystem (LPS or RAS) is honoured; points
 /// that were not placed are left out. Throws Error with one sentence when it is no such file, or holds no point.
 std::vector<Vec3> ReadMarkups(const std::string& path);
+
+/// The plane of a .mrk.json file, LPS mm. If it holds a markup of type Plane: that one's `center` and `normal`, else
+/// the third column of its `baseToNode` and its first point, else (files of Slicer 4.11) its three points. If it holds
+/// other markups: the plane through three points, or nearest to more in the sense of least squares, at their mean; seen
+/// from the side to which the normal points, the first three go round counter-clockwise. Throws Error with one sentence
+/// when it holds several Planes, fewer than three points, points on a line, or a Plane whose entries contradict each
+/// other.
+CutPlane ReadPlaneMarkups(const std::string& path);
 
 }  // namespace kerf

@@ -1,7 +1,10 @@
 // Point lists of 3D Slicer.
 #include "import/markups.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
+
+#include <glm/geometric.hpp>
 
 #include "ct_files.h"
 
@@ -52,6 +55,107 @@ TEST(Markups, WhatIsNoPointListIsRefused) {
   EXPECT_THAT(message(List("LPS", R"({"position": [1, 2]})")),
               HasSubstr("control point 1 has no position of three numbers"));
   EXPECT_THAT(message(List("LPS", R"({"position": [1, 2, "x"]})")), HasSubstr("has a coordinate that is no number"));
+}
+
+/// The LPS plane through (10, -20, 30) with normal (2, 3, 6) / 7, in whatever system `sign` says (-1: RAS).
+struct PlaneText {
+  double sign;
+  std::string system() const { return sign > 0 ? "LPS" : "RAS"; }
+  std::string Vector(double x, double y, double z) const { return fmt::format("[{}, {}, {}]", sign * x, sign * y, z); }
+  std::string Centre() const { return "\"center\": " + Vector(10, -20, 30); }
+  std::string Normal() const { return "\"normal\": " + Vector(2.0 / 7, 3.0 / 7, 6.0 / 7); }
+  /// Rows x and y change their sign with the system; the columns are (3, -6, 2) / 7, (6, 2, -3) / 7 and the normal.
+  std::string Base() const {
+    const double s = sign / 7;
+    return fmt::format("\"baseToNode\": [{}, {}, {}, 0, {}, {}, {}, 0, {}, {}, {}, 0, 0, 0, 0, 1]", 3 * s, 6 * s, 2 * s,
+                       -6 * s, 2 * s, 3 * s, 2.0 / 7, -3.0 / 7, 6.0 / 7);
+  }
+  /// An identity, as Slicer writes it: with the upper two rows turned in LPS.
+  std::string Object() const {
+    return fmt::format("\"objectToBase\": [{0}, 0, 0, 0, 0, {0}, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]", -sign);
+  }
+  std::string Points(const std::string& list) const { return "\"controlPoints\": [" + list + "]"; }
+  std::string Point(double x, double y, double z) const { return "{\"position\": " + Vector(x, y, z) + "}"; }
+  std::string File(const std::string& entries, const std::string& type = "Plane") const {
+    return "{\"markups\": [{\"type\": \"" + type + "\", \"coordinateSystem\": \"" + system() + "\", " + entries + "}]}";
+  }
+};
+
+CutPlane ReadPlaneText(const std::string& text) {
+  const Folder folder;
+  WriteBytes(folder.file("a.json"), text);
+  return ReadPlaneMarkups(folder.file("a.json"));
+}
+
+void ExpectPlane(const CutPlane& plane, double tolerance) {
+  EXPECT_NEAR(glm::length(plane.normal_W - Vec3(2, 3, 6) / 7.0), 0, tolerance);
+  EXPECT_NEAR(glm::dot(plane.p_W - Vec3(10, -20, 30), Vec3(2, 3, 6) / 7.0), 0, 100 * tolerance);
+}
+
+TEST(PlaneMarkups, PlaneOfSlicerIsTheSameInLpsAndRasAndByAnyOfItsEntries) {
+  for (const double sign : {1.0, -1.0}) {
+    const PlaneText t{sign};
+    const std::string point = t.Points(t.Point(10, -20, 30));
+    for (const std::string& entries :
+         {t.Centre() + ", " + t.Normal(), t.Base() + ", " + point, t.Base() + ", " + t.Object() + ", " + point,
+          "\"planeType\": \"pointNormal\", " + t.Centre() + ", " + t.Normal() + ", " + t.Base() + ", " + t.Object() +
+              ", " + point}) {
+      const CutPlane plane = ReadPlaneText(t.File(entries));
+      ExpectPlane(plane, 1e-12);
+      EXPECT_EQ(plane.p_W, Vec3(10, -20, 30)) << entries;
+    }
+  }
+}
+
+TEST(PlaneMarkups, ThreePointsInTurnSayThePlaneAndItsSide) {
+  for (const double sign : {1.0, -1.0}) {
+    const PlaneText t{sign};
+    // p, p + 7 u, p + 14 v with the columns u and v of the matrix above; u x v is the normal.
+    const std::string a = t.Point(10, -20, 30);
+    const std::string b = t.Point(13, -26, 32);
+    const std::string c = t.Point(22, -16, 24);
+    ExpectPlane(ReadPlaneText(t.File(t.Points(a + "," + b + "," + c), "Fiducial")), 1e-12);
+    ExpectPlane(ReadPlaneText(t.File(t.Points(a + "," + b + "," + c))), 1e-12);  // Slicer 4.11
+    const CutPlane turned = ReadPlaneText(t.File(t.Points(a + "," + c + "," + b), "Fiducial"));
+    ExpectPlane({turned.p_W, -turned.normal_W}, 1e-12);
+    EXPECT_NEAR(glm::length(turned.p_W - Vec3(15, -62.0 / 3, 86.0 / 3)), 0, 1e-12);  // their mean
+  }
+}
+
+TEST(PlaneMarkups, ManyPointsAreFittedByLeastSquares) {
+  const PlaneText t{1};
+  // A rectangle of 7 x 14 mm in the plane, its corners by turns 0.07 mm above and below: the mean plane is the plane.
+  std::string points;
+  const Vec3 u(3, -6, 2), v(12, 4, -6), n(0.02, 0.03, 0.06);
+  const Vec3 corners[] = {Vec3(0), u, u + v, v};
+  for (int i = 0; i < 4; ++i) {
+    const Vec3 p = Vec3(10, -20, 30) + corners[i] + (i % 2 ? 1.0 : -1.0) * n;
+    points += (i ? "," : "") + t.Point(p.x, p.y, p.z);
+  }
+  ExpectPlane(ReadPlaneText(t.File(t.Points(points), "Fiducial")), 1e-9);
+}
+
+TEST(PlaneMarkups, WhatSaysNoPlaneIsRefused) {
+  const PlaneText t{1};
+  const auto message = [](const std::string& text) { return MessageOf([&] { ReadPlaneText(text); }); };
+  const std::string two = t.Points(t.Point(0, 0, 0) + "," + t.Point(1, 0, 0));
+  EXPECT_THAT(message(t.File(two, "Fiducial")), HasSubstr("holds 2 placed points; a plane needs three"));
+  const std::string line = t.Points(t.Point(0, 0, 0) + "," + t.Point(1, 2, 3) + "," + t.Point(2, 4, 6));
+  EXPECT_THAT(message(t.File(line, "Fiducial")), HasSubstr("its points lie on a line, so they say no plane"));
+  EXPECT_THAT(message(t.File("\"normal\": [0, 0, 0], " + t.Centre())),
+              HasSubstr("'normal' of the plane has no direction"));
+  EXPECT_THAT(message(t.File("\"normal\": [0, 1], " + t.Centre())),
+              HasSubstr("'normal' of the plane is not 3 numbers"));
+  EXPECT_THAT(message(t.File(t.Normal())), HasSubstr("the plane has neither a center nor a placed point"));
+  EXPECT_THAT(message(t.File("\"normal\": [0, 0, 1], " + t.Centre() + ", " + t.Base())),
+              HasSubstr("the plane's 'normal' and 'baseToNode' contradict each other; save it anew from 3D Slicer"));
+  EXPECT_THAT(message(t.File("\"planeType\": \"pointNormal\", " + t.Centre() + ", " + t.Normal() + ", " +
+                             t.Points(t.Point(10, -20, 31)))),
+              HasSubstr("'center' and its control point contradict each other"));
+  const std::string plane = t.File(t.Centre() + ", " + t.Normal());
+  const std::string one = plane.substr(13, plane.size() - 15);
+  EXPECT_THAT(message("{\"markups\": [" + one + ", " + one + "]}"), HasSubstr("holds several planes"));
+  EXPECT_THAT(message("[]"), HasSubstr("not a markups file of 3D Slicer"));
 }
 
 }  // namespace
