@@ -30,8 +30,8 @@ void AddSetting(std::string& text, const Comparison& c) {
       c.scene, c.title.empty() ? "" : ": ", c.title, c.saw.diameter_mm, c.saw.thickness_mm, c.saw.teeth, c.rpm,
       c.feed_mm_per_s, c.rate_hz);
   Add(text, "- Voxel mode: voxels of {:g} mm; the force of every tooth in the bone that it meets.\n", c.voxel_mm);
-  Add(text, "- Slab mode: a slice {:g} mm long along [{:.4g}, {:.4g}, {:.4g}], its layers from {}.\n", c.profile.end_mm,
-      c.direction_W.x, c.direction_W.y, c.direction_W.z,
+  Add(text, "- Slab mode: a slice {:.2f} mm long along [{:.4g}, {:.4g}, {:.4g}], its layers from {}.\n",
+      c.profile.end_mm, c.direction_W.x, c.direction_W.y, c.direction_W.z,
       c.depth_by == "bone" ? "the bone itself" : "the paper's Table 2");
   Add(text,
       "- Depth is that of the disc's leading rim (in slab mode the blade's edge) below the first bone, along the cut. "

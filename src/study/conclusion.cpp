@@ -222,11 +222,12 @@ std::string DescribeSubstitute(const Comparison& c) {
                                        : fmt::format("at {} times the time for a tick", ShowFigure(1 / faster));
   if (share <= kStandsIn) {
     return fmt::format(
-        "**So** slab mode can stand in for {} on this cut: {} gives its force to {} % of its peak (rms), {}.",
+        "**In short:** slab mode can stand in for {} on this cut: {} gives its force to {} % of its peak (rms), {}.",
         reference.what.label, nearest->what.label, ShowFigure(100 * share), time);
   }
   return fmt::format(
-      "**So** slab mode does not stand in for {} on this cut: the nearest, {}, is off by {} % of its peak (rms), {}.",
+      "**In short:** slab mode does not stand in for {} on this cut: the nearest, {}, is off by {} % of its peak "
+      "(rms), {}.",
       reference.what.label, nearest->what.label, ShowFigure(100 * share), time);
 }
 

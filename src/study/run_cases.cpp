@@ -13,6 +13,8 @@
 namespace kerf {
 namespace {
 
+constexpr double kNoForce_N = 1e-12;
+
 /// In the order of the ticks, so that equal forces in another order are another hash.
 std::uint64_t HashForces(const std::vector<TickRecord>& ticks) {
   std::uint64_t hash = 0;
@@ -25,8 +27,9 @@ std::uint64_t HashForces(const std::vector<TickRecord>& ticks) {
 }
 
 DepthSample MakeSample(double depth_mm, const TickOutput& out, const Vec3& direction_W) {
-  // Adding 0 turns a force of -0 N into 0 N.
-  return {depth_mm, 0.0 - glm::dot(out.f_T_W_N, direction_W), glm::length(out.f_T_W_N), out.thrust_sum_N,
+  const double against_N = -glm::dot(out.f_T_W_N, direction_W);
+  // Rounding left over from springs at rest reads as nothing.
+  return {depth_mm, std::abs(against_N) < kNoForce_N ? 0 : against_N, glm::length(out.f_T_W_N), out.thrust_sum_N,
           out.engaged_teeth};
 }
 
