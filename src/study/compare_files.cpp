@@ -123,6 +123,15 @@ std::string FormatCompareJson(const Comparison& c) {
                    {"length_mm", Number(c.profile.end_mm)},
                    {"entry_mm", Number(c.profile.entry_mm)},
                    {"layers", c.profile.layers.size()}};
+  json["slab"] = {{"contact_share_of_pitch", c.slab.contact_share_of_pitch},
+                  {"mass_g", c.slab.mass_g},
+                  {"stiffness_N_per_mm", c.slab.stiffness_N_per_mm},
+                  {"damping_Ns_per_mm", c.slab.damping_Ns_per_mm},
+                  {"friction_coefficient", c.slab.friction_coefficient},
+                  {"normal_force_N", c.slab.normal_force_N},
+                  {"coupling_N_per_mm", c.slab.coupling_N_per_mm},
+                  {"coupling_damping_Ns_per_mm", c.slab.coupling_damping_Ns_per_mm},
+                  {"segments_move", c.slab.segments_move}};
   json["regions"] = ordered_json::array();
   for (const CompareRegion& region : c.regions) {
     json["regions"].push_back({{"region", region.id},

@@ -22,6 +22,19 @@ void Add(std::string& text, fmt::format_string<Args...> format, Args&&... args) 
   fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
 }
 
+/// What the hand feels in slab mode beside the cutting.
+std::string DescribeSlab(const SlabParams& p) {
+  std::string text = fmt::format("held by a spring of {:g} N/mm", p.coupling_N_per_mm);
+  const double friction_N = 2 * p.friction_coefficient * p.normal_force_N;
+  if (friction_N > 0) text += fmt::format(", friction of up to {} N on its two faces", ShowFigure(friction_N));
+  if (p.stiffness_N_per_mm > 0) text += fmt::format(", a spring of {:g} N/mm to its place", p.stiffness_N_per_mm);
+  if (p.damping_Ns_per_mm > 0) text += fmt::format(", a damper of {:g} N s/mm", p.damping_Ns_per_mm);
+  if (friction_N > 0 || p.stiffness_N_per_mm > 0 || p.damping_Ns_per_mm > 0) {
+    text += "; these are part of its force";
+  }
+  return text;
+}
+
 void AddSetting(std::string& text, const Comparison& c) {
   Add(text, "## What was compared\n\n");
   Add(text,
@@ -30,9 +43,9 @@ void AddSetting(std::string& text, const Comparison& c) {
       c.scene, c.title.empty() ? "" : ": ", c.title, c.saw.diameter_mm, c.saw.thickness_mm, c.saw.teeth, c.rpm,
       c.feed_mm_per_s, c.rate_hz);
   Add(text, "- Voxel mode: voxels of {:g} mm; the force of every tooth in the bone that it meets.\n", c.voxel_mm);
-  Add(text, "- Slab mode: a slice {:.2f} mm long along [{:.4g}, {:.4g}, {:.4g}], its layers from {}.\n",
+  Add(text, "- Slab mode: a slice {:.2f} mm long along [{:.4g}, {:.4g}, {:.4g}], its layers from {}; {}.\n",
       c.profile.end_mm, c.direction_W.x, c.direction_W.y, c.direction_W.z,
-      c.depth_by == "bone" ? "the bone itself" : "the paper's Table 2");
+      c.depth_by == "bone" ? "the bone itself" : "the paper's Table 2", DescribeSlab(c.slab));
   Add(text,
       "- Depth is that of the disc's leading rim (in slab mode the blade's edge) below the first bone, along the cut. "
       "Force is the component on the tool against the cut. Both on a common axis: the mean over the ticks in each {:g} "

@@ -238,6 +238,7 @@ Comparison CompareScene(const Scene& scene, const CompareParams& params, const C
   c.saw = MakeSimulationParams(scene).saw;
   c.direction_W = glm::normalize(scene.slab.direction);
   c.profile = MakeSlabProfile(scene, bone);
+  c.slab = MakeSlabParams(scene);
   c.grid.step_mm = params.depth_step_mm;
   c.repetitions = params.repetitions;
   c.cases.resize(cases.size());

@@ -69,6 +69,7 @@ struct Comparison {
   DiscSaw saw;
   Vec3 direction_W{0};
   SlabProfile profile;
+  SlabParams slab;  // of both readings
   DepthGrid grid;
   std::vector<int> region_of_bin;      // 0: no bone there, or past the slice
   std::vector<CompareRegion> regions;  // of the slice, by depth
