@@ -86,8 +86,9 @@ TEST(Conclusion, SlabStandsInOnlyWithinTenPercent) {
       HasSubstr("**In short:** slab mode can stand in for voxel A on this cut: slab B gives its force to 7.50 % of its "
                 "peak (rms), at 1/200 of the time for a tick."));
   const std::string off = ForceWords(Slab([](double) { return 6.0; }));
-  EXPECT_THAT(off, HasSubstr("**In short:** slab mode does not stand in for voxel A on this cut: the nearest, slab B, is off "
-                             "by 50.0 % of its peak"));
+  EXPECT_THAT(
+      off, HasSubstr("**In short:** slab mode does not stand in for voxel A on this cut: the nearest, slab B, is off "
+                     "by 50.0 % of its peak"));
   // The nearest of two, whichever comes first.
   MadeUpCase other = Slab([](double) { return 4.1; });
   other.label = "slab C";
