@@ -58,6 +58,7 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
   const Vec3& d = scene.slab.direction;
   fmt::print("  slice     {:g} mm thick, {:.2f} mm long along [{:g}, {:g}, {:g}]; law {}\n", scene.tool.thickness_mm,
              s.profile.end_mm, d.x, d.y, d.z, ToString(scene.slab.params.reading));
+  fmt::print("  material  {}\n", DescribeMaterial(scene, s.material));
   fmt::print("  cut       {:.2f} mm deep{}\n", std::min(s.end.deepest_mm, s.profile.end_mm),
              s.free_at_s ? fmt::format("; the slice came free at {:.2f} s", *s.free_at_s) : std::string());
   fmt::print("  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth\n",
@@ -105,6 +106,7 @@ void RunSlabMode(const Scene& scene, const Options& options) {
         RunSlabScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
   }
   for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
+  for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
   if (summary.end.deepest_mm <= 0) fmt::print(stderr, "kerf: warning: the blade met no bone on its path\n");
   if (options.json) {
     fmt::print("{}", FormatSlabSummaryJson(scene, summary));

@@ -81,10 +81,10 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   const SlabParams params = MakeSlabParams(scene);
   MakeFolder(folder);
   const std::vector<std::string> earlier = ReadEarlierResults(folder);
-  const Bone bone = MakeSceneBone(scene, stage("making the bone"));
+  SlabSummary summary;
+  const Bone bone = MakeSceneBone(scene, stage("making the bone"), &summary.material);
   SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"));
 
-  SlabSummary summary;
   summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
   summary.end = run.states.back();
   summary.profile = run.profile;
@@ -152,6 +152,7 @@ std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
   json["kerf"] = {{"version", VersionString()}, {"commit", CommitString()}, {"compiler", CompilerString()}};
   json["scene"] = scene.name;
   json["mode"] = "slab";
+  json["material"] = ordered_json::parse(FormatMaterialJson(scene, s.material));
   ordered_json layers = ordered_json::array();
   for (const SlabProfile::Layer& layer : s.profile.layers) {
     layers.push_back(

@@ -7,6 +7,7 @@
 
 #include "session/run_scene.h"
 #include "session/run_slab.h"
+#include "session/scene_material.h"
 
 namespace kerf {
 
@@ -22,6 +23,7 @@ struct SlabSummary {
   SlabState end;  // at the end of the run
   SlabProfile profile;
   MaterialTable materials;
+  MaterialSummary material;
   std::optional<double> free_at_s;     // when the slice came free
   std::vector<SlabPartSummary> parts;  // empty when nothing that the scene asks for needs them
   std::size_t ticks = 0;
