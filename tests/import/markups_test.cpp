@@ -107,6 +107,17 @@ TEST(PlaneMarkups, PlaneOfSlicerIsTheSameInLpsAndRasAndByAnyOfItsEntries) {
   }
 }
 
+TEST(PlaneMarkups, PlaneTurnedWithinItsBaseIsTurnedTheSameWay) {
+  for (const double sign : {1.0, -1.0}) {
+    const PlaneText t{sign};
+    // A quarter turn about the base's x axis, which takes z to -y: rows (1, 0, 0), (0, 0, -1), (0, 1, 0).
+    const std::string object =
+        fmt::format("\"objectToBase\": [{0}, 0, 0, 0, 0, 0, {1}, 0, 0, 1, 0, 0, 0, 0, 0, 1]", -sign, sign);
+    const CutPlane plane = ReadPlaneText(t.File(t.Base() + ", " + object + ", " + t.Points(t.Point(10, -20, 30))));
+    EXPECT_NEAR(glm::length(plane.normal_W + Vec3(6, 2, -3) / 7.0), 0, 1e-12);
+  }
+}
+
 TEST(PlaneMarkups, ThreePointsInTurnSayThePlaneAndItsSide) {
   for (const double sign : {1.0, -1.0}) {
     const PlaneText t{sign};
