@@ -49,13 +49,13 @@ PictureSpec MakeSlabPicture(const Scene& scene, const SlabParts& parts, const Sl
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
   const Vec3 d = params.direction_W;
   spec.shapes.push_back(Moved(ExtractSurface(parts.left), kLeftColour, summary.end.left_mm * d));
-  spec.shapes.push_back(Moved(ExtractSurface(parts.slice), kSliceColour, SliceTravel(summary) * d));
+  spec.shapes.push_back(Moved(parts.slice_surface_W, kSliceColour, SliceTravel(summary) * d));
   spec.shapes.push_back(Moved(ExtractSurface(parts.right), kRightColour, summary.end.right_mm * d));
   spec.saws.push_back({params.saw, X_WT_last, 1});
   spec.legend = {{"left segment", kLeftColour}, {"slice", kSliceColour}, {"right segment", kRightColour}};
   const Vec3 normal = X_WT_last.Vector({0, 0, 1});
   const Vec3 across = glm::cross(normal, d);
-  const Vec3 up = std::abs(d.z) < 0.9 ? Vec3(0, 0, 1) : Vec3(0, 0, 1);
+  const Vec3 up(0, 0, 1);
   spec.camera = {0.8 * normal + across + 0.4 * up, up, {}, 0};
   spec.fit_to_saw = false;
   spec.caption = summary.end.free ? fmt::format("the slice came free after {:.1f} mm, at {:.2f} s",
@@ -109,7 +109,10 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   write_text("slab.csv", FormatSlabLog(run, scene.output.forces_every_ticks));
   if (NeedsParts(scene)) {
     stage("cutting the bone into its three parts")(0);
-    const SlabParts parts = MakeSlabParts(bone, {plane, params.saw.thickness_mm, false, std::nullopt});
+    // Where the path goes through the bone, should the plane meet it elsewhere too.
+    const double middle_mm = run.profile.entry_mm + 0.5 * run.profile.end_mm - glm::dot(plane.p_W, params.direction_W);
+    const SlabParts parts =
+        MakeSlabParts(bone, {plane, params.saw.thickness_mm, false, plane.p_W + middle_mm * params.direction_W});
     const std::pair<const char*, const Bone*> named[] = {
         {"left", &parts.left}, {"slice", &parts.slice}, {"right", &parts.right}};
     for (const auto& [name, part] : named) {
@@ -119,7 +122,8 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
         summary.files.push_back(fmt::format("{}.vdb", name));
       }
       if (scene.output.pieces) {
-        WriteMesh(ExtractSurface(*part), fmt::format("{}/{}.stl", folder, name));
+        WriteMesh(part == &parts.slice ? parts.slice_surface_W : ExtractSurface(*part),
+                  fmt::format("{}/{}.stl", folder, name));
         summary.files.push_back(fmt::format("{}.stl", name));
       }
       stage("cutting the bone into its three parts")(static_cast<double>(summary.parts.size()) / 3);
