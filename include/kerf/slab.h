@@ -52,7 +52,7 @@ struct SlabParams {
   PaperReading reading = PaperReading::kAsComputed;  // of the cutting resistance
   double contact_share_of_pitch = 0.01;              // a tooth's contact radius, above 0 to 0.5
   double mass_g = 1;                                 // of slice and blade, 0.001 to 10000
-  double stiffness_N_per_mm = 0;                     // spring from the slice to its place in the jaw, 0 to 1e6
+  double stiffness_N_per_mm = 0;                     // spring from the slice to where it began, 0 to 1e6
   double damping_Ns_per_mm = 0;                      // damper from the slice to the jaw, 0 to 1e3
   double friction_coefficient = 0;                   // of each of its two faces on the segments, 0 to 10
   double normal_force_N = 0;                         // on each face, 0 to 1e4
@@ -94,6 +94,9 @@ struct SlabState {
 /// Step:    implicit Euler, each sub-step solved exactly (a monotone piecewise-linear equation), so nothing chatters
 ///          and no stiffness is too large. Energy balance, to rounding: kinetic + elastic = hand_work - friction -
 ///          cutting - damping - released - numerical, every loss >= 0.
+/// Start:   set down inside the bone, the blade meets a slice that nobody has moved: its spring is slack there, and
+/// what
+///          lies above counts as cut.
 /// Valid:   motion of the hand along the rail; motion across it is not felt while the slice is on the rail.
 /// Tick-safe: Tick() allocates nothing.
 class SlabSimulation {

@@ -107,7 +107,15 @@ void RunSlabMode(const Scene& scene, const Options& options) {
   }
   for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
   for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
-  if (summary.end.deepest_mm <= 0) fmt::print(stderr, "kerf: warning: the blade met no bone on its path\n");
+  if (summary.end.deepest_mm <= 0 && scene.tool.rpm > 0) {
+    fmt::print(stderr, "kerf: warning: the blade met no bone on its path\n");
+  }
+  if (summary.starts_in_bone) {
+    fmt::print(
+        stderr,
+        "kerf: warning: the blade was set down inside the bone; its slice's spring is slack there, and what lies "
+        "above counts as cut\n");
+  }
   if (options.json) {
     fmt::print("{}", FormatSlabSummaryJson(scene, summary));
   } else {

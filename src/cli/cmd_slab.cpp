@@ -66,8 +66,8 @@ void Print(const PartsReport& r, const std::string& folder) {
       "plane      through ({:.2f}, {:.2f}, {:.2f}), normal ({:.4f}, {:.4f}, {:.4f}); {:.1f} mm from its point to "
       "the cut\n",
       p.x, p.y, p.z, n.x, n.y, n.z, r.distance_mm);
-  fmt::print("slice      {:g} mm thick; {:.4f} mm between the faces of its surface, of {:.1f} and {:.1f} mm2\n",
-             r.thickness_mm, r.measured_thickness_mm, r.left_face_mm2, r.right_face_mm2);
+  fmt::print("slice      {:g} mm thick; {:.4f} mm between the faces of its surface; section {:.1f} mm2\n",
+             r.thickness_mm, r.measured_thickness_mm, r.section_mm2);
   fmt::print("{:<8}{:>14}{:>10}{:>8}{:>12}  {}\n", "part", "volume, mm3", "share, %", "pieces", "triangles", "surface");
   for (const PartFile& part : r.parts) {
     fmt::print("{:<8}{:>14.3f}{:>10.3f}{:>8}{:>12}  {}\n", part.name, part.volume_mm3,
@@ -76,6 +76,12 @@ void Print(const PartsReport& r, const std::string& folder) {
   }
   fmt::print("{:<8}{:>14.3f}{:>10.3f}  of {:.3f} mm3 ({:+.4f} %)\n", "sum", r.sum_mm3, 100 * r.sum_mm3 / r.whole_mm3,
              r.whole_mm3, r.CalcDifferencePercent());
+  for (const PartFile& part : r.parts) {
+    if (part.crumbs == 0) continue;
+    fmt::print("{:<8}  besides {} of {:.2g} mm3 together, each below {:g} % of the part\n", part.name,
+               part.crumbs == 1 ? "a crumb" : fmt::format("{} crumbs", part.crumbs), part.crumbs_mm3,
+               100 * kCrumbShare);
+  }
   fmt::print("written    {}/:", folder);
   for (const PartFile& part : r.parts) {
     for (const std::string& file : part.files) fmt::print(" {}", file);

@@ -36,13 +36,15 @@ Json ReadMarkupList(const std::string& path) {
 
 /// Takes x and y of the markup's coordinate system to LPS: 1 or -1.
 double CalcFlip(const Json& markup, const std::string& path) {
-  const std::string system = markup.contains("coordinateSystem") && markup["coordinateSystem"].is_string()
-                                 ? markup["coordinateSystem"].get<std::string>()
-                                 : std::string();
+  const bool given = markup.contains("coordinateSystem");
+  const std::string system = given && markup["coordinateSystem"].is_string()
+                                 ? "'" + markup["coordinateSystem"].get<std::string>() + "'"
+                             : given ? markup["coordinateSystem"].dump()
+                                     : "missing";
   double flip = 0;
-  if (system == "LPS" || system == "0") flip = 1;
-  if (system == "RAS" || system == "1") flip = -1;
-  if (flip == 0) throw Error(fmt::format("{}: coordinateSystem is '{}'; it must be LPS or RAS", path, system));
+  if (system == "'LPS'" || system == "'0'" || system == "0") flip = 1;
+  if (system == "'RAS'" || system == "'1'" || system == "1") flip = -1;
+  if (flip == 0) throw Error(fmt::format("{}: coordinateSystem is {}; it must be LPS or RAS", path, system));
   if (markup.contains("coordinateUnits") && markup["coordinateUnits"].is_string()) {
     const auto units = markup["coordinateUnits"].get<std::string>();
     if (units != "mm" && units.rfind("[\"mm\"", 0) != 0) {

@@ -15,6 +15,11 @@ constexpr double kResolvedVoxels = 2;
 
 /// What slab mode leaves out of this scene.
 void FindSlabDoubts(const Scene& scene, std::vector<std::string>& doubts) {
+  if (scene.tool.rpm == 0) doubts.emplace_back("rpm = 0: a stopped saw cuts nothing");
+  if (&scene.force.info() != &ForceLaw().info()) {
+    doubts.push_back(fmt::format("[force] law = \"{}\" is not used in slab mode, whose law is \"{}\" of [slab]",
+                                 scene.force.name(), ToString(scene.slab.params.reading)));
+  }
   const Path path = MakePath(scene);
   const Vec3 d = glm::normalize(scene.slab.direction);
   double across_mm = 0;
@@ -54,7 +59,6 @@ double CalcTopBite(const Scene& scene) {
 std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
   std::vector<std::string> doubts;
   if (scene.simulation.mode == SceneMode::kSlab) {
-    if (scene.tool.rpm == 0) doubts.emplace_back("rpm = 0: a stopped saw cuts nothing");
     FindSlabDoubts(scene, doubts);
     return doubts;
   }
@@ -70,13 +74,6 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
         "the disc is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the kerf comes out "
         "up to some percent too narrow; use voxels of at most {:.3g} mm",
         voxels, scene.tool.thickness_mm, voxel_mm, kResolvedVoxels, scene.tool.thickness_mm / kResolvedVoxels));
-  }
-  if (scene.material.kind == MaterialKind::kCt && scene.material.ct_all) {
-    doubts.emplace_back(
-        "ct_applies_to = \"all\": in cortical bone the CT number explains less than a fifth of the modulus (Rho, "
-        "Hobatho "
-        "and Ashman 1995), and soft tissue dims it near the surface; \"cancellous\" gives cortex its region's "
-        "constants");
   }
   if (scene.tool.rpm == 0) {
     doubts.emplace_back("rpm = 0: a stopped saw cuts nothing");

@@ -128,7 +128,7 @@ void Describe(SceneSlab& p, V&& visit) {
   visit("contact_share_of_pitch", q.contact_share_of_pitch, Range{1e-6, 0.5},
         "a tooth's contact radius as a share of the tooth pitch; the paper's is 0.01");
   visit("mass_g", q.mass_g, Range{0.001, 10000}, "mass of the slice and the blade");
-  visit("stiffness_N_per_mm", q.stiffness_N_per_mm, Range{0, 1e6}, "spring from the slice to its place in the jaw");
+  visit("stiffness_N_per_mm", q.stiffness_N_per_mm, Range{0, 1e6}, "spring from the slice to where it began");
   visit("damping_Ns_per_mm", q.damping_Ns_per_mm, Range{0, 1000}, "damper from the slice to the jaw");
   visit("friction_coefficient", q.friction_coefficient, Range{0, 10},
         "of each face of the slice on its segment; none was found measured for bone on bone");

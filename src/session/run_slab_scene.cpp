@@ -16,15 +16,15 @@
 #include "session/make_bone.h"
 #include "session/results_folder.h"
 #include "session/run_pictures.h"
+#include "session/write_parts.h"
 
 namespace kerf {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr Rgb8 kSliceColour{214, 96, 77};
-constexpr Rgb8 kLeftColour{226, 214, 190};
-constexpr Rgb8 kRightColour{198, 209, 219};
+/// The entry is true to a quarter of a voxel; a path may begin at the surface.
+constexpr double kInBone_mm = 0.1;
 
 /// Where the slice has gone by the end of the run: its own way along the direction.
 double SliceTravel(const SlabSummary& summary) {
@@ -48,11 +48,11 @@ PictureSpec MakeSlabPicture(const Scene& scene, const SlabParts& parts, const Sl
   const bool patient = scene.bone.source == BoneSource::kFile || scene.bone.source == BoneSource::kMandible;
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
   const Vec3 d = params.direction_W;
-  spec.shapes.push_back(Moved(ExtractSurface(parts.left), kLeftColour, summary.end.left_mm * d));
-  spec.shapes.push_back(Moved(parts.slice_surface_W, kSliceColour, SliceTravel(summary) * d));
-  spec.shapes.push_back(Moved(ExtractSurface(parts.right), kRightColour, summary.end.right_mm * d));
+  spec.shapes.push_back(Moved(ExtractSurface(parts.left), kPartColours[0], summary.end.left_mm * d));
+  spec.shapes.push_back(Moved(parts.slice_surface_W, kPartColours[1], SliceTravel(summary) * d));
+  spec.shapes.push_back(Moved(ExtractSurface(parts.right), kPartColours[2], summary.end.right_mm * d));
   spec.saws.push_back({params.saw, X_WT_last, 1});
-  spec.legend = {{"left segment", kLeftColour}, {"slice", kSliceColour}, {"right segment", kRightColour}};
+  spec.legend = {{"left segment", kPartColours[0]}, {"slice", kPartColours[1]}, {"right segment", kPartColours[2]}};
   const Vec3 normal = X_WT_last.Vector({0, 0, 1});
   const Vec3 across = glm::cross(normal, d);
   const Vec3 up(0, 0, 1);
@@ -93,6 +93,15 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   for (std::size_t i = 0; i < run.ticks.size(); ++i) {
     summary.ticks_with_status += run.ticks[i].out.status != kTickOk ? 1 : 0;
     if (run.states[i].free && !summary.free_at_s) summary.free_at_s = run.ticks[i].time_s;
+  }
+  const Path path = MakePath(scene);
+  for (std::size_t i = 0; i < path.segments().size(); ++i) {
+    const PathSegment& segment = path.segments()[i];
+    const double edge_mm =
+        glm::dot(path.CalcPose(i, segment.start_s).p_AB, params.direction_W) + params.saw.radius_mm();
+    const double depth_mm = edge_mm - run.profile.entry_mm;
+    const bool in_bone = segment.retract_before && depth_mm > kInBone_mm && depth_mm < run.profile.end_mm;
+    summary.starts_in_bone = summary.starts_in_bone || in_bone;
   }
   summary.simulated_s = run.ticks.back().time_s;
   summary.ticks_wall_s = run.wall_s;
@@ -203,6 +212,7 @@ std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
                    {"p999_us", s.times.p999_us},
                    {"max_us", s.times.max_us}};
   json["tick_memory_bytes"] = s.memory_bytes;
+  json["starts_in_bone"] = s.starts_in_bone;
   json["files"] = s.files;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -24,6 +24,7 @@ struct SlabSummary {
   SlabProfile profile;
   MaterialTable materials;
   MaterialSummary material;
+  bool starts_in_bone = false;         // a stroke was set down with the blade in the bone
   std::optional<double> free_at_s;     // when the slice came free
   std::vector<SlabPartSummary> parts;  // empty when nothing that the scene asks for needs them
   std::size_t ticks = 0;

@@ -51,6 +51,13 @@ void ApplyCt(const Scene& scene, Bone& bone, MaterialSummary& summary) {
                     100 * (ct.share_below + ct.share_above), summary.law.name, low, high, 100 * ct.share_below,
                     100 * ct.share_above));
   }
+  if (material.ct_all) {
+    summary.warnings.emplace_back(
+        "ct_applies_to = \"all\": in cortical bone the CT number explains less than a fifth of the modulus (Rho, "
+        "Hobatho "
+        "and Ashman 1995), and soft tissue dims it near the surface; \"cancellous\" gives cortex its region's "
+        "constants");
+  }
   if (summary.law.tag == 'R') {
     summary.warnings.push_back(
         fmt::format("part of the law {} is recalled, not verified: {}", summary.law.name, summary.law.source));

@@ -19,8 +19,6 @@ namespace kerf {
 namespace {
 
 constexpr const char* kNames[] = {"left", "slice", "right"};
-// Pale for the segments, so that their shape shows; told apart by people who confuse red and green too.
-constexpr Rgb8 kColours[] = {{158, 196, 224}, {230, 120, 30}, {238, 214, 150}};
 
 /// Where half of the area lies below.
 double CalcMedian(std::vector<std::pair<double, double>>& mm_and_mm2, double area_mm2) {
@@ -51,7 +49,10 @@ PartFile WritePart(const Bone& part, const char* name, const PartsOptions& optio
   file.name = name;
   file.volume_mm3 = part.CalcVolume();
   file.bounds_W = part.CalcBounds();
-  file.pieces = SplitPieces(part).pieces.size();
+  const Pieces pieces = SplitPieces(part, kCrumbShare * file.volume_mm3);
+  file.pieces = pieces.pieces.size();
+  file.crumbs = pieces.dust_count;
+  file.crumbs_mm3 = pieces.dust_mm3;
   file.voxel_mm = part.voxel_mm();
   if (options.triangles > 0) surface = Decimate(surface, options.triangles);
   std::string written;
@@ -99,7 +100,7 @@ void WritePartsPicture(const Bone& bone, std::vector<TriangleMesh> surfaces, con
     Shape shape;
     shape.mesh_W = std::move(surfaces[i]);
     for (Vec3& p : shape.mesh_W.points) p += (static_cast<double>(i) - 1) * apart_mm * report.plane.normal_W;
-    shape.colour = kColours[i];
+    shape.colour = kPartColours[i];
     spec.shapes.push_back(std::move(shape));
     const double mm3 = report.parts[i].volume_mm3;
     spec.legend.push_back(
@@ -108,7 +109,7 @@ void WritePartsPicture(const Bone& bone, std::vector<TriangleMesh> surfaces, con
                      : i == 0 ? "left segment"
                               : "right segment",
                      mm3 < 1000 ? fmt::format("{:.1f} mm³", mm3) : fmt::format("{:.2f} cm³", mm3 / 1000)),
-         kColours[i]});
+         kPartColours[i]});
   }
   spec.title = fmt::format("{}: cut by a slab of {:g} mm", std::filesystem::path(report.bone).stem().string(),
                            report.thickness_mm);
@@ -169,6 +170,7 @@ PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOp
   }
   const SliceFaces faces = MeasureSliceFaces(surfaces[1], cut.plane);
   report.measured_thickness_mm = faces.right_mm - faces.left_mm;
+  report.section_mm2 = report.parts[1].volume_mm3 / cut.thickness_mm;
   report.left_face_mm2 = faces.left_mm2;
   report.right_face_mm2 = faces.right_mm2;
   if (options.picture) {
@@ -188,7 +190,8 @@ std::string FormatPartsJson(const PartsReport& report) {
   json["plane"] = {{"point_mm", ToJson(report.plane.p_W)}, {"normal", ToJson(report.plane.normal_W)}};
   json["thickness_mm"] = report.thickness_mm;
   json["measured_thickness_mm"] = report.measured_thickness_mm;
-  json["face_mm2"] = {{"left", report.left_face_mm2}, {"right", report.right_face_mm2}};
+  json["section_mm2"] = report.section_mm2;
+  json["flat_face_mm2"] = {{"left", report.left_face_mm2}, {"right", report.right_face_mm2}};
   json["places"] = report.places;
   json["cut_places"] = report.cut_places;
   json["point_to_cut_mm"] = report.distance_mm;
@@ -202,6 +205,8 @@ std::string FormatPartsJson(const PartsReport& report) {
                              {"bounds_lower_mm", ToJson(part.bounds_W.lower)},
                              {"bounds_upper_mm", ToJson(part.bounds_W.upper)},
                              {"pieces", part.pieces},
+                             {"crumbs", part.crumbs},
+                             {"crumbs_mm3", part.crumbs_mm3},
                              {"voxel_mm", part.voxel_mm},
                              {"triangles", part.triangles},
                              {"surface_volume_mm3", part.surface_volume_mm3},

@@ -6,14 +6,22 @@
 #include <vector>
 
 #include "bone/slab_parts.h"
+#include "render/image.h"
 
 namespace kerf {
+
+inline constexpr double kCrumbShare = 0.001;
+/// left, slice, right. Pale for the segments, so that their shape shows; told apart by people who confuse red and green
+/// too.
+inline constexpr Rgb8 kPartColours[] = {{158, 196, 224}, {230, 120, 30}, {238, 214, 150}};
 
 struct PartFile {
   std::string name;  // left, slice, right
   double volume_mm3 = 0;
   Box3 bounds_W;
-  std::size_t pieces = 0;
+  std::size_t pieces = 0;  // of at least kCrumbShare of the part's volume
+  std::size_t crumbs = 0;  // smaller ones
+  double crumbs_mm3 = 0;   // together
   double voxel_mm = 0;
   // Of the surface, as read again from the file when one was written.
   std::size_t triangles = 0;
@@ -29,7 +37,8 @@ struct PartsReport {
   CutPlane plane;
   double thickness_mm = 0;           // as asked for
   double measured_thickness_mm = 0;  // between the two faces of the slice's surface
-  double left_face_mm2 = 0;          // of the slice's surface, without its bevelled rim
+  double section_mm2 = 0;            // of the bone at the plane: the slice's volume / its thickness
+  double left_face_mm2 = 0;          // flat part of the slice's surface, without its rim, bevelled by about a voxel
   double right_face_mm2 = 0;
   std::size_t places = 0;
   std::size_t cut_places = 0;

@@ -112,6 +112,7 @@ struct SlabSimulation::State {
   SlabParams params;
   SlabResistance resistance;
   Body blade;
+  double entry_mm = 0;            // the blade's displacement where its edge meets the first bone
   std::array<Body, 2> segments;   // left, right
   double hand_origin_mm = 0;      // p_W . direction where the run began
   Vec3 hand_W{0};                 // last good position
@@ -150,13 +151,15 @@ void SlabSimulation::State::Place(const Pose& X_WT) {
   hand_aside_W = Across(hand_W);
   MeasureDepth();
   out.deepest_mm = std::max(out.deepest_mm, out.depth_mm);
+  // Set down inside the bone the blade meets a slice that nobody has moved yet.
+  blade.rest_mm = std::max(entry_mm, blade.x_mm);
 }
 
 void SlabSimulation::State::MeasureDepth() {
   out.blade_mm = blade.x_mm;
   out.left_mm = segments[0].x_mm;
   out.right_mm = segments[1].x_mm;
-  out.depth_mm = blade.x_mm - blade.rest_mm - 0.5 * (segments[0].x_mm + segments[1].x_mm);
+  out.depth_mm = blade.x_mm - entry_mm - 0.5 * (segments[0].x_mm + segments[1].x_mm);
 }
 
 void SlabSimulation::State::MeasureEnergy() {
@@ -299,7 +302,7 @@ SlabSimulation::SlabSimulation(SlabProfile profile, const SlabParams& params, co
   s.hand_origin_mm = glm::dot(X_WT_start.p_AB, params.direction_W);
   s.blade.mass = params.mass_g * kTonnePerGram;
   s.blade.stiffness = params.stiffness_N_per_mm;
-  s.blade.rest_mm = s.profile.entry_mm - params.saw.radius_mm() - s.hand_origin_mm;
+  s.entry_mm = s.profile.entry_mm - params.saw.radius_mm() - s.hand_origin_mm;
   s.blade.held = true;
   for (Body& segment : s.segments) {
     segment.mass = params.segment_mass_g * kTonnePerGram;

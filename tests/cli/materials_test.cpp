@@ -97,7 +97,15 @@ TEST_F(Materials, VisibleHumanIsCutByRegionUniformAndByItsCtNumbers) {
   EXPECT_THAT(none.err, HasSubstr("plain.vdb: holds no CT numbers, which kind = \"ct\" needs; import the CT again with "
                                   "'kerf import --keep-hu'\n"));
   Write("s.toml", "[bone]\nfile = \"hu.vdb\"\n" + by_ct + "ct_applies_to = \"all\"\n" + rest);
-  EXPECT_THAT(Kerf("check s.toml").err, HasSubstr("in cortical bone the CT number explains less than a fifth"));
+  const char* warning = "in cortical bone the CT number explains less than a fifth";
+  EXPECT_THAT(Kerf("check s.toml").err, HasSubstr(warning));
+  // In slab mode too, and in the summary.
+  std::string slab_rest = rest;
+  slab_rest.replace(slab_rest.find("rate_hz"), 0, "mode = \"slab\"\n");
+  Write("slab.toml", "[bone]\nfile = \"hu.vdb\"\n" + by_ct + "ct_applies_to = \"all\"\n" + slab_rest +
+                         "[slab]\ndirection = [0, 0, -1]\n");
+  const ProgramResult slab = Kerf("check slab.toml");
+  EXPECT_THAT(slab.err, HasSubstr(warning)) << slab.code;
 }
 
 }  // namespace

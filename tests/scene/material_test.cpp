@@ -1,7 +1,6 @@
 // What the reader says of [material].
 #include <gtest/gtest.h>
 
-#include "scene/doubts.h"
 #include "scene_text.h"
 
 namespace kerf {
@@ -56,15 +55,6 @@ TEST(SceneMaterial, AModelHasNoCtNumbers) {
   EXPECT_EQ(test::MessageFor(test::ShortScene() + "[material]\nkind = \"ct\"\nct_law = \"mandible_matmap\"\n"),
             "s.toml:9:1: kind = \"ct\" needs CT numbers, and a bone with model = \"block\" has none; give a file made "
             "with 'kerf import --keep-hu'");
-}
-
-TEST(SceneMaterial, TheCtForAllBoneIsDoubted) {
-  const std::string ct = kFileScene + "kind = \"ct\"\nct_law = \"mandible_matmap\"\n";
-  EXPECT_TRUE(FindDoubts(ParseScene(ct, "s.toml"), 0.1).empty());
-  const auto doubts = FindDoubts(ParseScene(ct + "ct_applies_to = \"all\"\n", "s.toml"), 0.1);
-  ASSERT_EQ(doubts.size(), 1u);
-  EXPECT_EQ(doubts[0].rfind("ct_applies_to = \"all\": in cortical bone the CT number explains less than a fifth", 0),
-            0u);
 }
 
 }  // namespace

@@ -127,6 +127,19 @@ TEST_F(SlabRunTest, RefusesADirectionOutOfTheDiscsPlaneAndDoubtsAPathAcrossIt) {
   ASSERT_EQ(doubts.size(), 1u);
   EXPECT_NE(doubts[0].find("8.5 mm across it"), std::string::npos) << doubts[0];
   EXPECT_TRUE(FindDoubts(ParseScene(kScene, "scene.toml"), 0.1).empty());
+  const auto of_law =
+      FindDoubts(ParseScene(std::string(kScene) + "[force]\nlaw = \"edge_plus_chip\"\n", "s.toml"), 0.1);
+  ASSERT_EQ(of_law.size(), 1u);
+  EXPECT_EQ(of_law[0],
+            "[force] law = \"edge_plus_chip\" is not used in slab mode, whose law is \"as_computed\" of [slab]");
+}
+
+TEST_F(SlabRunTest, SaysWhenTheBladeIsSetDownInsideTheBone) {
+  std::string text = kScene;
+  text.replace(text.find("11.5]"), 5, "7.0]");
+  const std::string quiet = "[output]\npictures = false\npieces = false\nbone = false\n";
+  EXPECT_TRUE(RunSlabScene(ParseScene(text + quiet, "scene.toml"), folder_, {}).starts_in_bone);
+  EXPECT_FALSE(RunSlabScene(ParseScene(kScene + quiet, "scene.toml"), folder_, {}).starts_in_bone);
 }
 
 TEST_F(SlabRunTest, TheTicksNeedKilobytesNotTheBone) {

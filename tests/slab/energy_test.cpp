@@ -50,9 +50,9 @@ TEST(SlabEnergy, BalancesToRoundingAndEachLossOnlyGrowsWhateverTheHandDoes) {
     const SlabParams params = RandomParams(random);
     SlabProfile profile = test::UniformProfile(Draw(random, 300, 20000), 0.3, Draw(random, 2, 30));
     profile.layers.push_back({Draw(random, 0.5, 1.9), 0, 0, 0});
-    SlabSimulation simulation(profile, params, HandAt(-1, params));
+    double hand = random() % 2 ? -1 : 3;  // outside the bone, or set down inside
+    SlabSimulation simulation(profile, params, HandAt(hand, params));
     SlabState before = simulation.state();
-    double hand = -1;
     double v = 0;
     double largest = 0;
     for (int i = 0; i < 1500; ++i) {
