@@ -9,6 +9,7 @@
 #include "cli/commands.h"
 #include "cli/progress.h"
 #include "files/files.h"
+#include "kerf/error.h"
 #include "scene/scene.h"
 #include "study/compare_files.h"
 #include "study/comparison.h"
@@ -41,7 +42,20 @@ void PrintComparison(const Comparison& c, const std::vector<std::string>& files,
   fmt::print("\n");
 }
 
+/// Bad use rather than a failure: nothing has been read yet.
+void CheckOption(const char* option, const CompareParams& params) {
+  try {
+    CheckCompareParams(params);
+  } catch (const Error& e) {
+    throw CLI::ValidationError(option, e.what());
+  }
+}
+
 void Run(const Options& options) {
+  const CompareParams preset;
+  CheckOption("--laws", {options.params.laws, preset.depth_step_mm, preset.repetitions});
+  CheckOption("--depth-step", {{}, options.params.depth_step_mm, preset.repetitions});
+  CheckOption("--repeat", {{}, preset.depth_step_mm, options.params.repetitions});
   const Scene scene = ReadScene(options.scene);
   CheckCompareInputsStay(scene, options.scene, options.folder);
   MakeFolder(options.folder);  // before the long work
@@ -49,14 +63,15 @@ void Run(const Options& options) {
   {
     std::unique_ptr<ProgressBar> bar;
     std::string stage;
-    comparison = CompareScene(scene, options.params, [&](const std::string& now, double fraction) {
+    const auto show = [&](const std::string& now, double fraction) {
       if (now != stage) {
         bar.reset();
         bar = std::make_unique<ProgressBar>(now);
         stage = now;
       }
       bar->Show(fraction);
-    });
+    };
+    comparison = CompareScene(scene, options.params, show, options.scene);
   }
   const std::vector<std::string> files = WriteComparison(comparison, options.folder);
   for (const std::string& warning : comparison.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);

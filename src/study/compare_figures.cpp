@@ -82,6 +82,7 @@ PlotSpec MakeDepthPlot(const Comparison& c, const std::string& what) {
   plot.title = fmt::format("{}: {}", c.title.empty() ? c.scene : c.title, what);
   plot.x.label = "depth of the leading rim below the first bone, along the cut (mm)";
   plot.x.lower = 0;
+  plot.x.upper = c.grid.step_mm * static_cast<double>(c.grid.count);
   plot.bands = MakeBands(c);
   return plot;
 }

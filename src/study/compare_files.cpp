@@ -113,11 +113,13 @@ std::string FormatCompareJson(const Comparison& c) {
   json["schema"] = 1;
   json["scene"] = c.scene;
   json["title"] = c.title;
+  json["command"] = c.command;
   json["rate_hz"] = c.rate_hz;
   json["rpm"] = c.rpm;
   json["top_speed_mm_per_s"] = Number(c.feed_mm_per_s);
   json["disc"] = {{"diameter_mm", c.saw.diameter_mm}, {"thickness_mm", c.saw.thickness_mm}, {"teeth", c.saw.teeth}};
   json["voxel_mm"] = c.voxel_mm;
+  json["material"] = ordered_json::parse(c.material_json);
   json["direction"] = {Number(c.direction_W.x), Number(c.direction_W.y), Number(c.direction_W.z)};
   json["slice"] = {{"depth_by", c.depth_by},
                    {"length_mm", Number(c.profile.end_mm)},
@@ -148,7 +150,8 @@ std::string FormatCompareJson(const Comparison& c) {
   json["rms_between_cases_N"] = ordered_json::array();
   for (const auto& row : c.rms_between_N) json["rms_between_cases_N"].push_back(Numbers(row));
   const Conclusion words = WriteConclusion(c);
-  json["conclusion"] = {{"force", words.force}, {"regions", words.regions}, {"cost", words.cost}};
+  json["conclusion"] = {
+      {"force", words.force}, {"regions", words.regions}, {"beyond", words.beyond}, {"cost", words.cost}};
   json["warnings"] = c.warnings;
   json["depth_step_mm"] = c.grid.step_mm;
   std::vector<double> depths;
@@ -162,7 +165,8 @@ std::string FormatCompareJson(const Comparison& c) {
 
 void CheckCompareInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   const std::filesystem::path out = std::filesystem::weakly_canonical(folder);
-  for (const std::string& input : {scene_file, scene.bone.file, scene.bone.materials, scene.path.file}) {
+  for (const std::string& input :
+       {scene_file, scene.bone.file, scene.bone.materials, scene.material.ct_law_file, scene.path.file}) {
     if (input.empty()) continue;
     const std::filesystem::path file = std::filesystem::weakly_canonical(input);
     for (const char* name : kFiles) {

@@ -3,6 +3,7 @@
 
 #include <iterator>
 
+#include "kerf/version.h"
 #include "study/compare_files.h"
 #include "study/conclusion.h"
 
@@ -42,6 +43,7 @@ void AddSetting(std::string& text, const Comparison& c) {
       "second.\n",
       c.scene, c.title.empty() ? "" : ": ", c.title, c.saw.diameter_mm, c.saw.thickness_mm, c.saw.teeth, c.rpm,
       c.feed_mm_per_s, c.rate_hz);
+  Add(text, "- Material: {}.\n", c.material);
   Add(text, "- Voxel mode: voxels of {:g} mm; the force of every tooth in the bone that it meets.\n", c.voxel_mm);
   Add(text, "- Slab mode: a slice {:.2f} mm long along [{:.4g}, {:.4g}, {:.4g}], its layers from {}; {}.\n",
       c.profile.end_mm, c.direction_W.x, c.direction_W.y, c.direction_W.z,
@@ -87,9 +89,9 @@ void AddStatements(std::string& text, const std::vector<std::string>& statements
   if (!statements.empty()) Add(text, "\n");
 }
 
-void AddRegions(std::string& text, const Comparison& c, const std::vector<std::string>& words) {
+void AddRegions(std::string& text, const Comparison& c, const Conclusion& words) {
   Add(text, "## By region\n\n");
-  AddStatements(text, words);
+  AddStatements(text, words.regions);
   Add(text, "Mean force (N) / rms difference from the reference (N) over the depths of each region.\n\n");
   Add(text, "| region | E (GPa) | depths (mm) |");
   for (const CaseResult& r : c.cases) Add(text, " {} |", r.what.label);
@@ -114,11 +116,7 @@ void AddRegions(std::string& text, const Comparison& c, const std::vector<std::s
     for (const CaseResult& r : c.cases)
       Add(text, " {} / {} |", ShowFigure(r.beyond.mean_N), ShowFigure(r.beyond.rms_N));
     Add(text, "\n\nWhat lies past the slice's end counts in no figure above.");
-    const double still_N = c.reference().beyond.mean_N;
-    if (still_N > 0.01 * c.reference().peak_N) {
-      Add(text, " There the slice is free, and the disc of {} still has bone beside its round rim: {} N on average.",
-          c.reference().what.label, ShowFigure(still_N));
-    }
+    for (const std::string& statement : words.beyond) Add(text, " {}", statement);
     Add(text, "\n");
   }
   Add(text, "\n");
@@ -152,8 +150,9 @@ void AddCost(std::string& text, const Comparison& c, const std::vector<std::stri
       c.repetitions, c.repetitions == 1 ? "" : "s", c.peak_memory_MB);
 }
 
-void AddHashes(std::string& text, const Comparison& c) {
-  Add(text, "## To make it again\n\nEqual hashes mean equal bits{}.\n\n",
+void AddAgain(std::string& text, const Comparison& c) {
+  Add(text, "## To make it again\n\nIn the scene's folder:\n\n```\n{}\n```\n\n", c.command);
+  Add(text, "Made by kerf {} (commit {}). Equal hashes mean equal bits{}.\n\n", VersionString(), CommitString(),
       c.repetitions > 1 ? "; each case gave the same in all its repetitions" : "");
   Add(text, "| case | every tick's force | bone after the cut |\n|---|---|---|\n");
   for (const CaseResult& r : c.cases) {
@@ -176,10 +175,10 @@ std::string FormatCompareReport(const Comparison& c) {
     Add(text, "\n");
   }
   AddForces(text, c);
-  AddRegions(text, c, words.regions);
+  AddRegions(text, c, words);
   AddCost(text, c, words.cost);
   AddSetting(text, c);
-  AddHashes(text, c);
+  AddAgain(text, c);
   return text;
 }
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "kerf/error.h"
 #include "scene/doubts.h"
@@ -45,25 +47,59 @@ CompareCase SlabCase(PaperReading reading) {
   return what;
 }
 
-void CheckParams(const Scene& scene, const CompareParams& params) {
-  if (!(params.depth_step_mm >= kStepRange_mm.lower && params.depth_step_mm <= kStepRange_mm.upper)) {
-    throw Error(fmt::format("a depth step of {} mm is out of range; valid range {} to {} mm", params.depth_step_mm,
-                            kStepRange_mm.lower, kStepRange_mm.upper));
-  }
-  if (params.repetitions < 1 || params.repetitions > kMaxRepetitions) {
-    throw Error(
-        fmt::format("{} repetitions are out of range; valid range 1 to {}", params.repetitions, kMaxRepetitions));
-  }
+void CheckScene(const Scene& scene) {
   if (!scene.slab.given) {
     const Path path = MakePath(scene);
     const PathSegment& first = path.segments().front();
     const Vec3 way = path.CalcPose(0, first.end_s).p_AB - path.CalcPose(0, first.start_s).p_AB;
+    const double length_mm = glm::length(way);
+    std::string hint;
+    if (length_mm > 0) {
+      const Vec3 d = way / length_mm + Vec3(0.0);  // -0 as 0
+      hint = fmt::format(" = [{:.4g}, {:.4g}, {:.4g}], the way of its first stroke, or another", d.x, d.y, d.z);
+    }
     throw Error(
-        fmt::format("{}: to compare with slab mode the scene needs the cut direction; add [slab] with direction = "
-                    "[{:g}, {:g}, {:g}], the way of its first stroke, or another",
-                    scene.name, way.x, way.y, way.z));
+        fmt::format("{}: to compare with slab mode the scene needs the cut direction; add [slab] with direction{}",
+                    scene.name, hint));
   }
   if (scene.tool.rpm == 0) throw Error(fmt::format("{}: rpm = 0: a stopped saw cuts nothing to compare", scene.name));
+}
+
+std::string FileName(const std::string& file) {
+  return std::filesystem::path(file).filename().string();
+}
+
+/// What the bone's stiffness is from, for people and as JSON. Files without the folders of this machine.
+void SetMaterial(Comparison& c, Scene scene, const MaterialSummary& material) {
+  scene.bone.materials = FileName(scene.bone.materials);
+  c.material_json = FormatMaterialJson(scene, material);
+  if (material.kind == MaterialKind::kRegions) {
+    const std::string from = scene.bone.materials.empty() ? "the bone's own table" : scene.bone.materials;
+    c.material = fmt::format("E by region, from {}", from);
+    return;
+  }
+  c.material = DescribeMaterial(scene, material);
+  if (material.kind == MaterialKind::kCt) {
+    const auto [low, high] = CalcValidHu(material.law);
+    c.material += fmt::format(" ({:.0f} to {:.0f} HU)", low, high);
+  }
+}
+
+/// In quotes where a shell would read more than a word.
+std::string Quote(const std::string& word) {
+  const bool plain = word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-,+") ==
+                     std::string::npos;
+  if (plain) return word;
+  std::string quoted = "'";
+  for (const char letter : word) quoted += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+  return quoted + "'";
+}
+
+std::string MakeCommand(const Scene& scene, const CompareParams& params, const std::string& scene_file) {
+  const std::string file = scene_file.empty() ? scene.name + ".toml" : FileName(scene_file);
+  std::string command = fmt::format("kerf compare {}", Quote(file));
+  if (!params.laws.empty()) command += fmt::format(" --laws {}", fmt::join(params.laws, ","));
+  return command + fmt::format(" --depth-step {} --repeat {}", params.depth_step_mm, params.repetitions);
 }
 
 /// The bins of a region that lies within the slice.
@@ -136,7 +172,7 @@ void MakeCurves(Comparison& c, const std::vector<std::vector<DepthSample>>& samp
   }
 }
 
-void AddWarnings(Comparison& c, const Scene& scene) {
+void AddWarnings(Comparison& c, const Scene& scene, const MaterialSummary& material) {
   const auto add = [&](const std::vector<std::string>& doubts) {
     for (const std::string& doubt : doubts) {
       if (std::find(c.warnings.begin(), c.warnings.end(), doubt) == c.warnings.end()) c.warnings.push_back(doubt);
@@ -151,6 +187,7 @@ void AddWarnings(Comparison& c, const Scene& scene) {
   }
   as.simulation.mode = SceneMode::kSlab;
   add(FindDoubts(as, c.voxel_mm));
+  add(material.warnings);
   const std::size_t compared = c.cases.back().slice.bins;
   const double compared_mm = c.grid.step_mm * static_cast<double>(compared);
   if (compared_mm < c.profile.end_mm - 2 * c.grid.step_mm) {
@@ -170,6 +207,20 @@ void AddWarnings(Comparison& c, const Scene& scene) {
 }
 
 }  // namespace
+
+void CheckCompareParams(const CompareParams& params) {
+  for (const std::string& law : params.laws) {
+    if (law != "all") ForceLaw{law};  // throws for a name that there is none of
+  }
+  if (!(params.depth_step_mm >= kStepRange_mm.lower && params.depth_step_mm <= kStepRange_mm.upper)) {
+    throw Error(fmt::format("a depth step of {} mm is out of range; valid range {} to {} mm", params.depth_step_mm,
+                            kStepRange_mm.lower, kStepRange_mm.upper));
+  }
+  if (params.repetitions < 1 || params.repetitions > kMaxRepetitions) {
+    throw Error(
+        fmt::format("{} repetitions are out of range; valid range 1 to {}", params.repetitions, kMaxRepetitions));
+  }
+}
 
 std::vector<CompareCase> MakeCompareCases(const ForceLaw& own, const std::vector<std::string>& laws) {
   std::vector<CompareCase> cases{VoxelCase(own)};
@@ -218,18 +269,24 @@ void FinishComparison(Comparison& c, const MaterialTable& materials) {
   }
 }
 
-Comparison CompareScene(const Scene& scene, const CompareParams& params, const CompareProgress& progress) {
-  CheckParams(scene, params);
+Comparison CompareScene(const Scene& scene, const CompareParams& params, const CompareProgress& progress,
+                        const std::string& scene_file) {
+  CheckCompareParams(params);
+  CheckScene(scene);
   const std::vector<CompareCase> cases = MakeCompareCases(scene.force, params.laws);
   const Path path = MakePath(scene);
   MakeSlabPlane(scene);  // throws before the long work
-  const Bone bone = MakeSceneBone(scene, [&](double fraction) {
+  MaterialSummary material;
+  const auto making = [&](double fraction) {
     if (progress) progress("making the bone", fraction);
-  });
+  };
+  const Bone bone = MakeSceneBone(scene, making, &material);
 
   Comparison c;
   c.scene = scene.name;
   c.title = scene.title;
+  c.command = MakeCommand(scene, params, scene_file);
+  SetMaterial(c, scene, material);
   c.depth_by = scene.slab.depth_by == SlabDepth::kPaperTable2 ? "paper_table_2" : "bone";
   c.voxel_mm = bone.voxel_mm();
   c.rate_hz = scene.simulation.rate_hz;
@@ -272,7 +329,7 @@ Comparison CompareScene(const Scene& scene, const CompareParams& params, const C
   MakeCurves(c, samples);
   FinishComparison(c, bone.materials());
   c.peak_memory_MB = PeakMemoryMB();
-  AddWarnings(c, scene);
+  AddWarnings(c, scene, material);
   return c;
 }
 

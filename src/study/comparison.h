@@ -61,7 +61,10 @@ struct CompareRegion {
 struct Comparison {
   std::string scene;  // name of the file, without folder and extension
   std::string title;
-  std::string depth_by;  // "bone" or "paper_table_2"
+  std::string command;                 // that makes this again; the scene's file without its folder
+  std::string material;                // what the bone's stiffness is from: a line for people
+  std::string material_json = "null";  // the same as the object "material" of compare.json; files without folders
+  std::string depth_by;                // "bone" or "paper_table_2"
   double voxel_mm = 0;
   double rate_hz = 0;
   double feed_mm_per_s = 0;  // top speed of the path
@@ -91,6 +94,9 @@ struct CompareParams {
   int repetitions = 3;            // 1 to 100
 };
 
+/// Throws Error for an unknown law or a number out of range.
+void CheckCompareParams(const CompareParams& params);
+
 /// What is being done (for a progress bar) and how much of it, 0..1.
 using CompareProgress = std::function<void(const std::string& stage, double fraction)>;
 
@@ -99,8 +105,10 @@ using CompareProgress = std::function<void(const std::string& stage, double frac
 std::vector<CompareCase> MakeCompareCases(const ForceLaw& own, const std::vector<std::string>& laws);
 
 /// Runs every case `repetitions` times, in turn. Throws Error when the scene has no [slab], its path does not go into
-/// the bone along the cut direction, a parameter is out of range, or a case gives other forces when repeated.
-Comparison CompareScene(const Scene& scene, const CompareParams& params, const CompareProgress& progress);
+/// the bone along the cut direction, CheckCompareParams() refuses, or a case gives other forces when repeated.
+/// `scene_file` is named in the report's command, without its folder; "": the scene's name with .toml.
+Comparison CompareScene(const Scene& scene, const CompareParams& params, const CompareProgress& progress,
+                        const std::string& scene_file = "");
 
 /// From cases with curves on the grid, and the profile: regions, bins, peaks and differences. What CompareScene() does
 /// at the end; by itself for results made up in tests.

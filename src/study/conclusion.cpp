@@ -11,8 +11,10 @@ namespace {
 
 /// Two cases are said to agree when both mean and rms are within this share (of the reference's mean and peak).
 constexpr double kAgree = 0.02;
-/// A difference that is smaller than this share of the reference's peak counts as none.
-constexpr double kNoDifference = 0.005;
+/// Of a force that a spring lets go of, this share counts as nothing left.
+constexpr double kLetGo = 0.01;
+/// A force past the slice's end that is smaller than this share of the reference's peak is not spoken of.
+constexpr double kStillCutting = 0.01;
 /// Slab mode stands in for the reference within this share of its peak.
 constexpr double kStandsIn = 0.1;
 /// A tooth's force that changes by less than this factor with the number of teeth counts as the same.
@@ -48,32 +50,52 @@ std::string Join(const std::vector<std::string>& words) {
   return text;
 }
 
+/// As compare.csv has it, so that what is said of equal and unequal is true there.
+double AsInTable(double force_N) {
+  return std::stod(fmt::format("{:.6g}", force_N));
+}
+
+/// "45 %" of some depths; never "0 %" or "100 %" for what is neither none nor all.
+std::string ShowDepths(std::size_t some, std::size_t all) {
+  const double percent = Percent(static_cast<double>(some), static_cast<double>(all));
+  if (some > 0 && percent < 1) return "less than 1 %";
+  return some < all && percent > 99 ? "more than 99 %" : fmt::format("{:.0f} %", percent);
+}
+
 /// Whether the case lies above or below the reference, and from which depth on that stays so.
 std::string DescribeSides(const CaseResult& result, const Comparison& c) {
   const std::vector<double>& force = result.curve.force_N;
   const std::vector<double>& reference = c.reference().curve.force_N;
-  const double none_N = kNoDifference * c.reference().peak_N;
   std::size_t above = 0;
   std::size_t below = 0;
+  std::size_t equal = 0;
+  std::size_t equal_since = 0;  // since the last change of sides
   int last_side = 0;
   double since_mm = 0;  // depth from which the last side holds
   for (const std::size_t i : c.slice_bins) {
-    const double difference = force[i] - reference[i];
-    const int side = difference > none_N ? 1 : difference < -none_N ? -1 : 0;
-    if (side == 0) continue;
+    if (!std::isfinite(force[i]) || !std::isfinite(reference[i])) continue;
+    const double difference = AsInTable(force[i]) - AsInTable(reference[i]);
+    if (difference == 0) {
+      ++equal, ++equal_since;
+      continue;
+    }
+    const int side = difference > 0 ? 1 : -1;
     (side > 0 ? above : below) += 1;
-    if (side != last_side) since_mm = c.grid.Centre(i) - 0.5 * c.grid.step_mm;
+    if (side != last_side) since_mm = c.grid.Centre(i) - 0.5 * c.grid.step_mm, equal_since = 0;
     last_side = side;
   }
   if (above + below == 0) return "";
-  const double share = static_cast<double>(above) / static_cast<double>(c.slice_bins.size());
-  const double share_below = static_cast<double>(below) / static_cast<double>(c.slice_bins.size());
-  if (below == 0 && share > 0.95) return "It is larger at every depth";
-  if (above == 0 && share_below > 0.95) return "It is smaller at every depth";
-  std::string text =
-      fmt::format("It is larger over {:.0f} % of the depth and smaller over {:.0f} %", 100 * share, 100 * share_below);
+  const std::size_t all = above + below + equal;
+  const std::string side = last_side > 0 ? "larger" : "smaller";
+  if (above == all || below == all) return fmt::format("It is {} at every depth", side);
+  if (above == 0 || below == 0) {
+    return fmt::format("It is {} wherever the two differ, at {} of the {} depths", side, above + below, all);
+  }
+  std::string text = fmt::format("It is larger over {} of the depth and smaller over {}", ShowDepths(above, all),
+                                 ShowDepths(below, all));
   if (c.profile.end_mm - since_mm > 0.1 * c.profile.end_mm) {
-    text += fmt::format("; from {} mm on it stays {}", ShowFigure(since_mm), last_side > 0 ? "larger" : "smaller");
+    text += fmt::format("; from {} mm on it {}", ShowFigure(since_mm),
+                        equal_since == 0 ? "stays " + side : fmt::format("is {} wherever the two differ", side));
   }
   return text;
 }
@@ -146,6 +168,24 @@ double CalcRms(const std::vector<Difference>& parts) {
   return bins > 0 ? std::sqrt(squares / bins) : 0;
 }
 
+/// What a layer's name and E are of, so that a cancellous one with cortical walls is not read as plain.
+std::string DescribeLayers(const Comparison& c) {
+  if (c.depth_by != "bone")
+    return "The layers and their E are those of the paper's Table 2, whatever the bone has there.";
+  std::vector<std::string> cancellous;
+  for (const CompareRegion& region : c.regions) {
+    if (region.tissue != ToString(Tissue::kCancellous)) continue;
+    cancellous.push_back(fmt::format("{} {} GPa", region.name, ShowFigure(region.E_MPa / 1000)));
+  }
+  std::string text =
+      "A layer is named for the region with the largest share of its area, and its E is the mean over the whole area";
+  if (!cancellous.empty()) {
+    text += fmt::format("; so one named cancellous that has cortical walls is stiffer than its name says (here {})",
+                        Join(cancellous));
+  }
+  return text + ".";
+}
+
 /// Where a case is furthest from the reference and where nearest, by region and by tissue.
 std::string DescribeRegions(const CaseResult& result, const Comparison& c) {
   std::size_t most = 0;
@@ -166,11 +206,39 @@ std::string DescribeRegions(const CaseResult& result, const Comparison& c) {
   if (tissues.size() > 1) {
     std::vector<std::string> words;
     for (const auto& [tissue, parts] : tissues) {
-      words.push_back(fmt::format("{} N over the {} depths", ShowFigure(CalcRms(parts)), tissue));
+      words.push_back(fmt::format("{} N over the layers named {}", ShowFigure(CalcRms(parts)), tissue));
     }
     text += "; rms " + Join(words);
   }
   return text + ".";
+}
+
+/// A force past the slice's end: a slab's is its hand's spring, a disc's the bone beside its rim. "" for none.
+std::string DescribeBeyond(const CaseResult& result, const Comparison& c) {
+  const double mean_N = result.beyond.mean_N;
+  if (!result.what.slab) {
+    if (&result != &c.reference() || !(mean_N > kStillCutting * c.reference().peak_N)) return "";
+    return fmt::format(
+        "There the slice is free, and the disc of {} still has bone beside its round rim: {} N on average.",
+        result.what.label, ShowFigure(mean_N));
+  }
+  if (ShowFigure(mean_N) == "0" || c.slice_bins.empty()) return "";
+  const std::vector<double>& force = result.curve.force_N;
+  double most_N = std::abs(force[c.slice_bins.back()]);
+  for (const std::size_t i : c.beyond_bins) most_N = std::max(most_N, std::abs(force[i]));
+  double gone_mm = 0;
+  for (const std::size_t i : c.beyond_bins) {
+    if (std::abs(force[i]) > kLetGo * most_N) gone_mm = c.grid.Centre(i) + 0.5 * c.grid.step_mm - c.profile.end_mm;
+  }
+  const double last_N = force[c.beyond_bins.back()];
+  const std::string then =
+      std::abs(last_N) > kLetGo * most_N
+          ? fmt::format("and still bears {} N at the last depth", ShowFigure(last_N))
+          : fmt::format("and lets go of it within {} mm (to below {:.0f} %)", ShowFigure(gone_mm), 100 * kLetGo);
+  return fmt::format(
+      "The {} N that {} shows there on average are no cutting, since the slice is free: they are the hand's spring of "
+      "{:g} N/mm, which bore {} N as the slice came free {}.",
+      ShowFigure(mean_N), result.what.label, c.slab.coupling_N_per_mm, ShowFigure(most_N), then);
 }
 
 std::string DescribeCost(const CaseResult& result, const Comparison& c) {
@@ -301,7 +369,9 @@ Conclusion WriteConclusion(const Comparison& c) {
     }
     add(words.force, "The hand's work over the whole path: " + Join(work) + ".");
   }
+  add(words.regions, DescribeLayers(c));
   for (std::size_t k = 1; k < c.cases.size(); ++k) add(words.regions, DescribeRegions(c.cases[k], c));
+  for (const CaseResult& result : c.cases) add(words.beyond, DescribeBeyond(result, c));
   std::vector<std::string> alike;
   for (std::size_t k = 1; k < c.cases.size(); ++k) {
     const bool same = Alike(c.cases[k].times.p50_us, reference.times.p50_us) &&

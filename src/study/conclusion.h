@@ -10,8 +10,9 @@ namespace kerf {
 
 /// One statement each, Markdown.
 struct Conclusion {
-  std::vector<std::string> force;  // the whole first: can slab mode stand in
-  std::vector<std::string> regions;
+  std::vector<std::string> force;    // the whole first: can slab mode stand in
+  std::vector<std::string> regions;  // how layers are named the first
+  std::vector<std::string> beyond;   // whose force past the slice's end is from what
   std::vector<std::string> cost;
 };
 

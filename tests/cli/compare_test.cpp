@@ -58,6 +58,27 @@ TEST_F(Compare, JsonOnStdoutIsTheFile) {
   EXPECT_EQ(json["cases"][0]["slice"]["rms_difference_N"], 0);
 }
 
+TEST_F(Compare, CommandOfTheReportMakesTheSameTable) {
+  Write("small.toml", kScene + kSlab);
+  const auto first = Kerf("compare " + (folder_ / "small.toml").string() +
+                          " -o out --laws hertz_constant_bite,edge_plus_chip --repeat 1 --depth-step 0.2");
+  EXPECT_EQ(first.code, 0) << first.err;
+  const std::string report = test::Slurp(folder_ / "out/report.md");
+  const std::size_t at = report.find("```\nkerf compare small.toml ");
+  ASSERT_NE(at, std::string::npos);
+  const std::size_t from = at + std::string("```\nkerf ").size();
+  const auto again = Kerf(report.substr(from, report.find('\n', from) - from) + " -o again");
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(test::Slurp(folder_ / "again/compare.csv"), test::Slurp(folder_ / "out/compare.csv"));
+  const auto json = [&](const char* folder) {
+    return nlohmann::json::parse(test::Slurp(folder_ / folder / "compare.json"));
+  };
+  EXPECT_EQ(json("again")["command"], json("out")["command"]);
+  for (std::size_t k = 0; k < 5; ++k) {
+    EXPECT_EQ(json("again")["cases"][k]["force_hash"], json("out")["cases"][k]["force_hash"]);
+  }
+}
+
 TEST_F(Compare, BadUseIsRefusedInOneSentence) {
   Write("no_slab.toml", kScene);
   auto result = Kerf("compare no_slab.toml -o out");
@@ -66,11 +87,15 @@ TEST_F(Compare, BadUseIsRefusedInOneSentence) {
   EXPECT_THAT(result.err, HasSubstr("kerf: no_slab: to compare with slab mode the scene needs the cut direction"));
   Write("small.toml", kScene + kSlab);
   result = Kerf("compare small.toml -o out --laws hertz");
-  EXPECT_EQ(result.code, 1);
-  EXPECT_THAT(result.err, HasSubstr("kerf: there is no force law \"hertz\"; there are hertz_chip"));
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.err, HasSubstr("--laws: there is no force law \"hertz\"; there are hertz_chip, "
+                                    "hertz_constant_bite, edge_plus_chip\n"));
+  result = Kerf("compare small.toml -o out --depth-step 0");
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.err, HasSubstr("--depth-step: a depth step of 0 mm is out of range; valid range 0.005 to 5 mm\n"));
   result = Kerf("compare small.toml -o out --repeat 0");
-  EXPECT_EQ(result.code, 1);
-  EXPECT_THAT(result.err, HasSubstr("0 repetitions are out of range"));
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.err, HasSubstr("--repeat: 0 repetitions are out of range; valid range 1 to 100\n"));
   EXPECT_EQ(Kerf("compare").code, 2);
   EXPECT_FALSE(Exists("out/report.md"));
 }

@@ -8,9 +8,14 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "bone/ct_modulus.h"
+#include "bonefile/bonefile.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "made_up.h"
+#include "material/region_table.h"
+#include "models/block.h"
+#include "session/make_bone.h"
 #include "study/compare_files.h"
 
 namespace kerf {
@@ -18,6 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// A block on one side of the disc's middle, two materials, cut straight down.
 constexpr char kScene[] = R"(
@@ -136,7 +142,7 @@ TEST(Compare, EveryTickOfAPathCountsOnceWhateverTheStrokes) {
 TEST(Compare, WhatCannotBeComparedIsRefused) {
   EXPECT_EQ(MessageOf(Parse(), {}),
             "scene: to compare with slab mode the scene needs the cut direction; add [slab] with direction = [0, 0, "
-            "-7.5], the way of its first stroke, or another");
+            "-1], the way of its first stroke, or another");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.001, 3}),
             "a depth step of 0.001 mm is out of range; valid range 0.005 to 5 mm");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, std::nan(""), 3}),
@@ -152,6 +158,13 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
       HasSubstr("goes less than 0.1 mm into the bone, too little to compare; let the path go into the bone along it"));
 }
 
+TEST(Compare, HintOfADirectionIsOfUnitLength) {
+  std::string scene = kScene;
+  const std::string start = "start_mm = [0.0, 0.0, 11.5]";
+  scene.replace(scene.find(start), start.size(), "start_mm = [-31.5, 0.0, 46.0]");
+  EXPECT_THAT(MessageOf(ParseScene(scene, "scene.toml"), {}), HasSubstr("direction = [0.6, 0, -0.8], the way"));
+}
+
 TEST(Compare, PathThatEndsInsideTheSliceIsComparedAsFarAsItGoesAndSaysSo) {
   // To 2 mm of 6.
   const Comparison c = CompareScene(
@@ -162,6 +175,26 @@ TEST(Compare, PathThatEndsInsideTheSliceIsComparedAsFarAsItGoesAndSaysSo) {
   EXPECT_THAT(c.warnings.back(), testing::MatchesRegex("the path goes through 1.9 mm of the slice's 6(.0.)? mm; .*"));
   EXPECT_TRUE(c.beyond_bins.empty());
   EXPECT_EQ(c.regions.size(), 1u);
+}
+
+TEST(Compare, SaysWhatTheStiffnessIsFrom) {
+  const Comparison regions = CompareScene(Parse(kSlab), {{}, 0.5, 1}, {});
+  EXPECT_EQ(regions.material, "E by region, from the bone's own table");
+  const Comparison uniform =
+      CompareScene(Parse(kSlab + "[material]\nkind = \"uniform\"\nE_GPa = 5.0\nnu = 0.2\n"), {{}, 0.5, 1}, {});
+  EXPECT_EQ(uniform.material, "uniform, E 5 GPa, nu 0.2");
+  EXPECT_THAT(FormatCompareReport(uniform), HasSubstr("- Material: uniform, E 5 GPa, nu 0.2.\n"));
+  const auto json = nlohmann::json::parse(FormatCompareJson(uniform));
+  EXPECT_EQ(json["material"]["kind"], "uniform");
+  EXPECT_EQ(json["material"]["E_GPa"], 5);
+}
+
+TEST(Compare, CommandHoldsWhatWasAskedForAndNoFolder) {
+  const CompareParams params{{"hertz_chip", "edge_plus_chip"}, 0.25, 2};
+  EXPECT_EQ(CompareScene(Parse(kSlab), params, {}, "/home/someone/it's a cut.toml").command,
+            "kerf compare 'it'\\''s a cut.toml' --laws hertz_chip,edge_plus_chip --depth-step 0.25 --repeat 2");
+  EXPECT_EQ(CompareScene(Parse(kSlab), {{}, 0.5, 1}, {}).command,
+            "kerf compare scene.toml --depth-step 0.5 --repeat 1");
 }
 
 class CompareFiles : public testing::Test {
@@ -218,6 +251,47 @@ TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
   }
 }
 
+TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
+  // A block with CT numbers: the lowest 1.2 mm of the cancellous 5 below the law's 100 HU.
+  fs::create_directories(folder_);
+  BlockParams block;
+  block.size_mm = {8, 2, 6};
+  block.voxel_mm = 0.2;
+  block.layers = {{1, 24}, {5, 32}};
+  Bone bone = MakeBlock(block, DefaultMandibleTable());
+  SetHu(
+      bone, [](const Vec3& p) { return p.z < -4.8 ? 50 : 1000; }, 0.25);
+  WriteBone(bone, folder_ + "/hu.vdb");
+  WriteTextFile(folder_ + "/laws.csv",
+                "name,tissue,density,calibration,bands,tag,source\n"
+                "linear,test,qct,0:0 3000:3,0.1 to 3: 2000 rho^1,R,made up\n");
+  const Scene scene = ParseScene(
+      "[bone]\nfile = \"hu.vdb\"\n[material]\nkind = \"ct\"\nct_law = \"linear\"\nct_law_file = \"laws.csv\"\n"
+      "[[path.stroke]]\nstart_mm = [0, 0, 11.5]\nend_mm = [0, 0, 8]\nfeed_mm_per_s = 20.0\ndisc_normal = [0, 1, 0]\n" +
+          kSlab,
+      folder_ + "/scene.toml");
+  const Comparison c = CompareScene(scene, {{}, 0.5, 1}, {});
+  EXPECT_THAT(c.material, testing::MatchesRegex("E of cancellous regions from the CT by linear: 0.2 to 2 GPa, median 2 "
+                                                "GPa; [0-9.]+ % outside its range .100 to 3000 HU."));
+  MaterialSummary material;
+  MakeSceneBone(scene, {}, &material);
+  ASSERT_EQ(material.warnings.size(), 2u);  // the share outside the range; a law recalled rather than verified
+  const std::string report = FormatCompareReport(c);
+  EXPECT_THAT(report, HasSubstr("- Material: " + c.material + ".\n"));
+  const auto json = nlohmann::json::parse(FormatCompareJson(c));
+  const std::string kept = report.substr(report.find("To keep in mind:"), report.find("## Force and work"));
+  for (const std::string& warning : material.warnings) {
+    EXPECT_THAT(c.warnings, testing::Contains(warning));
+    EXPECT_THAT(kept, HasSubstr("- " + warning + "\n"));
+    EXPECT_THAT(json["warnings"].get<std::vector<std::string>>(), testing::Contains(warning));
+  }
+  EXPECT_EQ(json["material"], nlohmann::json::parse(FormatMaterialJson(scene, material)));
+  EXPECT_EQ(json["material"]["law"], "linear");
+  EXPECT_NEAR(json["material"]["share_below_range"].get<double>(), 1.2 / 5, 0.05);  // by CT voxels of 0.25 mm in 5 mm
+  EXPECT_EQ(json["material"]["valid_HU"][0], 100);
+  EXPECT_THAT(report, Not(HasSubstr(folder_)));
+}
+
 TEST_F(CompareFiles, NeverReplaceAnInput) {
   Scene scene = Parse(kSlab);
   scene.path.file = folder_ + "/compare.csv";
@@ -229,6 +303,17 @@ TEST_F(CompareFiles, NeverReplaceAnInput) {
   }
   scene.path.file = folder_ + "/path.csv";
   EXPECT_NO_THROW(CheckCompareInputsStay(scene, "scene.toml", folder_));
+}
+
+TEST_F(CompareFiles, BothDepthFiguresHaveTheSameRange) {
+  test::MadeUpCase a, b;
+  a.force_N = b.force_N = [](double) { return 1.0; };
+  const Comparison c = test::MakeUp({a, b});
+  for (const PlotSpec& plot : {MakeForceDepthPlot(c), MakeDifferencePlot(c)}) {
+    ASSERT_TRUE(plot.x.lower && plot.x.upper) << plot.title;
+    EXPECT_EQ(*plot.x.lower, 0) << plot.title;
+    EXPECT_NEAR(*plot.x.upper, 12, 1e-9) << plot.title;
+  }
 }
 
 TEST_F(CompareFiles, ForcesFarApartAreDrawnLogarithmically) {

@@ -66,6 +66,55 @@ TEST(Conclusion, DepthFromWhichItStaysLargerIsThatOfTheCurves) {
   EXPECT_THAT(down, HasSubstr("larger over 60 % of the depth and smaller over 40 %; from 6.00 mm on it stays smaller"));
 }
 
+TEST(Conclusion, EqualDepthsAreNotSaidToBeLargerOrSmaller) {
+  // Nothing in either over the first and the last mm of 10: 80 of 100 depths differ, all of them the same way.
+  const auto ends = [](double force_N) { return [force_N](double h) { return h < 1 || h > 9 ? 0.0 : force_N; }; };
+  MadeUpCase reference = Reference();
+  reference.force_N = ends(4);
+  const auto words = [&](const std::function<double(double)>& force_N) {
+    return AllOf(WriteConclusion(MakeUp({reference, Slab(force_N)})).force);
+  };
+  EXPECT_THAT(words(ends(1)), HasSubstr("It is smaller wherever the two differ, at 80 of the 100 depths."));
+  EXPECT_THAT(words(ends(9)), HasSubstr("It is larger wherever the two differ, at 80 of the 100 depths."));
+  EXPECT_THAT(words(ends(9)), Not(HasSubstr("every depth")));
+  // Smaller over 1 to 3 mm, then larger to 9 mm.
+  EXPECT_THAT(words([](double h) { return h < 1 || h > 9 ? 0.0
+                                          : h < 3        ? 1.0
+                                                         : 9.0; }),
+              HasSubstr("It is larger over 60 % of the depth and smaller over 20 %; from 3.00 mm on it is larger "
+                        "wherever the two differ."));
+  // A difference however small is one: the table shows it. One of 100 is 1 %, and 99 are not all.
+  EXPECT_THAT(ForceWords(Slab([](double h) { return h < 0.1 ? 3.9999 : 9.0; })),
+              HasSubstr("It is larger over 99 % of the depth and smaller over 1 %; from 0.100 mm on it stays larger."));
+  // One that it does not show is none.
+  EXPECT_THAT(ForceWords(Slab([](double h) { return h < 0.1 ? 4.0000001 : 9.0; })),
+              HasSubstr("It is larger wherever the two differ, at 99 of the 100 depths."));
+}
+
+TEST(Conclusion, SlabsForcePastTheSliceIsItsSpringLettingGo) {
+  // 27.5 N at the end, less every 0.1 mm, nothing from 10.3 mm on; the spring is of 100 N/mm.
+  MadeUpCase slab = Slab([](double) { return 27.5; });
+  slab.beyond_N = [](double h) { return h < 10.1 ? 18.0 : h < 10.2 ? 9.0 : h < 10.3 ? 0.6 : 0.0; };
+  const auto words = [&] { return AllOf(WriteConclusion(MakeUp({Reference(), slab})).beyond); };
+  EXPECT_EQ(
+      words(),
+      "The 1.38 N that slab B shows there on average are no cutting, since the slice is free: they are the hand's "
+      "spring of 100 N/mm, which bore 27.5 N as the slice came free and lets go of it within 0.300 mm (to below "
+      "1 %).\n");
+  slab.beyond_N = [](double h) { return h < 10.2 ? 9.0 : 0.2; };
+  EXPECT_THAT(words(), HasSubstr("within 0.200 mm (to below 1 %)"));
+  slab.beyond_N = [](double) { return 5.0; };
+  EXPECT_THAT(words(), HasSubstr("and still bears 5.00 N at the last depth."));
+  slab.beyond_N = [](double) { return -1e-9; };
+  EXPECT_EQ(words(), "");
+  // The reference's is bone beside the disc.
+  MadeUpCase reference = Reference();
+  reference.beyond_N = [](double) { return 0.5; };
+  EXPECT_EQ(AllOf(WriteConclusion(MakeUp({reference, slab})).beyond),
+            "There the slice is free, and the disc of voxel A still has bone beside its round rim: 0.500 N on "
+            "average.\n");
+}
+
 TEST(Conclusion, FurthestApartNamesDepthForcesAndTeeth) {
   MadeUpCase slab = Slab([](double h) { return h > 7 && h < 7.1 ? 20.0 : 5.0; });
   slab.teeth = [](double) { return 8.0; };
@@ -127,10 +176,26 @@ TEST(Conclusion, RegionsAndTissuesAreNamedByTheirDifferences) {
     return AllOf(WriteConclusion(c).regions);
   };
   EXPECT_THAT(words(7, 5), HasSubstr("slab B differs most in upper (rms 3.00 N; 7.00 N against 4.00 N) and least in "
-                                     "lower (rms 1.00 N; 5.00 N against 4.00 N); rms 1.00 N over the cancellous depths "
-                                     "and 3.00 N over the cortical depths."));
+                                     "lower (rms 1.00 N; 5.00 N against 4.00 N); rms 1.00 N over the layers named "
+                                     "cancellous and 3.00 N over the layers named cortical."));
   EXPECT_THAT(words(5, 7), HasSubstr("slab B differs most in lower (rms 3.00 N; 7.00 N against 4.00 N) and least in "
                                      "upper"));
+}
+
+TEST(Conclusion, LayersAreSaidToBeNamedByTheLargestShare) {
+  Comparison c = MakeUp({Reference(), Slab([](double) { return 5.0; })});
+  const std::string named =
+      "A layer is named for the region with the largest share of its area, and its E is the mean over the whole area";
+  EXPECT_EQ(WriteConclusion(c).regions.front(),
+            named +
+                "; so one named cancellous that has cortical walls is stiffer than its name says (here lower 1.00 "
+                "GPa).");
+  c.regions[1].E_MPa = 11'140;
+  EXPECT_THAT(WriteConclusion(c).regions.front(), HasSubstr("(here lower 11.1 GPa)"));
+  c.regions[1].tissue = "cortical";
+  EXPECT_EQ(WriteConclusion(c).regions.front(), named + ".");
+  c.depth_by = "paper_table_2";
+  EXPECT_THAT(WriteConclusion(c).regions.front(), HasSubstr("those of the paper's Table 2"));
 }
 
 TEST(Conclusion, CostIsTheRatioOfWhatWasMeasured) {
@@ -165,7 +230,7 @@ TEST(Conclusion, CaseAgainstItselfAgreesAndDiffersByNothing) {
   EXPECT_EQ(c.cases[1].slice.rms_N, 0);
   EXPECT_EQ(c.cases[1].slice.peak_N, 0);
   EXPECT_THAT(AllOf(WriteConclusion(c).force), HasSubstr("**voxel again** agrees with voxel A"));
-  EXPECT_TRUE(WriteConclusion(c).regions.empty());
+  EXPECT_THAT(AllOf(WriteConclusion(c).regions), Not(HasSubstr("differs")));
 }
 
 TEST(FinishComparison, SquaresOfTheRegionsSumToThoseOfTheSlice) {

@@ -12,6 +12,7 @@ struct MadeUpCase {
   std::string label;
   bool slab = false;
   std::function<double(double h_mm)> force_N;
+  std::function<double(double h_mm)> beyond_N = [](double) { return 0.0; };  // past the slice's end
   std::function<double(double h_mm)> teeth = [](double) { return 2.0; };
   double p50_us = 100;
   double p99_us = 200;
@@ -43,7 +44,7 @@ inline Comparison MakeUp(const std::vector<MadeUpCase>& cases) {
     r.what.slab = made.slab;
     for (std::size_t i = 0; i < c.grid.count; ++i) {
       const double h = c.grid.Centre(i);
-      const double force = h < 10 ? made.force_N(h) : 0;
+      const double force = h < 10 ? made.force_N(h) : made.beyond_N(h);
       r.curve.force_N.push_back(force);
       r.curve.magnitude_N.push_back(force);
       r.curve.thrust_N.push_back(force);
