@@ -42,8 +42,8 @@ double CalcFlip(const Json& markup, const std::string& path) {
                              : given ? markup["coordinateSystem"].dump()
                                      : "missing";
   double flip = 0;
-  if (system == "'LPS'" || system == "'0'" || system == "0") flip = 1;
-  if (system == "'RAS'" || system == "'1'" || system == "1") flip = -1;
+  if (system == "'LPS'") flip = 1;
+  if (system == "'RAS'") flip = -1;
   if (flip == 0) throw Error(fmt::format("{}: coordinateSystem is {}; it must be LPS or RAS", path, system));
   if (markup.contains("coordinateUnits") && markup["coordinateUnits"].is_string()) {
     const auto units = markup["coordinateUnits"].get<std::string>();
