@@ -96,12 +96,13 @@ struct SlabState {
 ///          cutting - damping - released - numerical, every loss >= 0.
 /// Start:   set down inside the bone, the blade meets a slice that nobody has moved: its spring is slack there, and
 /// what
-///          lies above counts as cut.
+///          lies above counts as cut. Set down past the slice's end it is free.
 /// Valid:   motion of the hand along the rail; motion across it is not felt while the slice is on the rail.
 /// Tick-safe: Tick() allocates nothing.
 class SlabSimulation {
  public:
-  /// The blade begins where X_WT_start holds it. Throws Error when a parameter is out of range.
+  /// The blade begins where X_WT_start holds it. Throws Error when a parameter is out of range, the profile's layers
+  /// are not in order, or the blade starts past the slice.
   SlabSimulation(SlabProfile profile, const SlabParams& params, const Pose& X_WT_start);
   ~SlabSimulation();
   SlabSimulation(SlabSimulation&&) noexcept;

@@ -107,7 +107,7 @@ void RunSlabMode(const Scene& scene, const Options& options) {
   }
   for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
   for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
-  if (summary.end.deepest_mm <= 0 && scene.tool.rpm > 0) {
+  if (summary.end.deepest_mm <= 0 && scene.tool.rpm > 0 && scene.slab.hold == SlabBody::kSlice) {
     fmt::print(stderr, "kerf: warning: the blade met no bone on its path\n");
   }
   if (summary.starts_in_bone) {

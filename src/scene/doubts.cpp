@@ -42,6 +42,11 @@ void FindSlabDoubts(const Scene& scene, std::vector<std::string>& doubts) {
         "direction = [{:g}, {:g}, {:g}] is felt",
         along_mm, across_mm, scene.slab.direction.x, scene.slab.direction.y, scene.slab.direction.z));
   }
+  if (scene.slab.hold != SlabBody::kSlice) {
+    doubts.push_back(
+        fmt::format("hold = \"{0}\": the path moves the {0} segment, and the blade stays where the path starts",
+                    scene.slab.hold == SlabBody::kLeft ? "left" : "right"));
+  }
   if (scene.slab.params.friction_coefficient > 0 && scene.slab.params.normal_force_N == 0) {
     doubts.emplace_back("friction_coefficient is given and normal_force_N is 0: there is no friction");
   } else if (scene.slab.params.friction_coefficient == 0 && scene.slab.params.normal_force_N > 0) {

@@ -326,6 +326,10 @@ SlabParams MakeSlabParams(const Scene& scene) {
   return params;
 }
 
+/// A hand's path wavers by less than this out of the slab's plane: mm, and the sine of 10 degrees.
+constexpr double kSlabOff_mm = 2;
+constexpr double kSlabTurn = 0.1737;
+
 CutPlane MakeSlabPlane(const Scene& scene) {
   // A direction this far out of the plane, as a sine, is meant to lie elsewhere.
   constexpr double kOutOfPlane = 0.02;
@@ -342,6 +346,38 @@ CutPlane MakeSlabPlane(const Scene& scene) {
         plane.normal_W.z));
   }
   plane.normal_W = glm::normalize(plane.normal_W - glm::dot(plane.normal_W, d) * d);
+
+  // The rest of the path must be about the same slice.
+  const auto check = [&](const std::string& what, const Vec3& p_W, const Vec3& normal_W) {
+    const Vec3 from = p_W - plane.p_W;
+    const double off_mm = std::abs(glm::dot(from, plane.normal_W));
+    const double beside_mm = glm::length(from - glm::dot(from, d) * d);
+    const double sine = glm::length(glm::cross(normal_W, plane.normal_W));
+    if (off_mm > kSlabOff_mm || sine > kSlabTurn) {
+      throw Error(
+          fmt::format("{} holds the disc {:.1f} mm from the plane of the slab and turned {:.1f} degrees out of it; "
+                      "slab mode has one "
+                      "slice, in the disc's plane where the path starts",
+                      what, off_mm, std::asin(std::min(1.0, sine)) * 57.29577951308232));
+    }
+    if (beside_mm > 0.5 * scene.tool.diameter_mm) {
+      throw Error(
+          fmt::format("{} holds the disc {:.1f} mm beside the line along which the slice slides, more than its radius; "
+                      "slab mode has "
+                      "one slice, before the disc where the path starts",
+                      what, beside_mm));
+    }
+  };
+  for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {
+    const SceneStroke& stroke = scene.path.strokes[i];
+    const Vec3 normal_W = glm::normalize(stroke.disc_normal);
+    check(fmt::format("the start of stroke {}", i + 1), stroke.start_mm, normal_W);
+    check(fmt::format("the end of stroke {}", i + 1), stroke.end_mm, normal_W);
+  }
+  for (std::size_t i = 0; i < scene.path.poses.size(); ++i) {
+    const Pose& X = scene.path.poses[i].X_WT;
+    check(fmt::format("pose {} of {}", i + 1, scene.path.file), X.p_AB, X.Vector({0, 0, 1}));
+  }
   return plane;
 }
 

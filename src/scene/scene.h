@@ -135,7 +135,8 @@ std::string DefaultSceneToml();
 /// The scene's values in the library's units.
 SimulationParams MakeSimulationParams(const Scene& scene);
 SlabParams MakeSlabParams(const Scene& scene);
-/// The plane of the slab: the disc's where the path starts. Throws Error when the cut direction does not lie in it.
+/// The plane of the slab: the disc's where the path starts. Throws Error when the cut direction does not lie in it, or
+/// the path leaves it by more than a hand wavers, or goes past the slice.
 CutPlane MakeSlabPlane(const Scene& scene);
 
 }  // namespace kerf

@@ -36,6 +36,15 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
   std::vector<double> times_us;
   times_us.reserve(total);
 
+  for (std::size_t i = 1; i < path.segments().size(); ++i) {
+    const Vec3 p_W = path.CalcPose(i, path.segments()[i].start_s).p_AB;
+    const SlabParams params = MakeSlabParams(scene);
+    const double depth_mm = glm::dot(p_W, params.direction_W) + params.saw.radius_mm() - profile.entry_mm;
+    if (path.segments()[i].retract_before && depth_mm >= profile.end_mm) {
+      throw Error(fmt::format("stroke {} sets the blade down {:.2f} mm deep, past the slice, which ends at {:.2f} mm",
+                              i + 1, depth_mm, profile.end_mm));
+    }
+  }
   SlabSimulation simulation(std::move(profile), MakeSlabParams(scene), path.CalcPose(0, 0));
   simulation.Hold(scene.slab.hold);
   const Clock::time_point start = Clock::now();

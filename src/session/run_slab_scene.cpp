@@ -23,7 +23,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// The entry is true to a quarter of a voxel; a path may begin at the surface.
+/// The entry is true to a quarter of a voxel, and a path may begin at the surface.
 constexpr double kInBone_mm = 0.1;
 
 /// Where the slice has gone by the end of the run: its own way along the direction.
@@ -65,6 +65,13 @@ PictureSpec MakeSlabPicture(const Scene& scene, const SlabParts& parts, const Sl
   return spec;
 }
 
+/// Of the blade's edge where a segment of the path begins.
+double CalcStartDepth(const Scene& scene, std::size_t segment, const SlabProfile& profile, const SlabParams& params) {
+  const Path path = MakePath(scene);
+  const Vec3 p_W = path.CalcPose(segment, path.segments()[segment].start_s).p_AB;
+  return glm::dot(p_W, params.direction_W) + params.saw.radius_mm() - profile.entry_mm;
+}
+
 bool NeedsParts(const Scene& scene) {
   return scene.output.pieces || scene.output.bone || scene.output.pictures;
 }
@@ -94,14 +101,12 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
     summary.ticks_with_status += run.ticks[i].out.status != kTickOk ? 1 : 0;
     if (run.states[i].free && !summary.free_at_s) summary.free_at_s = run.ticks[i].time_s;
   }
-  const Path path = MakePath(scene);
-  for (std::size_t i = 0; i < path.segments().size(); ++i) {
-    const PathSegment& segment = path.segments()[i];
-    const double edge_mm =
-        glm::dot(path.CalcPose(i, segment.start_s).p_AB, params.direction_W) + params.saw.radius_mm();
-    const double depth_mm = edge_mm - run.profile.entry_mm;
-    const bool in_bone = segment.retract_before && depth_mm > kInBone_mm && depth_mm < run.profile.end_mm;
-    summary.starts_in_bone = summary.starts_in_bone || in_bone;
+  for (std::size_t i = 0; i < run.ticks.size(); ++i) {
+    // A stroke that was set down deeper than the one before had cut.
+    if (i > 0 && run.ticks[i].segment == run.ticks[i - 1].segment) continue;
+    const double start_mm = CalcStartDepth(scene, run.ticks[i].segment, run.profile, params);
+    const double cut_mm = i > 0 ? run.states[i - 1].deepest_mm : 0;
+    summary.starts_in_bone = summary.starts_in_bone || start_mm > cut_mm + kInBone_mm;
   }
   summary.simulated_s = run.ticks.back().time_s;
   summary.ticks_wall_s = run.wall_s;

@@ -66,19 +66,19 @@ void SlabResistance::AddTable(const SlabProfile& profile, const SlabParams& para
       E_sum += teeth * profile.layers[k].E_MPa;
     }
     if (load.teeth > 0) load.E_MPa = E_sum / load.teeth;
-    pieces_.push_back({static_cast<double>(i) * kTableStep_mm, load});
+    pieces_.push_back({depth, load});
   }
 }
 
 SlabLoad SlabResistance::At(double depth_mm) const {
   if (!(depth_mm >= 0 && depth_mm <= end_mm_) || pieces_.empty()) return {};
   if (linear_) {
-    const double at = depth_mm / kTableStep_mm;
-    const std::size_t i = std::min(static_cast<std::size_t>(at), pieces_.size() - 1);
-    const std::size_t next = std::min(i + 1, pieces_.size() - 1);
-    const double t = at - static_cast<double>(i);
+    // The last step is shorter than the others.
+    const std::size_t i = std::min(static_cast<std::size_t>(depth_mm / kTableStep_mm), pieces_.size() - 2);
+    const double width = pieces_[i + 1].top_mm - pieces_[i].top_mm;
+    const double t = width > 0 ? std::min(1.0, (depth_mm - pieces_[i].top_mm) / width) : 0;
     const SlabLoad& a = pieces_[i].load;
-    const SlabLoad& b = pieces_[next].load;
+    const SlabLoad& b = pieces_[i + 1].load;
     return {a.force_N + t * (b.force_N - a.force_N), a.teeth + t * (b.teeth - a.teeth),
             b.E_MPa > 0 ? b.E_MPa : a.E_MPa};
   }

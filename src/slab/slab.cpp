@@ -16,7 +16,7 @@ namespace {
 constexpr double kTonnePerGram = 1e-6;  // N s^2 / mm: the unit of mass that goes with mm, N and s
 constexpr int kMinSubsteps = 8;
 constexpr int kMaxSubsteps = 1024;
-constexpr double kSubstepTravel_mm = 0.02;  // of the hand
+constexpr double kSubstepTravel_mm = 0.05;  // of the hand
 constexpr double kNoAdvance_N = 1e12;       // resistance of a blade that does not cut
 
 void CheckRange(double value, double lower, double upper, const char* name) {
@@ -41,6 +41,19 @@ void Validate(const SlabParams& p, const SlabProfile& profile) {
   CheckRange(p.segment_damping_Ns_per_mm, 0, 1e3, "segment_damping_Ns_per_mm");
   if (profile.layers.empty() || !(profile.end_mm > 0) || !std::isfinite(profile.end_mm + profile.entry_mm)) {
     throw Error("the slice's profile is empty");
+  }
+  double top_mm = 0;
+  for (const SlabProfile::Layer& layer : profile.layers) {
+    const bool first = &layer == &profile.layers.front();
+    if (!(first ? layer.top_mm == 0 : layer.top_mm > top_mm) || !(layer.top_mm < profile.end_mm)) {
+      throw Error(fmt::format("the slice's layers must begin at depth 0 and go down to its end; one begins at {} mm",
+                              layer.top_mm));
+    }
+    if (!(layer.E_MPa >= 0 && std::isfinite(layer.E_MPa) && layer.nu >= 0 && layer.nu <= 0.5)) {
+      throw Error(
+          fmt::format("the slice's layer at {} mm has E = {} MPa and nu = {}", layer.top_mm, layer.E_MPa, layer.nu));
+    }
+    top_mm = layer.top_mm;
   }
 }
 
@@ -218,17 +231,16 @@ double SlabSimulation::State::StepOnRail(const Hand& hand, bool cuts) {
   if (params.segments_move) {
     for (std::size_t j = 0; j < 2; ++j) side[j] = MakeEquation(segments[j], hand, true);
   }
-  // Sum of the faces' impulses on the segments, N s, and the blade's velocity.
-  std::array<double, 2> impulse{};
+  std::array<MonotoneGraph, 2> faces{};
+  std::array<double, 2> impulse{};  // of the faces on the segments, N s
   const auto solve = [&](const Equation& e) {
     double share = 0;
     if (!params.segments_move) {
-      const std::array<MonotoneGraph, 1> faces{MakeFaceGraph(2 * friction_N, cutting_N, gap_mm, dt, 0, 0)};
-      const double v = SolveMonotone(e.mass_eff, e.drive, faces, &share);
+      const std::array<MonotoneGraph, 1> both{MakeFaceGraph(2 * friction_N, cutting_N, gap_mm, dt, 0, 0)};
+      const double v = SolveMonotone(e.mass_eff, e.drive, both, &share);
       impulse[0] = impulse[1] = 0.5 * (e.drive - e.mass_eff * v);
       return v;
     }
-    std::array<MonotoneGraph, 2> faces;
     for (std::size_t j = 0; j < 2; ++j) {
       faces[j] = MakeFaceGraph(friction_N, 0.5 * cutting_N, gap_mm, dt, side[j].drive, 1 / side[j].mass_eff);
     }
@@ -252,15 +264,24 @@ double SlabSimulation::State::StepOnRail(const Hand& hand, bool cuts) {
   for (std::size_t j = 0; j < 2; ++j) {
     Body& segment = segments[j];
     if (params.segments_move) {
-      segment.v_mm_per_s = (side[j].drive + impulse[j]) / side[j].mass_eff;
+      // What sticks moves as one, to the last bit, and so does what goes exactly as far as has been cut.
+      const auto& corners = faces[j].corners;
+      if (v >= corners[0].v && v <= corners[1].v) {
+        segment.v_mm_per_s = v;
+      } else if (v >= corners[2].v && v <= corners[3].v) {
+        segment.v_mm_per_s = v - gap_mm / dt;
+      } else {
+        segment.v_mm_per_s = (side[j].drive + impulse[j]) / side[j].mass_eff;
+      }
       segment.x_mm += dt * segment.v_mm_per_s;
-      Account(segment, before[j], hand, false, &hand_N);
     }
+    // A hand that holds a segment of a jaw held fast works against its own coupling.
+    if (params.segments_move || segment.held) Account(segment, before[j], hand, false, &hand_N);
     const double u = v - segment.v_mm_per_s;
     const double rubbed = friction_N * std::abs(u) * dt;
     out.friction_mJ += rubbed;
     out.cutting_mJ += std::max(0.0, impulse[j] * u - rubbed);
-    out.sticking = out.sticking && std::abs(u) < 1e-9;
+    out.sticking = out.sticking && u == 0;
   }
   return hand_N;
 }
@@ -310,6 +331,12 @@ SlabSimulation::SlabSimulation(SlabProfile profile, const SlabParams& params, co
     segment.damping = params.segment_damping_Ns_per_mm;
   }
   s.Place(X_WT_start);
+  if (s.out.depth_mm >= s.profile.end_mm) {
+    throw Error(
+        fmt::format("the blade starts {:.2f} mm deep, past the slice, which ends at {:.2f} mm; start it before the "
+                    "bone along the cut direction",
+                    s.out.depth_mm, s.profile.end_mm));
+  }
   s.MeasureEnergy();
 }
 SlabSimulation::~SlabSimulation() = default;

@@ -134,6 +134,33 @@ TEST_F(SlabRunTest, RefusesADirectionOutOfTheDiscsPlaneAndDoubtsAPathAcrossIt) {
             "[force] law = \"edge_plus_chip\" is not used in slab mode, whose law is \"as_computed\" of [slab]");
 }
 
+TEST_F(SlabRunTest, RefusesAPathThatIsNotAboutItsOneSlice) {
+  const auto message = [](const std::string& stroke) {
+    std::string text = kScene;
+    text.insert(text.find("[simulation]"), "[[path.stroke]]\nfeed_mm_per_s = 10\n" + stroke);
+    const Scene scene = ParseScene(text, "scene.toml");
+    try {
+      RunSlab(scene, MakeSlabProfile(scene, MakeSceneBone(scene, {})), {});
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message("start_mm = [0.5, 0.1, 13]\nend_mm = [0.5, 0.1, 4]\ndisc_normal = [0, 1, 0.01]\n"), "");
+  EXPECT_EQ(
+      message("start_mm = [300, 100, 12]\nend_mm = [300, 100, 4]\ndisc_normal = [0, 1, 0]\n"),
+      "the start of stroke 2 holds the disc 100.0 mm from the plane of the slab and turned 0.0 degrees out of it; "
+      "slab mode has one slice, in the disc's plane where the path starts");
+  EXPECT_EQ(message("start_mm = [0, 0, 12]\nend_mm = [0, 0, 4]\ndisc_normal = [0, 0, 1]\n"),
+            "the start of stroke 2 holds the disc 0.0 mm from the plane of the slab and turned 90.0 degrees out of it; "
+            "slab mode has one slice, in the disc's plane where the path starts");
+  EXPECT_EQ(message("start_mm = [12, 0, 12]\nend_mm = [12, 0, 4]\ndisc_normal = [0, 1, 0]\n"),
+            "the start of stroke 2 holds the disc 12.0 mm beside the line along which the slice slides, more than its "
+            "radius; slab mode has one slice, before the disc where the path starts");
+  EXPECT_EQ(message("start_mm = [0, 0, -1]\nend_mm = [0, 0, -2]\ndisc_normal = [0, 1, 0]\n"),
+            "stroke 2 sets the blade down 12.00 mm deep, past the slice, which ends at 6.00 mm");
+}
+
 TEST_F(SlabRunTest, SaysWhenTheBladeIsSetDownInsideTheBone) {
   std::string text = kScene;
   text.replace(text.find("11.5]"), 5, "7.0]");

@@ -106,13 +106,52 @@ TEST(SlabBalance, SetDownInsideTheBoneTheSpringIsSlackAndTheEnergiesBegin) {
     EXPECT_EQ(force_N, 0);
     EXPECT_NEAR(simulation.state().depth_mm, 5, 1e-12);
     EXPECT_EQ(simulation.state().elastic_mJ, 0);
+    test::Move(simulation, params, 5, 3, 2, [](const TickOutput&) {});
+    test::Move(simulation, params, 3, 4.99, 2, [](const TickOutput&) {});
+    EXPECT_LT(simulation.state().cutting_mJ, 1e-12) << "what lies above counts as cut";
     // From there on it is stretched by what the blade moves.
-    test::Move(simulation, params, 5, 4, 2, [](const TickOutput&) {});
-    test::Move(simulation, params, 4, 6, 2, [&](const TickOutput& out) { force_N = Against(out, params); });
+    test::Move(simulation, params, 4.99, 6, 2, [&](const TickOutput& out) { force_N = Against(out, params); });
     const double depth = simulation.state().depth_mm;
     EXPECT_NEAR(force_N, CalcPaperForce(params.saw, 0.01, depth, kE24_MPa, kNu24, params.reading) + (depth - 5), 0.002);
     EXPECT_NEAR(test::CalcImbalance(simulation.state()), 0, 1e-9);
   }
+}
+
+TEST(SlabBalance, BeforeTheBoneNothingHoldsTheBlade) {
+  SlabParams params;
+  params.stiffness_N_per_mm = 2;
+  params.damping_Ns_per_mm = 0.5;
+  params.friction_coefficient = 1;
+  params.normal_force_N = 5;
+  SlabSimulation simulation(test::UniformProfile(kE24_MPa, kNu24, 30), params, HandAt(-8, params));
+  double force_N = 1;
+  test::Move(simulation, params, -8, -1, 4, [&](const TickOutput& out) { force_N = Against(out, params); });
+  EXPECT_NEAR(force_N, 0, 1e-9);
+}
+
+TEST(SlabBalance, BetweenSegmentsThatMoveTheCutIsAsHardAndTheDepthIsThatBelowBoth) {
+  SlabParams params;
+  params.reading = PaperReading::kCorrected;
+  params.segments_move = true;
+  params.segment_stiffness_N_per_mm = 2;
+  SlabSimulation simulation(test::UniformProfile(kE24_MPa, kNu24, 30), params, HandAt(-1, params));
+  double force_N = 0;
+  test::Move(simulation, params, -1, 6, 0.5, [&](const TickOutput& out) { force_N = Against(out, params); });
+  const SlabState& s = simulation.state();
+  const double law_N = CalcPaperForce(params.saw, 0.01, s.depth_mm, kE24_MPa, kNu24, params.reading);
+  // Half a tick's rise and the table's error, as above.
+  EXPECT_NEAR(force_N, law_N, 1e-3);
+  EXPECT_NEAR(s.left_mm, 0.5 * law_N / 2, 1e-3);
+  EXPECT_EQ(s.left_mm, s.right_mm);
+  EXPECT_NEAR(s.depth_mm, s.blade_mm - 1 - 0.5 * (s.left_mm + s.right_mm), 1e-12);
+
+  // One segment moved alone by the hand counts half.
+  SlabSimulation still(test::UniformProfile(0, 0, 30), params, HandAt(5, params));
+  still.Hold(SlabBody::kRight);
+  test::Move(still, params, 5, 7, 1, [](const TickOutput&) {});
+  EXPECT_NEAR(still.state().right_mm, 2, 0.1);
+  EXPECT_EQ(still.state().left_mm, 0);
+  EXPECT_NEAR(still.state().depth_mm, 5 - 0.5 * still.state().right_mm, 1e-12);
 }
 
 TEST(SlabFriction, SticksUntilTheCouplingPullsHarderThanBothFacesThenSlidesAtThatForce) {
@@ -271,6 +310,15 @@ TEST(SlabSeparation, HeldTheFreeSliceFollowsTheHandInAllDirections) {
     force_N = simulation.Tick({X, kTick_s, kRpm}).f_T_W_N.x;
   }
   EXPECT_NEAR(force_N, -1e-6 * a, 1e-9);
+
+  // Let go and taken again elsewhere: no jolt, in any direction.
+  simulation.Hold(SlabBody::kNone);
+  Pose X = HandAt(9, params);
+  X.p_AB += Vec3(3, 0, -2);
+  simulation.Tick({X, kTick_s, kRpm});
+  const double energy_mJ = simulation.state().kinetic_mJ + simulation.state().elastic_mJ;
+  simulation.Hold(SlabBody::kSlice);
+  EXPECT_NEAR(simulation.state().kinetic_mJ + simulation.state().elastic_mJ, energy_mJ, 1e-12);
 }
 
 TEST(SlabSegments, FrictionSharesOutTheMomentumAndEndsInOneVelocity) {

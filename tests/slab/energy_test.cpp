@@ -50,7 +50,7 @@ TEST(SlabEnergy, BalancesToRoundingAndEachLossOnlyGrowsWhateverTheHandDoes) {
     const SlabParams params = RandomParams(random);
     SlabProfile profile = test::UniformProfile(Draw(random, 300, 20000), 0.3, Draw(random, 2, 30));
     profile.layers.push_back({Draw(random, 0.5, 1.9), 0, 0, 0});
-    double hand = random() % 2 ? -1 : 3;  // outside the bone, or set down inside
+    double hand = random() % 2 ? -1 : 1.95;  // outside the bone, or set down inside
     SlabSimulation simulation(profile, params, HandAt(hand, params));
     SlabState before = simulation.state();
     double v = 0;
@@ -82,6 +82,35 @@ TEST(SlabEnergy, BalancesToRoundingAndEachLossOnlyGrowsWhateverTheHandDoes) {
   // The walk was one.
   EXPECT_GT(freed, 20);
   EXPECT_GT(stuck, 1000);
+}
+
+TEST(SlabEnergy, BalancesWhenASegmentOfAFastJawIsHeld) {
+  SlabParams params;
+  params.coupling_N_per_mm = 1e4;
+  SlabSimulation simulation(test::UniformProfile(9000, 0.3, 10), params, HandAt(-1, params));
+  simulation.Hold(SlabBody::kLeft);
+  TickOutput out;
+  test::Move(simulation, params, -1, 1, 5, [&](const TickOutput& o) { out = o; });
+  // The jaw does not give: the hand feels its own coupling's 2 mm and damper, the mean over the tick up to half a
+  // tick's way of 0.005 mm less.
+  EXPECT_NEAR(test::Against(out, params), 1e4 * 2 + 0.01 * 5, 0.5 * 1e4 * 0.005);
+  EXPECT_NEAR(test::CalcImbalance(simulation.state()), 0, 1e-9 * 2e4);
+  EXPECT_NEAR(simulation.state().elastic_mJ, 0.5 * 1e4 * 4, 1e-6);
+}
+
+TEST(SlabEnergy, WhatSticksRubsNothingHoweverHardItIsPressed) {
+  SlabParams params;
+  params.segments_move = true;
+  params.friction_coefficient = 10;
+  params.normal_force_N = 1e4;
+  SlabSimulation simulation(test::UniformProfile(9000, 0.3, 50), params, HandAt(5, params));
+  for (int i = 1; i <= 3000; ++i) {
+    simulation.Tick({HandAt(5 + 2 * std::sin(0.01 * i), params), kTick_s, kRpm});
+    ASSERT_TRUE(simulation.state().sticking);
+    ASSERT_EQ(simulation.state().friction_mJ, 0);
+    ASSERT_EQ(simulation.state().left_mm, simulation.state().right_mm);
+  }
+  EXPECT_GT(std::abs(simulation.state().left_mm), 0.1);
 }
 
 TEST(SlabEnergy, NeverGrowsWithoutTheHand) {
@@ -206,7 +235,7 @@ TEST(SlabTick, RefusesParametersOutOfRangeWithASentence) {
     SlabProfile profile = test::UniformProfile(9000, 0.3, 10);
     change(params, profile);
     try {
-      SlabSimulation(profile, params, Pose{});
+      SlabSimulation(profile, params, test::HandAt(-1, SlabParams()));
     } catch (const Error& e) {
       return std::string(e.what());
     }
@@ -222,6 +251,16 @@ TEST(SlabTick, RefusesParametersOutOfRangeWithASentence) {
             }),
             "the cut direction is not of unit length");
   EXPECT_EQ(message([](SlabParams&, SlabProfile& p) { p.layers.clear(); }), "the slice's profile is empty");
+  EXPECT_EQ(message([](SlabParams&, SlabProfile& p) {
+              p.layers.push_back({-1, 24, 9000, 0.3});
+            }),
+            "the slice's layers must begin at depth 0 and go down to its end; one begins at -1 mm");
+  EXPECT_EQ(message([](SlabParams&, SlabProfile& p) { p.layers[0].E_MPa = std::nan(""); }),
+            "the slice's layer at 0 mm has E = nan MPa and nu = 0.3");
+  EXPECT_EQ(
+      message([](SlabParams&, SlabProfile& p) { p.entry_mm = -40; }),
+      "the blade starts 39.00 mm deep, past the slice, which ends at 10.00 mm; start it before the bone along the "
+      "cut direction");
 }
 
 }  // namespace

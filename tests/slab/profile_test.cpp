@@ -79,6 +79,17 @@ TEST(BoneProfile, SeesOnlyWhatTheDiscCanMeet) {
   EXPECT_THROW(MakeBoneProfile(bone, {{0, 9, 20}, {0, 1, 0}}, 0.25, {0, 0, -1}, 11), Error);
 }
 
+TEST(BoneProfile, LooksAcrossTheSlicesThickness) {
+  BlockParams block;
+  block.size_mm = {12, 8, 6};
+  block.voxel_mm = 0.2;
+  const Bone bone = MakeBlock(block, DefaultMandibleTable());
+  const SlabProfile whole = MakeBoneProfile(bone, {{0, 0, 20}, {0, 1, 0}}, 0.9, {0, 0, -1}, 11);
+  // 0.9 mm about y = 3.9: of its three layers of samples (3.6, 3.9, 4.2) one stands outside the block, which ends at 4.
+  const SlabProfile edge = MakeBoneProfile(bone, {{0, 3.9, 20}, {0, 1, 0}}, 0.9, {0, 0, -1}, 11);
+  EXPECT_NEAR(edge.slice_mm3, 2.0 / 3 * whole.slice_mm3, 0.01 * whole.slice_mm3);
+}
+
 TEST(SlabResistance, OfThePaperIsItsTablesAtItsDepths) {
   // The 24 forces, printed to 5 decimals: tests/paper has them against the formulas; here region 24 and 6 through the
   // whole slab law.
@@ -99,7 +110,7 @@ TEST(SlabResistance, CorrectedIsTheSumOverTheArcToothByTooth) {
   const SlabProfile profile = MakePaperProfile(DefaultMandibleTable(), 0);
   const SlabResistance law(profile, params);
   const double R = params.saw.radius_mm();
-  for (const double depth : {0.5, 1.1, 6.6, 9.0, 18.0, 21.9, 25.0, 32.0}) {
+  for (const double depth : {0.5, 1.1, 6.6, 9.0, 18.0, 21.9, 25.0, 32.0, 32.5}) {
     // Brute force: a million points of the half rim from the lowest up.
     double force = 0;
     constexpr int kPoints = 200000;
@@ -123,10 +134,11 @@ TEST(SlabResistance, DoublesWithBothModuliAndGoesEightfoldWithTheShareOfThePitch
     stiff.saw.E_MPa *= 2;
     SlabParams wide = params;
     wide.contact_share_of_pitch *= 2;
-    const SlabResistance law(test::UniformProfile(10000, 0.3, 20), params);
+    const SlabResistance law(test::UniformProfile(10000, 0.3, 20.013), params);
     const SlabResistance doubled(test::UniformProfile(20000, 0.3, 20), stiff);
     const SlabResistance eightfold(test::UniformProfile(10000, 0.3, 20), wide);
     for (double depth = 0.5; depth < 20; depth += 0.37) {
+      EXPECT_NEAR(law.At(depth).E_MPa, 10000, 1e-9);
       EXPECT_NEAR(doubled.At(depth).force_N, 2 * law.At(depth).force_N, 1e-12);
       EXPECT_NEAR(eightfold.At(depth).force_N, 8 * law.At(depth).force_N, 1e-11);
     }
