@@ -34,6 +34,13 @@ TEST_F(Compare, WritesReportFiguresTableAndJson) {
   const auto result = Kerf("compare small.toml -o out --laws all --repeat 1");
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("slab as computed"));
+  // Every warning of the report is on stderr too.
+  const auto json = nlohmann::json::parse(test::Slurp(folder_ / "out/compare.json"));
+  EXPECT_FALSE(json["warnings"].empty());
+  for (const std::string warning : json["warnings"]) {
+    EXPECT_THAT(result.err, HasSubstr("kerf: warning: " + warning + "\n"));
+    EXPECT_THAT(test::Slurp(folder_ / "out/report.md"), HasSubstr("- " + warning + "\n"));
+  }
   for (const char* file :
        {"report.md", "force_depth.png", "difference.png", "cost.png", "compare.csv", "compare.json"}) {
     EXPECT_TRUE(Exists(std::string("out/") + file)) << file;

@@ -292,6 +292,16 @@ TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
   EXPECT_THAT(report, Not(HasSubstr(folder_)));
 }
 
+TEST_F(CompareFiles, NameTheRegionTableWithoutItsFolder) {
+  fs::create_directories(folder_);
+  fs::copy_file(std::string(KERF_SOURCE_DIR) + "/volumes/mandible_regions.csv", folder_ + "/own.csv");
+  std::string text = kScene + kSlab;
+  text.replace(text.find("model = \"block\""), 0, "materials = \"own.csv\"\n");
+  const Comparison c = CompareScene(ParseScene(text, folder_ + "/scene.toml"), {{}, 0.5, 1}, {});
+  EXPECT_EQ(c.material, "E by region, from own.csv");
+  EXPECT_EQ(nlohmann::json::parse(FormatCompareJson(c))["material"]["source"], "own.csv");
+}
+
 TEST_F(CompareFiles, NeverReplaceAnInput) {
   Scene scene = Parse(kSlab);
   scene.path.file = folder_ + "/compare.csv";

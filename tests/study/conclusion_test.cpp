@@ -183,7 +183,7 @@ TEST(Conclusion, RegionsAndTissuesAreNamedByTheirDifferences) {
 }
 
 TEST(Conclusion, LayersAreSaidToBeNamedByTheLargestShare) {
-  Comparison c = MakeUp({Reference(), Slab([](double) { return 5.0; })});
+  Comparison c = MakeUp({Reference(), Slab([](double h) { return h < 4 ? 5.0 : 6.0; })});
   const std::string named =
       "A layer is named for the region with the largest share of its area, and its E is the mean over the whole area";
   EXPECT_EQ(WriteConclusion(c).regions.front(),
