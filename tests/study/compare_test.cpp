@@ -152,9 +152,15 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
             "there is no force law \"herz\"; there are hertz_chip, hertz_constant_bite, edge_plus_chip");
   EXPECT_EQ(MessageOf(Parse(kSlab + "[tool]\nrpm = 0\n"), {}), "scene: rpm = 0: a stopped saw cuts nothing to compare");
   EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 1, 0]\n"), {}), HasSubstr("degrees out of the disc's plane"));
-  // Upwards, out of the bone.
+  // Upwards: the path starts behind what would be cut.
+  EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 0, 1]\n"), {{}, 0.05, 1}),
+              HasSubstr("start it before the bone along the cut direction"));
+  // 0.05 mm deep.
+  std::string shallow = kScene;
+  const std::string end = "end_mm = [0.0, 0.0, 4.0]";
+  shallow.replace(shallow.find(end), end.size(), "end_mm = [0.0, 0.0, 10.95]");
   EXPECT_THAT(
-      MessageOf(Parse("[slab]\ndirection = [0, 0, 1]\n"), {{}, 0.05, 1}),
+      MessageOf(ParseScene(shallow + kSlab, "scene.toml"), {{}, 0.05, 1}),
       HasSubstr("goes less than 0.1 mm into the bone, too little to compare; let the path go into the bone along it"));
 }
 
