@@ -101,6 +101,7 @@ TEST(SlabBalance, SetDownInsideTheBoneTheSpringIsSlackAndTheEnergiesBegin) {
     if (later) {
       ASSERT_TRUE(simulation.SetDown(HandAt(5, params)));
     }
+    EXPECT_EQ(simulation.state().deepest_mm, simulation.state().depth_mm);
     double force_N = 0;
     for (int i = 0; i < 300; ++i) force_N = Against(simulation.Tick({HandAt(5, params), kTick_s, kRpm}), params);
     EXPECT_EQ(force_N, 0);
