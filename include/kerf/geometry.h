@@ -8,6 +8,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace kerf {
@@ -28,6 +29,14 @@ struct Pose {
 
 /// All components finite and the quaternion of unit length to 1e-6. Tick-safe.
 bool IsValid(const Pose& X);
+
+/// Coordinates in W go from minus this to this, mm: a point beyond is a mistake.
+inline constexpr double kWorldReach_mm = 5000;
+/// Finite and within the world.
+bool IsInWorld(const Vec3& p_W);
+
+/// `v` at unit length, whatever its own: from 1e-300 to 1e300 too. None when it has no direction.
+std::optional<Vec3> CalcDirection(const Vec3& v);
 
 /// Axis-aligned box, mm. Empty until the first Include().
 struct Box3 {

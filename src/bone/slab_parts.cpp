@@ -53,6 +53,12 @@ void OpenTiles(FloatTree& tree, const PlaneDistance& distance, double reach_mm) 
   for (const Coord& origin : origins) tree.touchLeaf(origin);
 }
 
+void CheckInWorld(const Vec3& p_W, const char* what) {
+  if (IsInWorld(p_W)) return;
+  throw Error(fmt::format("{} ({:g}, {:g}, {:g}) lies outside the world; coordinates go from {:g} to {:g} mm", what,
+                          p_W.x, p_W.y, p_W.z, -kWorldReach_mm, kWorldReach_mm));
+}
+
 void CheckCut(const Bone& bone, const SlabCut& cut) {
   if (!(cut.thickness_mm >= 0.02 && cut.thickness_mm <= 50)) {
     throw Error(fmt::format("a slice {} mm thick is out of range; valid range 0.02 to 50 mm", cut.thickness_mm));
@@ -60,12 +66,9 @@ void CheckCut(const Bone& bone, const SlabCut& cut) {
   const Vec3& p = cut.plane.p_W;
   const Vec3& n = cut.plane.normal_W;
   const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
-  if (!std::isfinite(p.x + p.y + p.z) || !(std::abs(length - 1) < 1e-6)) {
-    throw Error("the plane must have a finite point and a normal of unit length");
-  }
-  if (cut.near_W && !std::isfinite(cut.near_W->x + cut.near_W->y + cut.near_W->z)) {
-    throw Error("the point that says where to cut must be finite");
-  }
+  CheckInWorld(p, "the plane's point");
+  if (!(std::abs(length - 1) < 1e-6)) throw Error("the plane must have a normal of unit length");
+  if (cut.near_W) CheckInWorld(*cut.near_W, "the point that says where to cut");
   if (bone.empty()) throw Error("the bone is empty, so there is nothing to cut");
 }
 
@@ -141,7 +144,9 @@ class Cutter {
           lower, upper, half_));
     }
     if (!everywhere && section_.places == 0) {
-      throw Error("the plane goes through no bone: it passes between separate pieces");
+      throw Error(
+          "the plane divides no piece of the bone: it passes between separate pieces, or only grazes a face; move it "
+          "into the bone");
     }
   }
 

@@ -31,8 +31,9 @@ struct SlabParts {
 };
 
 /// The three parts lie in each other's way nowhere and fill the whole, up to what voxels round off along the edges of
-/// the cut: less than h^2 / 2 of cross-section with voxels of h. Bone that the plane crosses but doesn't cut stays with
-/// the segment that it's joined to; a bit joined to neither goes to the side that most of it is on.
+/// the cut: of each segment's rim less than h^2 / (2 sin a) of cross-section, with voxels of h and the plane at an
+/// angle a to the bone's surface. Bone that the plane crosses but doesn't cut stays with the segment that it's joined
+/// to; a bit joined to neither goes to the side that most of it is on.
 ///
 /// The segments have the bone's voxels, the slice finer ones that divide the bone's evenly, of at most half of theirs
 /// and a quarter of its thickness, so that its faces are planes to the precision of a float. (Within the slice phi is

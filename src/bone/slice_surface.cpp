@@ -21,8 +21,11 @@ constexpr int kEdge = 8;
 struct Lattice {
   Vec3 p_W, u, v, w;
 
-  Lattice(const CutPlane& plane, double along_mm, double across_mm) : p_W(plane.p_W) {
+  /// p is where the plane is nearest to `near_W`: the plane's own point may lie far from the bone, and so would the
+  /// lattice's numbers be large.
+  Lattice(const CutPlane& plane, const Vec3& near_W, double along_mm, double across_mm) {
     const Vec3& n = plane.normal_W;
+    p_W = near_W - glm::dot(near_W - plane.p_W, n) * n;
     // The axis that the plane is most nearly along.
     int axis = std::abs(n.x) <= std::abs(n.y) ? 0 : 1;
     if (std::abs(n.z) < std::abs(n[axis])) axis = 2;
@@ -40,6 +43,13 @@ struct Lattice {
 
 int FloorToBlock(double x) {
   return static_cast<int>(std::floor(x / kEdge)) * kEdge;
+}
+
+/// Of the box that holds the blocks, mm.
+Vec3 CalcMiddle(const std::vector<Coord>& blocks, double voxel_mm) {
+  Box3 box;
+  for (const Coord& origin : blocks) box.Include(voxel_mm * Vec3(origin.x(), origin.y(), origin.z()));
+  return box.empty() ? Vec3(0) : box.centre() + Vec3(0.5 * kEdge * voxel_mm);
 }
 
 /// The lattice's blocks over those of the bone, for layers within `layers` of the plane.
@@ -80,7 +90,7 @@ TriangleMesh MakeSliceSurface(const FloatTree& phi, double voxel_mm, const std::
   // Half a voxel across too, where the slice is thick.
   const int half_layers = std::max(1, static_cast<int>(std::ceil(thickness_mm / voxel_mm - 0.5)));
   const double step_mm = thickness_mm / (2 * half_layers + 1);
-  const Lattice lattice(plane, 0.5 * voxel_mm, step_mm);
+  const Lattice lattice(plane, CalcMiddle(blocks, voxel_mm), 0.5 * voxel_mm, step_mm);
   const std::vector<Coord> origins = FindBlocks(blocks, voxel_mm, lattice, half_layers + 2);
   std::vector<std::unique_ptr<FloatLeaf>> leaves(origins.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, origins.size(), 16), [&](const auto& range) {
@@ -103,7 +113,7 @@ TriangleMesh MakeSliceSurface(const FloatTree& phi, double voxel_mm, const std::
   matrix.setRow(0, row(lattice.u));
   matrix.setRow(1, row(lattice.v));
   matrix.setRow(2, row(lattice.w));
-  matrix.setRow(3, openvdb::Vec4d(plane.p_W.x, plane.p_W.y, plane.p_W.z, 1));
+  matrix.setRow(3, openvdb::Vec4d(lattice.p_W.x, lattice.p_W.y, lattice.p_W.z, 1));
   grid->setTransform(openvdb::math::Transform::createLinearTransform(matrix));
   for (auto& leaf : leaves) grid->tree().addLeaf(leaf.release());
   return ExtractZeroLevel(*grid, 0);

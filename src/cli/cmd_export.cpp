@@ -11,6 +11,7 @@
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
+#include "files/files.h"
 #include "kerf/error.h"
 #include "mesh/decimate.h"
 #include "mesh/meshfile.h"
@@ -115,6 +116,7 @@ void Print(const Options& options, const std::vector<Exported>& all, const Piece
 }
 
 void Run(const Options& options) {
+  CheckInputsStay({options.file}, {options.output});
   const Bone bone = ReadBone(options.file);
   std::vector<Exported> all;
   Pieces pieces;
@@ -123,6 +125,9 @@ void Run(const Options& options) {
     if (pieces.pieces.empty()) {
       throw Error(
           fmt::format("{}: has no piece of at least {} mm3; lower --min-piece", options.file, options.min_piece_mm3));
+    }
+    for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
+      CheckInputsStay({options.file}, {NumberedPath(options.output, i + 1)});
     }
     for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
       all.push_back(ExportSurface(pieces.pieces[i], options, NumberedPath(options.output, i + 1)));

@@ -12,6 +12,7 @@
 
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
+#include "cli/numbers.h"
 #include "cli/progress.h"
 #include "files/files.h"
 #include "import/dicom.h"
@@ -37,17 +38,6 @@ struct Options {
   std::string materials;
   ImportOptions import;
 };
-
-Vec3 ParsePoint(const std::string& text, const char* option) {
-  Vec3 p;
-  int used = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &p.x, &p.y, &p.z, &used) != 3 ||
-      used != static_cast<int>(text.size())) {
-    throw CLI::ValidationError(option,
-                               fmt::format("'{}' is no point; write x,y,z in mm, such as -45,-238.5,373", text));
-  }
-  return p;
-}
 
 Json ToJson(const Vec3& v) {
   return {v.x, v.y, v.z};
@@ -190,6 +180,11 @@ void Run(Options& options) {
     throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", options.output));
   }
   CheckWritable(options.output);
+  std::vector<std::string> inputs{options.input, options.materials};
+  for (const auto* markups : {&options.keep_markups, &options.drop_markups}) {
+    inputs.insert(inputs.end(), markups->begin(), markups->end());
+  }
+  CheckInputsStay(inputs, {options.output});
   ImportOptions& import = options.import;
   import.isolate.isolate = !options.no_isolate;
   import.isolate.check_shape = !options.any_shape;
@@ -293,7 +288,7 @@ void AddImportCommand(CLI::App& app) {
        "Edge of a voxel of the stored CT numbers, mm, 0.1 to 5; default: the CT's finest spacing, but at least "
        "--voxel.")
       ->needs(keep_hu)
-      ->check(CLI::Range(0.1, 5.0))
+      ->check(NumberWithin(0.1, 5, "mm"))
       ->group(surface);
   c->callback([o] { Run(*o); });
 }

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <glm/gtc/constants.hpp>
@@ -17,6 +16,7 @@
 
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
+#include "cli/numbers.h"
 #include "cli/progress.h"
 #include "files/files.h"
 #include "kerf/error.h"
@@ -45,6 +45,8 @@ void MakeAndWrite(const Common& common, const std::function<Bone(const std::func
   if (std::filesystem::path(common.output).extension() != ".vdb") {
     throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", common.output));
   }
+  CheckWritable(common.output);
+  CheckInputsStay({common.materials}, {common.output});
   const auto start = std::chrono::steady_clock::now();
   Bone bone;
   {
@@ -144,25 +146,6 @@ void AddMandible(CLI::App& model) {
   });
 }
 
-std::vector<double> ParseNumbers(const std::string& text, char separator, const char* option, std::size_t count,
-                                 const char* form) {
-  std::vector<double> numbers;
-  const char* at = text.c_str();
-  while (true) {
-    char* end = nullptr;
-    const double value = std::strtod(at, &end);
-    if (end == at || !std::isfinite(value)) break;
-    numbers.push_back(value);
-    at = end;
-    if (*at != separator) break;
-    ++at;
-  }
-  if (*at != '\0' || numbers.size() != count) {
-    throw CLI::ValidationError(option, fmt::format("'{}' must be {}", text, form));
-  }
-  return numbers;
-}
-
 /// Turns by degrees about the block's x axis, then the world's y, then its z.
 Quat MakeRotation(const std::vector<double>& degrees) {
   return glm::angleAxis(glm::radians(degrees[2]), Vec3{0, 0, 1}) *
@@ -202,19 +185,19 @@ void AddBlock(CLI::App& model, const char* name, const char* help, const BlockPa
   c->callback([o] {
     BlockParams params = o->params;
     if (!o->size.empty()) {
-      const auto v = ParseNumbers(o->size, ',', "--size", 3, "x,y,z in mm, such as 40,20,20");
+      const auto v = ParseNumbers(o->size, ',', 3, "--size", "x,y,z in mm, such as 40,20,20");
       params.size_mm = {v[0], v[1], v[2]};
     }
     if (!o->at.empty()) {
-      const auto v = ParseNumbers(o->at, ',', "--at", 3, "x,y,z in mm, such as 0,0,10");
+      const auto v = ParseNumbers(o->at, ',', 3, "--at", "x,y,z in mm, such as 0,0,10");
       params.X_WB.p_AB = {v[0], v[1], v[2]};
     }
     if (!o->rotate.empty()) {
-      params.X_WB.R_AB = MakeRotation(ParseNumbers(o->rotate, ',', "--rotate", 3, "x,y,z in degrees, such as 0,30,45"));
+      params.X_WB.R_AB = MakeRotation(ParseNumbers(o->rotate, ',', 3, "--rotate", "x,y,z in degrees, such as 0,30,45"));
     }
     if (!o->layers.empty()) params.layers.clear();
     for (const std::string& text : o->layers) {
-      const auto v = ParseNumbers(text, ':', "--layer", 2, "thickness:region, such as 2.2:24");
+      const auto v = ParseNumbers(text, ':', 2, "--layer", "thickness:region, such as 2.2:24");
       if (v[1] != std::floor(v[1]) || v[1] < 1 || v[1] > 255) {
         throw CLI::ValidationError(
             "--layer", fmt::format("'{}' names no region; a region is a whole number within 1 to 255", text));

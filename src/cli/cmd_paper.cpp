@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -29,6 +30,15 @@ std::string Format(const PaperTables& tables, const Options& options) {
 }
 
 void Run(const Options& options) {
+  if (!options.figure.empty()) {
+    if (std::filesystem::path(options.figure).extension() != ".png") {
+      throw CLI::ValidationError("--figure", fmt::format("'{}' must end in .png", options.figure));
+    }
+    if (!options.output.empty() && IsSameFile(options.figure, options.output)) {
+      throw CLI::ValidationError("--figure", fmt::format("'{}' is the same file as that of -o", options.figure));
+    }
+    CheckWritable(options.figure);
+  }
   if (!options.output.empty()) CheckWritable(options.output);
   const PaperTables tables = CalcPaperTables();
   if (!options.figure.empty()) WritePaperFigure(tables, options.figure);

@@ -44,6 +44,7 @@ std::string CheckSize(const std::string& text) {
 
 void Run(const Options& options) {
   CheckWritable(options.output);
+  CheckInputsStay({options.file}, {options.output});
   const Bone bone = ReadBone(options.file);
   PictureSpec spec;
   ParseSize(options.size, spec.width, spec.height);

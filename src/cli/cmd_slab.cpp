@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <glm/geometric.hpp>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
+#include "cli/numbers.h"
 #include "cli/progress.h"
 #include "import/markups.h"
 #include "kerf/error.h"
@@ -19,6 +18,10 @@
 
 namespace kerf::cli {
 namespace {
+
+/// What is said aloud when it is exceeded (docs/slab.md says what is usual).
+constexpr double kLargestDifference_percent = 0.1;
+constexpr double kLargestThicknessError_mm = 0.01;
 
 struct Options {
   std::string plane;
@@ -31,32 +34,12 @@ struct Options {
   PartsOptions parts;
 };
 
-std::vector<double> ParseNumbers(const std::string& text, std::size_t count, const char* option, const char* form) {
-  std::vector<double> numbers;
-  const char* at = text.c_str();
-  while (true) {
-    char* end = nullptr;
-    const double value = std::strtod(at, &end);
-    if (end == at || !std::isfinite(value)) break;
-    numbers.push_back(value);
-    at = end;
-    if (*at != ',') break;
-    ++at;
-  }
-  if (*at != '\0' || numbers.size() != count) {
-    throw CLI::ValidationError(option, fmt::format("'{}' must be {}", text, form));
-  }
-  return numbers;
-}
-
 CutPlane ParsePlane(const std::string& text) {
-  const auto v = ParseNumbers(text, 6, "--plane",
+  const auto v = ParseNumbers(text, ',', 6, "--plane",
                               "a point and a normal, x,y,z,nx,ny,nz with the point in mm, such as 24,30,0,0,1,0");
-  const Vec3 normal(v[3], v[4], v[5]);
-  if (!(glm::length(normal) > 0)) {
-    throw CLI::ValidationError("--plane", fmt::format("'{}' has a normal without direction", text));
-  }
-  return {{v[0], v[1], v[2]}, glm::normalize(normal)};
+  const auto normal = CalcDirection({v[3], v[4], v[5]});
+  if (!normal) throw CLI::ValidationError("--plane", fmt::format("'{}' has a normal without direction", text));
+  return {{v[0], v[1], v[2]}, *normal};
 }
 
 void Print(const PartsReport& r, const std::string& folder) {
@@ -90,7 +73,20 @@ void Print(const PartsReport& r, const std::string& folder) {
   fmt::print("\n");
 }
 
-void Warn(const PartsReport& r, bool everywhere) {
+void Warn(const PartsReport& r, bool everywhere, bool reduced) {
+  if (std::abs(r.CalcDifferencePercent()) > kLargestDifference_percent) {
+    fmt::print(
+        stderr,
+        "kerf: the parts' volumes sum to {:+.2f} % of the bone's: voxels of {:g} mm are coarse for this bone and "
+        "cut; make it anew with smaller ones\n",
+        r.CalcDifferencePercent(), r.parts.front().voxel_mm);
+  }
+  if (const double off_mm = r.measured_thickness_mm - r.thickness_mm;
+      !(std::abs(off_mm) <= kLargestThicknessError_mm)) {
+    fmt::print(stderr, "kerf: the slice's surface is {:.3f} mm thick instead of {:g} mm; {}\n", r.measured_thickness_mm,
+               r.thickness_mm,
+               reduced ? "give it more --triangles" : "make the bone anew with smaller voxels, or the slice thicker");
+  }
   if (!everywhere && r.cut_places > 1) {
     fmt::print(stderr, "kerf: the bone is cut in {} places, because fewer left it in one piece\n", r.cut_places);
   }
@@ -111,8 +107,7 @@ void Run(Options& options) {
   }
   if (!options.plane.empty()) options.cut.plane = ParsePlane(options.plane);
   if (!options.near_point.empty()) {
-    const auto v = ParseNumbers(options.near_point, 3, "--near", "a point x,y,z in mm, such as 24,30,0");
-    options.cut.near_W = Vec3(v[0], v[1], v[2]);
+    options.cut.near_W = ParsePoint(options.near_point, "--near");
   }
   const auto wanted = [&options](const char* format) {
     return std::find(options.formats.begin(), options.formats.end(), format) != options.formats.end();
@@ -121,6 +116,7 @@ void Run(Options& options) {
   options.parts.stl = wanted("stl");
   options.parts.vdb = wanted("vdb");
   options.parts.picture = !options.no_picture;
+  options.parts.plane_file = options.plane_markups;
   if (!options.plane_markups.empty()) options.cut.plane = ReadPlaneMarkups(options.plane_markups);
   PartsReport report;
   {
@@ -129,7 +125,7 @@ void Run(Options& options) {
     options.parts.progress = [&bar](double fraction) { bar.Show(fraction); };
     report = CutAndWriteParts(bone, options.cut, options.parts);
   }
-  Warn(report, options.cut.everywhere);
+  Warn(report, options.cut.everywhere, options.parts.triangles > 0);
   if (options.json) {
     fmt::print("{}", FormatPartsJson(report));
   } else {
@@ -153,7 +149,7 @@ void AddSlabCommand(CLI::App& app) {
       "Takes the plane from a file of 3D Slicer (.mrk.json) instead: a plane, or three or more points that it "
       "goes through or nearest to.");
   c->add_option("--thickness", o->cut.thickness_mm, "Thickness of the slice, mm, 0.02 to 50; default 0.25.")
-      ->check(CLI::Range(0.02, 50.0).description(""));
+      ->check(NumberWithin(0.02, 50, "mm"));
   c->add_option("--near", o->near_point,
                 "Where the plane goes through the bone in several places: cut the one nearest to this point x,y,z, mm; "
                 "default: nearest to the plane's own point.");

@@ -1,13 +1,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "cli/commands.h"
 #include "core/nearest_name.h"
+#include "files/files.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 
@@ -29,9 +33,18 @@ std::string FindUnknownCommand(const CLI::App& app, int argc, char** argv) {
                      nearest.empty() ? "" : fmt::format("; the nearest is \"{}\"", nearest));
 }
 
-}  // namespace
+/// Output that got lost, on a full disk for instance, is a failure.
+int FlushOutput(int code) {
+  errno = 0;
+  std::cout.flush();
+  const bool lost = std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout;
+  if (!lost) return code;
+  const std::string reason = errno == 0 ? "" : ": " + std::generic_category().message(errno);
+  fmt::print(stderr, "kerf: standard output can't be written{}\n", reason);
+  return code == 0 ? kFailed : code;
+}
 
-int main(int argc, char** argv) {
+int RunProgram(int argc, char** argv) {
   CLI::App app{"kerf: a simulator of cutting bone with a saw", "kerf"};
   app.require_subcommand(1);
   app.set_version_flag("--version", [] {
@@ -68,8 +81,18 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "kerf: not enough memory\n");
     return kFailed;
+  } catch (const std::system_error& e) {
+    if (std::ferror(stdout) == 0) fmt::print(stderr, "kerf: {}\n", e.what());  // else FlushOutput says it
+    return kFailed;
   } catch (const std::exception& e) {
     fmt::print(stderr, "kerf: {}\n", e.what());
     return kFailed;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  kerf::RemoveTemporariesOnSignals();
+  return FlushOutput(RunProgram(argc, argv));
 }

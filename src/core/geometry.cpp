@@ -10,6 +10,18 @@ bool IsValid(const Pose& X) {
   return std::isfinite(X.p_AB.x) && std::isfinite(X.p_AB.y) && std::isfinite(X.p_AB.z) && std::abs(n2 - 1) <= 2e-6;
 }
 
+bool IsInWorld(const Vec3& p_W) {
+  return std::abs(p_W.x) <= kWorldReach_mm && std::abs(p_W.y) <= kWorldReach_mm && std::abs(p_W.z) <= kWorldReach_mm;
+}
+
+std::optional<Vec3> CalcDirection(const Vec3& v) {
+  // The square of a long or a short vector's length leaves the range of a double.
+  const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z) || largest == 0) return std::nullopt;
+  const Vec3 scaled(v.x / largest, v.y / largest, v.z / largest);
+  return scaled / std::sqrt(scaled.x * scaled.x + scaled.y * scaled.y + scaled.z * scaled.z);
+}
+
 void Box3::Include(const Vec3& p) {
   lower = glm::min(lower, p);
   upper = glm::max(upper, p);

@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -22,6 +24,40 @@ std::string Reason(int code) {
   return std::generic_category().message(code);
 }
 
+// The temporaries there are, where a signal's handler can read them: names in place, never freed.
+struct LiveTemporary {
+  std::atomic<bool> taken{false};
+  std::atomic<bool> live{false};  // the name is whole
+  std::array<char, 4096> path{};
+};
+std::array<LiveTemporary, 16> live_temporaries;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+/// nullptr when there is no room: it then stays when a signal ends the program.
+LiveTemporary* AddLive(const std::string& path) {
+  if (path.size() >= LiveTemporary{}.path.size()) return nullptr;
+  for (LiveTemporary& entry : live_temporaries) {
+    if (entry.taken.exchange(true)) continue;
+    std::memcpy(entry.path.data(), path.c_str(), path.size() + 1);
+    entry.live = true;
+    return &entry;
+  }
+  return nullptr;
+}
+
+void RemoveLive(LiveTemporary* entry) {
+  if (entry == nullptr) return;
+  entry->live = false;
+  entry->taken = false;
+}
+
+extern "C" void RemoveTemporariesAndEnd(int signal) {
+  for (const LiveTemporary& entry : live_temporaries) {
+    if (entry.live) unlink(entry.path.data());
+  }
+  raise(signal);  // SA_RESETHAND: ends the program once the handler returns
+}
+
 // Removes the temporary unless it was renamed.
 class Temporary {
  public:
@@ -32,10 +68,12 @@ class Temporary {
     path_ = (target.parent_path() /
              fmt::format(".{}.{}-{}{}", target.stem().string(), getpid(), count++, target.extension().string()))
                 .string();
+    live_ = AddLive(path_);
   }
   ~Temporary() {
     std::error_code ignored;
     if (!renamed_) fs::remove(path_, ignored);
+    RemoveLive(live_);
   }
   Temporary(const Temporary&) = delete;
   Temporary& operator=(const Temporary&) = delete;
@@ -50,6 +88,7 @@ class Temporary {
 
  private:
   std::string path_;
+  LiveTemporary* live_ = nullptr;
   bool renamed_ = false;
 };
 
@@ -138,6 +177,35 @@ void WriteTextFile(const std::string& path, const std::string& content) {
     out.close();
     if (!out) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
   });
+}
+
+bool IsSameFile(const std::string& a, const std::string& b) {
+  std::error_code failed;
+  if (fs::equivalent(a, b, failed)) return true;
+  const fs::path one = fs::weakly_canonical(fs::absolute(a, failed), failed);
+  const fs::path other = fs::weakly_canonical(fs::absolute(b, failed), failed);
+  return !failed && one == other;
+}
+
+void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs) {
+  for (const std::string& input : inputs) {
+    for (const std::string& output : outputs) {
+      if (input.empty() || output.empty() || !IsSameFile(input, output)) continue;
+      throw Error(fmt::format("{}: is an input and would be written over by {}; choose another output", input, output));
+    }
+  }
+}
+
+void RemoveTemporariesOnSignals() {
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const int number : {SIGHUP, SIGINT, SIGTERM}) {
+    struct sigaction before {};
+    if (sigaction(number, nullptr, &before) != 0 || before.sa_handler == SIG_IGN) continue;
+    struct sigaction action {};
+    action.sa_handler = RemoveTemporariesAndEnd;
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigaction(number, &action, nullptr);
+  }
 }
 
 void MakeFolder(const std::string& path) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace kerf {
 
@@ -17,6 +18,14 @@ void WriteTextFile(const std::string& path, const std::string& content);
 /// The same for a writer that wants a file name: calls write(temporary) and renames it to `path`. The temporary keeps
 /// the extension of `path`. When `write` throws, the temporary is removed and the exception goes on.
 void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write);
+/// Whether both names are, or would be, one file: links are followed.
+bool IsSameFile(const std::string& a, const std::string& b);
+/// Throws Error when one of `outputs` is one of `inputs` and would be written over, by name or through a link. Empty
+/// names are passed over. For asking before long work; name every file that may be written.
+void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
+/// From now on a signal that ends the program (SIGHUP, SIGINT, SIGTERM; those that are ignored stay so) removes the
+/// temporaries first, and a file that grows beyond the process's limit fails to be written (SIGXFSZ).
+void RemoveTemporariesOnSignals();
 /// Makes the folder and its parents. Throws Error.
 void MakeFolder(const std::string& path);
 

@@ -98,9 +98,9 @@ std::optional<std::vector<double>> FindNumbers(const Json& markup, const char* k
 }
 
 Vec3 Normalized(const Vec3& v, const char* key, const std::string& path) {
-  const double length = glm::length(v);
-  if (!(length > 1e-9)) throw Error(fmt::format("{}: '{}' of the plane has no direction", path, key));
-  return v / length;
+  const std::optional<Vec3> direction = CalcDirection(v);
+  if (!direction) throw Error(fmt::format("{}: '{}' of the plane has no direction", path, key));
+  return *direction;
 }
 
 /// The normal as the matrices say: z of the object's frame, taken to that of the file. Slicer takes its files' LPS to

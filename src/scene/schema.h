@@ -25,7 +25,7 @@ struct TextLimit {
 const std::vector<std::string_view>& ForceLawWords();
 
 /// Coordinates beyond this are a unit error, mm.
-inline constexpr Range kCoordinateRange_mm{-5000, 5000};
+inline constexpr Range kCoordinateRange_mm{-kWorldReach_mm, kWorldReach_mm};
 inline constexpr std::size_t kMaxStrokes = 1000;
 inline constexpr std::size_t kMaxLayers = 1000;
 inline constexpr std::size_t kMaxPathRows = 2'000'000;

@@ -66,20 +66,26 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
   return summary;
 }
 
+std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file) {
+  return {scene_file, scene.bone.file, scene.bone.materials, scene.material.ct_law_file, scene.path.file};
+}
+
 void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
-  const std::filesystem::path out = std::filesystem::weakly_canonical(folder);
-  for (const std::string& input :
-       {scene_file, scene.bone.file, scene.bone.materials, scene.material.ct_law_file, scene.path.file}) {
-    if (input.empty()) continue;
-    const std::filesystem::path file = std::filesystem::weakly_canonical(input);
-    const std::string name = file.filename().string();
-    const bool result = name == "scene.toml" || name == "forces.csv" || name == "bone.vdb" || name == "summary.json" ||
-                        name == "slab.csv" || name == "left.vdb" || name == "slice.vdb" || name == "right.vdb";
-    if (result && file.parent_path() == out) {
-      throw Error(
-          fmt::format("{}: is an input of this run and would be written over; choose another output folder", input));
-    }
+  std::vector<std::string> outputs;
+  // Whatever the scene asks for: what it doesn't, an earlier run may have left, and is removed.
+  for (const char* name : {"scene.toml", "forces.csv", "bone.vdb", "summary.json", "before.png", "after.png", "cut.png",
+                           "apart.png", "force.png", "slab.csv", "slab.png", "left.vdb", "slice.vdb", "right.vdb",
+                           "left.stl", "slice.stl", "right.stl"}) {
+    outputs.push_back(folder + "/" + name);
   }
+  for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(folder + "/" + name);
+  // How many pieces there will be is not known yet.
+  std::error_code none;
+  for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
+    const std::string name = file.path().filename().string();
+    if (name.starts_with("piece_") && name.ends_with(".stl")) outputs.push_back(file.path().string());
+  }
+  CheckInputsStay(ListInputs(scene, scene_file), outputs);
 }
 
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress) {

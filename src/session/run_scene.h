@@ -63,6 +63,9 @@ using RunProgress = std::function<void(const std::string& stage, double fraction
 /// Error.
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress);
 
+/// The files that a run of the scene reads; some may be "".
+std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file);
+
 /// Throws Error when a result in `folder` would replace one of the run's own inputs: `scene_file`, the bone, the path,
 /// the table of regions or that of laws.
 void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);

@@ -31,19 +31,35 @@ double CalcMedian(std::vector<std::pair<double, double>>& mm_and_mm2, double are
   return 0;
 }
 
-/// Before any work: no part may take the place of the bone that it's cut from.
-void CheckBoneStays(const PartsOptions& options) {
-  std::error_code failed;
+/// Before any work: no file may take the place of the bone that it's cut from, or of the plane.
+void CheckPartsInputsStay(const PartsOptions& options) {
+  std::vector<std::string> outputs{options.folder + "/parts.json"};
+  if (options.picture) outputs.push_back(options.folder + "/parts.png");
   for (const char* name : kNames) {
-    const std::string path = fmt::format("{}/{}.vdb", options.folder, name);
-    if (options.vdb && std::filesystem::equivalent(path, options.bone_file, failed)) {
-      throw Error(fmt::format("{}: is the bone to cut and would be written over; choose another output folder",
-                              options.bone_file));
+    for (const auto& [wanted, extension] :
+         {std::pair{options.stl, "stl"}, std::pair{options.obj, "obj"}, std::pair{options.vdb, "vdb"}}) {
+      if (wanted) outputs.push_back(fmt::format("{}/{}.{}", options.folder, name, extension));
     }
   }
+  CheckInputsStay({options.bone_file, options.plane_file}, outputs);
 }
 
-/// `surface`: in, the part's; out, what was written of it.
+/// Each part's, with the triangles that were asked for. Before anything is written.
+std::vector<TriangleMesh> MakeSurfaces(const SlabParts& parts, std::size_t triangles) {
+  std::vector<TriangleMesh> surfaces{ExtractSurface(parts.left), parts.slice_surface_W, ExtractSurface(parts.right)};
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    if (triangles > 0) surfaces[i] = Decimate(surfaces[i], triangles);
+    if (surfaces[i].triangles.empty()) {
+      throw Error(
+          fmt::format("the {} has no surface: it is smaller than a voxel; move the plane, or make the bone "
+                      "anew with smaller voxels",
+                      i == 1 ? "slice" : fmt::format("{} segment", kNames[i])));
+    }
+  }
+  return surfaces;
+}
+
+/// `surface`: in, what to write; out, what was written.
 PartFile WritePart(const Bone& part, const char* name, const PartsOptions& options, TriangleMesh& surface) {
   PartFile file;
   file.name = name;
@@ -54,7 +70,6 @@ PartFile WritePart(const Bone& part, const char* name, const PartsOptions& optio
   file.crumbs = pieces.dust_count;
   file.crumbs_mm3 = pieces.dust_mm3;
   file.voxel_mm = part.voxel_mm();
-  if (options.triangles > 0) surface = Decimate(surface, options.triangles);
   std::string written;
   for (const auto& [wanted, extension] : {std::pair{options.stl, "stl"}, std::pair{options.obj, "obj"}}) {
     if (!wanted) continue;
@@ -146,12 +161,13 @@ SliceFaces MeasureSliceFaces(const TriangleMesh& slice_W, const CutPlane& plane)
 }
 
 PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOptions& options) {
-  CheckBoneStays(options);
+  CheckPartsInputsStay(options);
   const auto done = [&options](double fraction) {
     if (options.progress) options.progress(fraction);
   };
   const SlabParts parts = MakeSlabParts(bone, cut);
   done(0.2);
+  std::vector<TriangleMesh> surfaces = MakeSurfaces(parts, options.triangles);
   MakeFolder(options.folder);
   PartsReport report;
   report.bone = options.bone_file;
@@ -161,7 +177,6 @@ PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOp
   report.places = parts.places;
   report.cut_places = parts.cut_places;
   report.distance_mm = parts.distance_mm;
-  std::vector<TriangleMesh> surfaces{ExtractSurface(parts.left), parts.slice_surface_W, ExtractSurface(parts.right)};
   const Bone* bones[] = {&parts.left, &parts.slice, &parts.right};
   for (std::size_t i = 0; i < 3; ++i) {
     report.parts.push_back(WritePart(*bones[i], kNames[i], options, surfaces[i]));

@@ -50,7 +50,8 @@ struct PartsReport {
 };
 
 struct PartsOptions {
-  std::string bone_file;  // never written over
+  std::string bone_file;   // never written over
+  std::string plane_file;  // nor is this, if any
   std::string folder;
   bool obj = true;
   bool stl = true;
@@ -61,7 +62,8 @@ struct PartsOptions {
 };
 
 /// Cuts and writes left, slice and right (.obj, .stl, .vdb), parts.json and parts.png. Throws Error when the cut can't
-/// be made or a file can't be written, and when a file would replace the bone's own.
+/// be made or a file can't be written, and when a file would replace the bone's own or the plane's; then nothing has
+/// been written.
 PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOptions& options);
 
 /// Stable keys with units (docs/slab.md).

@@ -374,8 +374,19 @@ TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
   const Vec3 x(1, 0, 0);
   EXPECT_EQ(message({0, 0, 0}, x, 0.01), "a slice 0.01 mm thick is out of range; valid range 0.02 to 50 mm");
   EXPECT_THAT(message({0, 0, 0}, x, std::nan("")), HasSubstr("valid range 0.02 to 50 mm"));
-  EXPECT_EQ(message({0, 0, 0}, {1, 1, 0}, 0.25), "the plane must have a finite point and a normal of unit length");
-  EXPECT_EQ(message({0, 0, std::nan("")}, x, 0.25), "the plane must have a finite point and a normal of unit length");
+  EXPECT_EQ(message({0, 0, 0}, {1, 1, 0}, 0.25), "the plane must have a normal of unit length");
+  EXPECT_EQ(message({0, 0, std::nan("")}, x, 0.25),
+            "the plane's point (0, 0, nan) lies outside the world; coordinates go from -5000 to 5000 mm");
+  EXPECT_EQ(message({0, -1e17, 0}, x, 0.25),
+            "the plane's point (0, -1e+17, 0) lies outside the world; coordinates go from -5000 to 5000 mm");
+  try {
+    MakeSlabParts(block, {{{0, 0, 0}, x}, 0.25, false, Vec3(0, 0, 5001)});
+    ADD_FAILURE() << "a point outside the world was accepted";
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(),
+                 "the point that says where to cut (0, 0, 5001) lies outside the world; coordinates go from -5000 to "
+                 "5000 mm");
+  }
   EXPECT_THAT(message({8, 0, 0}, x, 0.25),
               HasSubstr("the plane misses the bone: along its normal the bone lies -12.8"));
   EXPECT_THAT(message({5, 0, 0}, x, 0.5), HasSubstr("the plane leaves no bone on one of its sides"));
@@ -395,10 +406,62 @@ TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
       MakeSlabParts(two, {{{4, 0, 0}, x}, 0.25, everywhere, {}});
       ADD_FAILURE() << "a plane through air was accepted";
     } catch (const Error& e) {
-      EXPECT_THAT(e.what(),
-                  HasSubstr(everywhere ? "the plane leaves no bone for the slice"
-                                       : "the plane goes through no bone: it passes between separate pieces"));
+      EXPECT_THAT(
+          e.what(),
+          HasSubstr(everywhere ? "the plane leaves no bone for the slice"
+                               : "the plane divides no piece of the bone: it passes between separate pieces, or only "
+                                 "grazes a face; move it into the bone"));
     }
+  }
+}
+
+TEST(SlabParts, PlanesOwnPointMayLieFarFromTheBone) {
+  const Bone block = MakeBox(Pose{}, {10, 6, 6}, 0.2);
+  const CutPlane near = PlaneOf({0.3, 0, 0}, {1, 0.2, 0.1});
+  // On the same plane.
+  const Vec3 along = glm::normalize(glm::cross(near.normal_W, Vec3(0, 0, 1)));
+  const CutPlane far{near.p_W + 4900.0 * along, near.normal_W};
+  const TriangleMesh a = MakeSlabParts(block, {near, 0.25, false, {}}).slice_surface_W;
+  const TriangleMesh b = MakeSlabParts(block, {far, 0.25, false, {}}).slice_surface_W;
+  // The lattice stands by the bone: the same one, up to the rounding of 4900 mm.
+  ASSERT_EQ(a.triangles.size(), b.triangles.size());
+  ASSERT_EQ(a.points.size(), b.points.size());
+  for (std::size_t i = 0; i < a.points.size(); ++i) EXPECT_LT(glm::length(a.points[i] - b.points[i]), 1e-5);
+}
+
+TEST(SlabParts, SliceBetweenTwoLayersOfVoxelsIsPlacedToo) {
+  // Two bars along x. No voxel's centre lies within a slice of 0.02 mm at x = 0.1 mm.
+  SolidField field;
+  field.value = [](const Vec3& p) {
+    return std::min(test::BoxDistance(p, {8, 2, 2}), test::BoxDistance(p - Vec3(0, 8, 0), {8, 2, 2}));
+  };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3&) { return 24; };
+  const Bone bone = MakeBone(field, Box3{Vec3(-10, -4, -4), Vec3(10, 12, 4)}, {0.2, 0.2, {}}, test::OneRegionTable());
+  for (const double y : {0.0, 8.0}) {
+    const SlabParts parts = MakeSlabParts(bone, {PlaneOf({0.1, y, 0}, {1, 0, 0}), 0.02, false, {}});
+    EXPECT_EQ(parts.places, 2u);
+    EXPECT_EQ(parts.cut_places, 1u);
+    EXPECT_NEAR(parts.slice.CalcBounds().centre().y, y, 0.01);
+    EXPECT_LT(parts.distance_mm, 0.2);  // a voxel
+  }
+}
+
+TEST(SlabParts, RimsLoseLessThanHalfAVoxelsSquareOverTheSineOfTheirAngle) {
+  const double h = 0.4;
+  Pose X_WB;
+  X_WB.p_AB = {0.013, -0.021, 0.057};
+  const Bone block = MakeBox(X_WB, {40, 12, 6}, h);
+  for (const double degrees : {90.0, 60.0, 30.0, 20.0}) {
+    // About y: the plane meets top and bottom at this angle, and the sides at a right one.
+    const double angle = degrees * std::numbers::pi / 180;
+    const CutPlane plane = PlaneOf({0.1, 0, 0}, {std::sin(angle), 0, std::cos(angle)});
+    const SlabParts parts = MakeSlabParts(block, {plane, 0.5, false, {}});
+    const double along_sides_mm = 2 * 6 / std::sin(angle);
+    const double bound_mm3 = 2 * 0.5 * h * h * (2 * 12 / std::sin(angle) + along_sides_mm);
+    const double lost_mm3 = block.CalcVolume() - SumOfVolumes(parts);
+    EXPECT_GT(lost_mm3, 0) << degrees;
+    EXPECT_LT(lost_mm3, bound_mm3) << degrees;
   }
 }
 

@@ -120,10 +120,19 @@ TEST_F(Paper, BadUseIsRefused) {
     EXPECT_EQ(result.out, "") << arguments;
     EXPECT_NE(result.err, "") << arguments;
   }
-  ExpectRefusal(Kerf("paper --figure a.jpg"), "a.jpg: a picture's name must end in .png");
   const ProgramResult nowhere = Kerf("paper -o none/a.txt");
   EXPECT_EQ(nowhere.code, 1);
   EXPECT_THAT(nowhere.err, HasSubstr("none/a.txt: can't be written"));
+}
+
+TEST_F(Paper, FigureThatIsNoPictureOrTheOutputItselfIsBadUse) {
+  const ProgramResult text = Kerf("paper --figure a.txt");
+  EXPECT_EQ(text.code, 2);
+  EXPECT_THAT(text.err, HasSubstr("--figure: 'a.txt' must end in .png\n"));
+  const ProgramResult same = Kerf("paper --figure a.png -o ./a.png");
+  EXPECT_EQ(same.code, 2);
+  EXPECT_THAT(same.err, HasSubstr("--figure: 'a.png' is the same file as that of -o\n"));
+  EXPECT_FALSE(Exists("a.png"));
 }
 
 }  // namespace

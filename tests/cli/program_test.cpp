@@ -1,4 +1,5 @@
 // The program from outside: exit codes, what goes to stdout and stderr, and that bad input gets one clear sentence.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -101,14 +102,14 @@ TEST_F(Program, RunRefusesToWriteOverItsOwnInput) {
   Write("work/scene.toml", std::string(kBlock) + kStroke + kNoPictures);
   const std::string before = test::Slurp(folder_ / "work/scene.toml");
   ExpectRefusal(Kerf("run work/scene.toml -o work"),
-                "work/scene.toml: is an input of this run and would be written over; choose another output folder");
+                "work/scene.toml: is an input and would be written over by work/scene.toml; choose another output");
   EXPECT_EQ(test::Slurp(folder_ / "work/scene.toml"), before);
   ASSERT_EQ(Kerf("model block -o work/bone.vdb").code, 0);
   const std::string bone = test::Slurp(folder_ / "work/bone.vdb");
   Write("s.toml", std::string("[bone]\nfile = \"work/bone.vdb\"\n") + kStroke + kNoPictures);
   const ProgramResult result = Kerf("run s.toml -o work");
   EXPECT_EQ(result.code, 1);
-  EXPECT_THAT(result.err, HasSubstr("is an input of this run"));
+  EXPECT_THAT(result.err, HasSubstr("work/bone.vdb: is an input and would be written over by work/bone.vdb"));
   EXPECT_EQ(test::Slurp(folder_ / "work/bone.vdb"), bone);
 }
 
@@ -116,10 +117,13 @@ TEST_F(Program, FullDiskKeepsTheEarlierBone) {
   // A file size limit stands for a full disk: writes beyond it fail.
   ASSERT_EQ(Kerf("model block --size 4,4,4 -o b.vdb").code, 0);
   const std::string before = test::Slurp(folder_ / "b.vdb");
-  const ProgramResult result = KerfWithin("ulimit -f 64; trap '' XFSZ;", "model block --size 30,30,30 -o b.vdb");
+  const ProgramResult result = KerfWithin("ulimit -f 64;", "model block --size 30,30,30 -o b.vdb");
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("b.vdb: can't be written"));
   EXPECT_EQ(test::Slurp(folder_ / "b.vdb"), before);
+  for (const auto& file : std::filesystem::directory_iterator(folder_)) {
+    EXPECT_NE(file.path().filename().string()[0], '.') << "a temporary was left: " << file.path();
+  }
 }
 
 TEST_F(Program, OutputToSomethingThatIsNoFileIsRefusedAndLinksAreFollowed) {
@@ -215,6 +219,59 @@ TEST_F(Program, OutputThatCannotBeWrittenIsRefused) {
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("results"));
   EXPECT_EQ(test::Slurp(folder_ / "results"), "a file where the folder should be");
+}
+
+TEST_F(Program, NoCommandWritesOverAnInput) {
+  // Each by a name of its own or through a link.
+  std::filesystem::create_directory(folder_ / "out");
+  const std::string scene = std::string(kBlock) + kStroke + kNoPictures;
+  Write("s.toml", scene);
+  std::filesystem::create_symlink("../s.toml", folder_ / "out/scene.toml");
+  const auto refused = [this](const std::string& arguments, const std::string& input, const std::string& output) {
+    const ProgramResult result = Kerf(arguments);
+    EXPECT_EQ(result.code, 1) << arguments;
+    EXPECT_EQ(result.out, "");
+    EXPECT_THAT(result.err, testing::EndsWith(input + ": is an input and would be written over by " + output +
+                                              "; choose another output\n"));
+  };
+  refused("run s.toml -o out", "s.toml", "out/scene.toml");
+  refused("scene s.toml -o out/scene.toml", "s.toml", "out/scene.toml");
+  EXPECT_EQ(test::Slurp(folder_ / "s.toml"), scene);
+  for (const char* name : {"slice.stl", "cut.png", "piece_7.stl"}) {
+    Write(std::string("out/") + name, "a table");
+    std::filesystem::remove(folder_ / "out/scene.toml");
+    Write("t.toml", fmt::format("[bone]\nmaterials = \"out/{}\"\nmodel = \"block\"\n{}", name,
+                                std::string(kStroke) + kNoPictures));
+    refused("run t.toml -o out", fmt::format("out/{}", name), fmt::format("out/{}", name));
+    EXPECT_EQ(test::Slurp(folder_ / "out" / name), "a table");
+  }
+  ASSERT_EQ(Kerf("model block --size 4,4,4 -o b.vdb").code, 0);
+  const std::string bone = test::Slurp(folder_ / "b.vdb");
+  for (const char* name : {"b.png", "b.stl", "b-1.stl"}) std::filesystem::create_symlink("b.vdb", folder_ / name);
+  refused("picture b.vdb -o b.png", "b.vdb", "b.png");
+  refused("export b.vdb -o b.stl", "b.vdb", "b.stl");
+  std::filesystem::remove(folder_ / "b.stl");
+  refused("export b.vdb --pieces -o b.stl", "b.vdb", "b-1.stl");
+  std::filesystem::copy(KERF_SOURCE_DIR "/volumes/mandible_regions.csv", folder_ / "m.csv");
+  std::filesystem::create_symlink("m.csv", folder_ / "m.vdb");
+  refused("model block --materials m.csv -o m.vdb", "m.csv", "m.vdb");
+  std::filesystem::create_symlink("b.vdb", folder_ / "b.nrrd");
+  refused("import b.nrrd -o b.vdb", "b.nrrd", "b.vdb");
+  EXPECT_EQ(test::Slurp(folder_ / "b.vdb"), bone);
+}
+
+TEST_F(Program, LostOutputIsAFailure) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full here";
+  ASSERT_EQ(Kerf("model block --size 4,4,4 -o b.vdb").code, 0);
+  for (const char* command : {"paper", "paper --json", "info b.vdb", "scene --defaults", "materials", "--help"}) {
+    const std::string line =
+        "cd '" + folder_.string() + "' && '" KERF_PROGRAM "' " + command + " >/dev/full 2>stderr.txt";
+    const int status = std::system(line.c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 1) << command;
+    EXPECT_THAT(test::Slurp(folder_ / "stderr.txt"),
+                testing::MatchesRegex("kerf: standard output can't be written(: No space left on device)?\n"))
+        << command;
+  }
 }
 
 }  // namespace

@@ -184,9 +184,71 @@ TEST_F(Slab, BoneIsNeverWrittenOver) {
   std::filesystem::copy(folder_ / "block.vdb", folder_ / "work/left.vdb");
   const std::string before = test::Slurp(folder_ / "work/left.vdb");
   ExpectRefusal(Kerf("slab work/left.vdb --plane 0,0,-5,1,0,0 -o ./work"),
-                "work/left.vdb: is the bone to cut and would be written over; choose another output folder");
+                "work/left.vdb: is an input and would be written over by ./work/left.vdb; choose another output");
   EXPECT_EQ(test::Slurp(folder_ / "work/left.vdb"), before);
   EXPECT_FALSE(Exists("work/left.obj"));
+}
+
+TEST_F(Slab, MarkupsAreNeverWrittenOver) {
+  std::filesystem::create_directory(folder_ / "out");
+  const std::string plane = R"({"markups": [{"type": "Plane", "coordinateSystem": "LPS", "center": [0, 0, -5],
+      "normal": [1, 0, 0], "controlPoints": []}]})";
+  Write("out/parts.json", plane);
+  ExpectRefusal(Kerf("slab block.vdb --plane-markups out/parts.json -o out"),
+                "out/parts.json: is an input and would be written over by out/parts.json; choose another output");
+  EXPECT_EQ(test::Slurp(folder_ / "out/parts.json"), plane);
+}
+
+TEST_F(Slab, NormalMayHaveAnyLength) {
+  const Json plane = Report("--plane 0,0,-5,1,2,-0.5 --formats obj --triangles 2000")["plane"];
+  for (const char* normal : {"1e200,2e200,-5e199", "1e-200,2e-200,-5e-201", " 1, +2, -.5"}) {
+    const Json same = Report(fmt::format("'--plane=0,0,-5,{}' --formats obj --triangles 2000", normal))["plane"];
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_NEAR(same["normal"][i].get<double>(), plane["normal"][i].get<double>(), 1e-15) << normal;
+    }
+  }
+}
+
+TEST_F(Slab, WhatIsNoNumberIsSaidToBeNone) {
+  const std::string cut = "slab block.vdb -o out --plane ";
+  for (const char* plane : {"0,0,-5,1,0,0,", "0,0,-5,0x1,0,0", "0,0,-5,1,0,0,0", "0,0,-5,1,0,inf", "0,,-5,1,0,0"}) {
+    const ProgramResult result = Kerf(cut + plane);
+    EXPECT_EQ(result.code, 2) << plane;
+    EXPECT_THAT(result.err, HasSubstr(fmt::format("'{}' must be a point and a normal, x,y,z,nx,ny,nz", plane)));
+  }
+  for (const auto& [thickness, sentence] : {std::pair{"nan", "'nan' is no number; give 0.02 to 50 mm"},
+                                            {"abc", "'abc' is no number; give 0.02 to 50 mm"},
+                                            {"0x1", "'0x1' is no number; give 0.02 to 50 mm"},
+                                            {"60", "60 mm is out of range; give 0.02 to 50 mm"}}) {
+    const ProgramResult result = Kerf(cut + "0,0,-5,1,0,0 --thickness " + thickness);
+    EXPECT_EQ(result.code, 2);
+    EXPECT_THAT(result.err, HasSubstr(fmt::format("--thickness: {}\n", sentence)));
+  }
+  const ProgramResult far = Kerf(cut + "0,0,-5,1,0,0 --near 1e200,0,0");
+  EXPECT_EQ(far.code, 2);
+  EXPECT_THAT(far.err, HasSubstr("--near: '1e200,0,0' lies outside the world; coordinates go from -5000 to 5000 mm\n"));
+  ExpectRefusal(Kerf(cut + "1e308,0,-5,1,0,0"),
+                "the plane's point (1e+308, 0, -5) lies outside the world; coordinates go from -5000 to 5000 mm");
+  EXPECT_FALSE(Exists("out"));
+}
+
+TEST_F(Slab, VolumeAndThicknessThatAreOffAreSaid) {
+  ASSERT_EQ(Kerf("model plate --size 20,10,0.8 --layer 1:24 --voxel 0.4 -o plate.vdb").code, 0);
+  const ProgramResult coarse =
+      Kerf("slab plate.vdb --plane 0.1,0,-0.4,1,0,0 --thickness 1 --no-picture --formats vdb --json -o out");
+  ASSERT_EQ(coarse.code, 0) << coarse.err;
+  const Json json = Json::parse(coarse.out);
+  ASSERT_LT(json["difference_percent"].get<double>(), -0.1);
+  EXPECT_THAT(coarse.err, HasSubstr(fmt::format(
+                              "kerf: the parts' volumes sum to {:+.2f} % of the bone's: voxels of 0.4 mm are coarse "
+                              "for this bone and cut; make it anew with smaller ones\n",
+                              json["difference_percent"].get<double>())));
+  const ProgramResult few =
+      Kerf("slab block.vdb --plane 0,0,-5,1,0,0 --triangles 4 --no-picture --formats obj --json -o out");
+  ASSERT_EQ(few.code, 0);
+  EXPECT_EQ(few.err, fmt::format("kerf: the slice's surface is {:.3f} mm thick instead of 0.25 mm; give it more "
+                                 "--triangles\n",
+                                 Json::parse(few.out)["measured_thickness_mm"].get<double>()));
 }
 
 TEST_F(Slab, PlanesThatGoThroughInSeveralPlacesAreSaid) {

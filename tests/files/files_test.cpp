@@ -2,7 +2,9 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -85,6 +87,55 @@ TEST_F(Files, MakeFolderMakesParentsAndMayBeRepeated) {
   MakeFolder(Path("a/b/c"));
   MakeFolder(Path("a/b/c"));
   EXPECT_TRUE(fs::is_directory(Path("a/b/c")));
+}
+
+TEST_F(Files, InputsAreKnownByAnyNameAndStay) {
+  WriteTextFile(Path("in.csv"), "x");
+  MakeFolder(Path("out"));
+  fs::create_symlink("../in.csv", Path("out/table.csv"));
+  fs::create_symlink("out", Path("same"));
+  const std::string sentence = Path("in.csv") + ": is an input and would be written over by ";
+  EXPECT_EQ(MessageOf([&] {
+              CheckInputsStay({"", Path("in.csv")}, {Path("out/a"), Path("out/table.csv")});
+            }),
+            sentence + Path("out/table.csv") + "; choose another output");
+  EXPECT_EQ(MessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/../in.csv")}); }),
+            sentence + Path("out/../in.csv") + "; choose another output");
+  EXPECT_EQ(MessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/new.csv"), ""}); }), "no error");
+  // Neither is there yet.
+  EXPECT_TRUE(IsSameFile(Path("same/new.png"), Path("out/./new.png")));
+  EXPECT_FALSE(IsSameFile(Path("out/new.png"), Path("new.png")));
+}
+
+TEST_F(Files, SignalThatEndsTheProgramLeavesNoTemporary) {
+  WriteTextFile(Path("a.txt"), "old");
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    EXPECT_EXIT(
+        {
+          RemoveTemporariesOnSignals();
+          WriteTextFile(Path("b.txt"), "done");
+          WriteAtomically(Path("a.txt"), [&](const std::string& temporary) {
+            std::ofstream(temporary) << "half";
+            if (CountFiles() != 3) _exit(7);
+            raise(number);
+          });
+        },
+        testing::KilledBySignal(number), "");
+    fs::remove(Path("b.txt"));
+    EXPECT_EQ(CountFiles(), 1u);
+    EXPECT_EQ(ReadTextFile(Path("a.txt")), "old");
+  }
+}
+
+TEST_F(Files, IgnoredSignalStaysIgnored) {
+  EXPECT_EXIT(
+      {
+        std::signal(SIGHUP, SIG_IGN);
+        RemoveTemporariesOnSignals();
+        raise(SIGHUP);
+        _exit(0);
+      },
+      testing::ExitedWithCode(0), "");
 }
 
 }  // namespace
