@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "files/files.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
+#include "session/run_scene.h"
 #include "study/conclusion.h"
 
 namespace kerf {
@@ -164,17 +164,9 @@ std::string FormatCompareJson(const Comparison& c) {
 }
 
 void CheckCompareInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
-  const std::filesystem::path out = std::filesystem::weakly_canonical(folder);
-  for (const std::string& input :
-       {scene_file, scene.bone.file, scene.bone.materials, scene.material.ct_law_file, scene.path.file}) {
-    if (input.empty()) continue;
-    const std::filesystem::path file = std::filesystem::weakly_canonical(input);
-    for (const char* name : kFiles) {
-      if (file.filename() != name || file.parent_path() != out) continue;
-      throw Error(fmt::format(
-          "{}: is an input of this comparison and would be written over; choose another output folder", input));
-    }
-  }
+  std::vector<std::string> outputs;
+  for (const char* name : kFiles) outputs.push_back(folder + "/" + name);
+  CheckInputsStay(ListInputs(scene, scene_file), outputs);
 }
 
 std::vector<std::string> WriteComparison(const Comparison& c, const std::string& folder) {

@@ -112,13 +112,17 @@ CompareRegion& RegionOf(std::vector<CompareRegion>& regions, int id) {
 
 void FindRegions(Comparison& c, const MaterialTable& materials) {
   c.region_of_bin.assign(c.grid.count, 0);
+  const double rounding_mm = 1e-9 * c.grid.step_mm * static_cast<double>(c.grid.count);
   for (std::size_t i = 0; i < c.grid.count; ++i) {
     const double depth_mm = c.grid.Centre(i);
     const SlabProfile::Layer* layer = c.profile.Find(depth_mm);
-    if (depth_mm > c.profile.end_mm || layer == nullptr) {
+    const double to_end_mm = c.profile.end_mm - depth_mm;
+    if (to_end_mm <= -0.5 * c.grid.step_mm + rounding_mm || layer == nullptr) {
       c.beyond_bins.push_back(i);
       continue;
     }
+    // One that the slice ends in is part cutting, part free travel: neither.
+    if (to_end_mm < 0.5 * c.grid.step_mm - rounding_mm) continue;
     c.slice_bins.push_back(i);
     c.region_of_bin[i] = layer->region;
     CompareRegion& region = RegionOf(c.regions, layer->region);
@@ -126,6 +130,10 @@ void FindRegions(Comparison& c, const MaterialTable& materials) {
     region.bottom_mm = depth_mm + 0.5 * c.grid.step_mm;
     region.E_MPa += layer->E_MPa;  // the mean, below
     region.bins.push_back(i);
+  }
+  if (c.slice_bins.empty()) {
+    throw Error(fmt::format("{}: the slice is {:.3g} mm long, less than a depth step of {:g} mm; choose a smaller one",
+                            c.scene, c.profile.end_mm, c.grid.step_mm));
   }
   for (CompareRegion& region : c.regions) {
     region.E_MPa /= static_cast<double>(region.bins.size());
