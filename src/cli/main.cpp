@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/signals.h"
 #include "core/nearest_name.h"
-#include "files/files.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 
@@ -93,6 +93,6 @@ int RunProgram(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  kerf::RemoveTemporariesOnSignals();
+  kerf::cli::HandleSignals();
   return FlushOutput(RunProgram(argc, argv));
 }

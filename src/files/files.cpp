@@ -7,7 +7,6 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -49,13 +48,6 @@ void RemoveLive(LiveTemporary* entry) {
   if (entry == nullptr) return;
   entry->live = false;
   entry->taken = false;
-}
-
-extern "C" void RemoveTemporariesAndEnd(int signal) {
-  for (const LiveTemporary& entry : live_temporaries) {
-    if (entry.live) unlink(entry.path.data());
-  }
-  raise(signal);  // SA_RESETHAND: ends the program once the handler returns
 }
 
 // Removes the temporary unless it was renamed.
@@ -196,15 +188,9 @@ void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<s
   }
 }
 
-void RemoveTemporariesOnSignals() {
-  std::signal(SIGXFSZ, SIG_IGN);
-  for (const int number : {SIGHUP, SIGINT, SIGTERM}) {
-    struct sigaction before {};
-    if (sigaction(number, nullptr, &before) != 0 || before.sa_handler == SIG_IGN) continue;
-    struct sigaction action {};
-    action.sa_handler = RemoveTemporariesAndEnd;
-    action.sa_flags = static_cast<int>(SA_RESETHAND);
-    sigaction(number, &action, nullptr);
+void RemoveTemporaries() {
+  for (const LiveTemporary& entry : live_temporaries) {
+    if (entry.live) unlink(entry.path.data());
   }
 }
 

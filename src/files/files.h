@@ -23,9 +23,8 @@ bool IsSameFile(const std::string& a, const std::string& b);
 /// Throws Error when one of `outputs` is one of `inputs` and would be written over, by name or through a link. Empty
 /// names are passed over. For asking before long work; name every file that may be written.
 void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
-/// From now on a signal that ends the program (SIGHUP, SIGINT, SIGTERM; those that are ignored stay so) removes the
-/// temporaries first, and a file that grows beyond the process's limit fails to be written (SIGXFSZ).
-void RemoveTemporariesOnSignals();
+/// Removes the temporaries that are being written. For a signal's handler that ends the program: async-signal-safe.
+void RemoveTemporaries();
 /// Makes the folder and its parents. Throws Error.
 void MakeFolder(const std::string& path);
 

@@ -260,6 +260,22 @@ TEST_F(Program, NoCommandWritesOverAnInput) {
   EXPECT_EQ(test::Slurp(folder_ / "b.vdb"), bone);
 }
 
+TEST_F(Program, SignalThatEndsTheProgramLeavesNoTemporary) {
+  // The bone is written for a while; the signal comes as soon as its temporary is seen.
+  for (const char* signal : {"INT", "TERM", "HUP"}) {
+    const std::string line = "cd '" + folder_.string() +
+                             "' && bash -c 'set -m; \"" KERF_PROGRAM
+                             "\" model block --size 40,40,30 --voxel 0.1 -o b.vdb >/dev/null 2>&1 & "
+                             "until ls .b.*.vdb >/dev/null 2>&1; do kill -0 $! 2>/dev/null || exit 99; done; "
+                             "kill -" +
+                             std::string(signal) + " $!; wait $!' 2>/dev/null";
+    const int status = std::system(line.c_str());
+    if (WEXITSTATUS(status) == 0 || WEXITSTATUS(status) == 99) GTEST_SKIP() << "the bone was written too fast";
+    EXPECT_GT(WEXITSTATUS(status), 128) << signal;
+    EXPECT_TRUE(std::filesystem::is_empty(folder_)) << signal;
+  }
+}
+
 TEST_F(Program, LostOutputIsAFailure) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full here";
   ASSERT_EQ(Kerf("model block --size 4,4,4 -o b.vdb").code, 0);

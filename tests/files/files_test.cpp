@@ -2,9 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -107,35 +105,21 @@ TEST_F(Files, InputsAreKnownByAnyNameAndStay) {
   EXPECT_FALSE(IsSameFile(Path("out/new.png"), Path("new.png")));
 }
 
-TEST_F(Files, SignalThatEndsTheProgramLeavesNoTemporary) {
+TEST_F(Files, TemporariesThatAreBeingWrittenCanBeRemovedAndNothingElse) {
   WriteTextFile(Path("a.txt"), "old");
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    EXPECT_EXIT(
-        {
-          RemoveTemporariesOnSignals();
-          WriteTextFile(Path("b.txt"), "done");
-          WriteAtomically(Path("a.txt"), [&](const std::string& temporary) {
-            std::ofstream(temporary) << "half";
-            if (CountFiles() != 3) _exit(7);
-            raise(number);
-          });
-        },
-        testing::KilledBySignal(number), "");
-    fs::remove(Path("b.txt"));
-    EXPECT_EQ(CountFiles(), 1u);
-    EXPECT_EQ(ReadTextFile(Path("a.txt")), "old");
-  }
-}
-
-TEST_F(Files, IgnoredSignalStaysIgnored) {
-  EXPECT_EXIT(
-      {
-        std::signal(SIGHUP, SIG_IGN);
-        RemoveTemporariesOnSignals();
-        raise(SIGHUP);
-        _exit(0);
-      },
-      testing::ExitedWithCode(0), "");
+  WriteTextFile(Path("b.txt"), "done");
+  EXPECT_THROW(WriteAtomically(Path("a.txt"),
+                               [&](const std::string& temporary) {
+                                 std::ofstream(temporary) << "half";
+                                 EXPECT_EQ(CountFiles(), 3u);
+                                 RemoveTemporaries();
+                                 EXPECT_FALSE(fs::exists(temporary));
+                               }),
+               Error);
+  EXPECT_EQ(ReadTextFile(Path("a.txt")), "old");
+  EXPECT_EQ(ReadTextFile(Path("b.txt")), "done");
+  RemoveTemporaries();
+  EXPECT_EQ(CountFiles(), 2u);
 }
 
 }  // namespace
