@@ -141,9 +141,10 @@ void AddSlabCommand(CLI::App& app) {
       "slab", "Cut a bone into the paper's three parts: left segment, thin slice and right segment (docs/slab.md).");
   c->add_option("BONE", o->parts.bone_file, "The bone (.vdb).")->required();
   c->add_option("-o,--output", o->parts.folder, "The folder to write into; made when it is not there.")->required();
-  c->add_option("--plane", o->plane,
-                "The slice's middle plane, x,y,z,nx,ny,nz: a point, mm, and a normal of any length, in patient "
-                "coordinates LPS. The normal points to the right segment.");
+  c->add_option(
+      "--plane", o->plane,
+      "The slice's middle plane, x,y,z,nx,ny,nz: a point, mm, -5000 to 5000, and a normal of any length, in patient "
+      "coordinates LPS. The normal points to the right segment.");
   c->add_option(
       "--plane-markups", o->plane_markups,
       "Takes the plane from a file of 3D Slicer (.mrk.json) instead: a plane, or three or more points that it "

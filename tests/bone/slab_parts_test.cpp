@@ -415,6 +415,26 @@ TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
   }
 }
 
+TEST(SlabParts, PlaneThatGrazesAFaceOfOnePieceIsSaidTo) {
+  SolidField field;
+  field.value = [](const Vec3& p) {
+    return std::min(test::BoxDistance(p, {4, 3, 3}), test::BoxDistance(p - Vec3(12, 0, 0), {4, 3, 3}));
+  };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3&) { return 24; };
+  const Bone two = MakeBone(field, Box3{Vec3(-6, -5, -5), Vec3(18, 5, 5)}, {0.2, 0.2, {}}, test::OneRegionTable());
+  for (const double x : {4.0, 8.0}) {
+    try {
+      MakeSlabParts(two, {{{x, 0, 0}, {1, 0, 0}}, 0.25, false, {}});
+      ADD_FAILURE() << "a plane along a face was accepted";
+    } catch (const Error& e) {
+      EXPECT_STREQ(e.what(),
+                   "the plane divides no piece of the bone: it passes between separate pieces, or only grazes a face; "
+                   "move it into the bone");
+    }
+  }
+}
+
 TEST(SlabParts, PlanesOwnPointMayLieFarFromTheBone) {
   const Bone block = MakeBox(Pose{}, {10, 6, 6}, 0.2);
   const CutPlane near = PlaneOf({0.3, 0, 0}, {1, 0.2, 0.1});
