@@ -63,6 +63,12 @@ void CheckScene(const Scene& scene) {
                     scene.name, hint));
   }
   if (scene.tool.rpm == 0) throw Error(fmt::format("{}: rpm = 0: a stopped saw cuts nothing to compare", scene.name));
+  if (scene.slab.hold != SlabBody::kSlice) {
+    throw Error(
+        fmt::format("{}: [slab] hold = \"{}\" leaves the blade where the path starts, and a comparison needs it in the "
+                    "hand; set hold = \"slice\"",
+                    scene.name, scene.slab.hold == SlabBody::kLeft ? "left" : "right"));
+  }
 }
 
 std::string FileName(const std::string& file) {

@@ -204,6 +204,10 @@ TEST(Compare, WhatCannotBeComparedIsRefused) {
   EXPECT_EQ(MessageOf(Parse(), {}),
             "scene: to compare with slab mode the scene needs the cut direction; add [slab] with direction = [0, 0, "
             "-1], the way of its first stroke, or another");
+  EXPECT_EQ(
+      MessageOf(Parse(kSlab + "segments_move = true\nhold = \"right\"\n"), {}),
+      "scene: [slab] hold = \"right\" leaves the blade where the path starts, and a comparison needs it in the hand; "
+      "set hold = \"slice\"");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.001, 3}),
             "a depth step of 0.001 mm is out of range; valid range 0.005 to 5 mm");
   EXPECT_EQ(MessageOf(Parse(kSlab), {{}, std::nan(""), 3}),
