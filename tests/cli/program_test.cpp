@@ -269,8 +269,13 @@ TEST_F(Program, SignalThatEndsTheProgramLeavesNoTemporary) {
                              "until ls .b.*.vdb >/dev/null 2>&1; do kill -0 $! 2>/dev/null || exit 99; done; "
                              "kill -" +
                              std::string(signal) + " $!; wait $!' 2>/dev/null";
-    const int status = std::system(line.c_str());
-    if (WEXITSTATUS(status) == 0 || WEXITSTATUS(status) == 99) GTEST_SKIP() << "the bone was written too fast";
+    // A machine that is busy elsewhere may look too late: once more, then.
+    int status = 0;
+    for (int attempt = 0; attempt < 20; ++attempt) {
+      std::filesystem::remove(folder_ / "b.vdb");
+      status = std::system(line.c_str());
+      if (WEXITSTATUS(status) != 0 && WEXITSTATUS(status) != 99) break;
+    }
     EXPECT_GT(WEXITSTATUS(status), 128) << signal;
     EXPECT_TRUE(std::filesystem::is_empty(folder_)) << signal;
   }
