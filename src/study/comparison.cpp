@@ -200,6 +200,7 @@ void AddWarnings(Comparison& c, const Scene& scene, const MaterialSummary& mater
     add(FindDoubts(as, c.voxel_mm));
   }
   as.simulation.mode = SceneMode::kSlab;
+  as.force = ForceLaw();  // the laws of voxel mode are no slab's, and nobody takes them for it here
   add(FindDoubts(as, c.voxel_mm));
   add(material.warnings);
   const std::size_t compared = c.cases.back().slice.bins;

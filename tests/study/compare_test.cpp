@@ -200,6 +200,12 @@ TEST(Compare, MemoryIsTheLargerOfTheBoneBeforeAndAfter) {
   EXPECT_EQ(run.memory_bytes, std::max(bone.CalcMemoryBytes(), after.CalcMemoryBytes()));
 }
 
+TEST(Compare, DoesNotWarnOfTheVoxelLawsInSlabMode) {
+  for (const std::string& warning : CompareScene(Parse(kSlab), {{"edge_plus_chip"}, 0.1, 1}, {}).warnings) {
+    EXPECT_THAT(warning, testing::Not(HasSubstr("is not used in slab mode")));
+  }
+}
+
 TEST(Compare, WhatCannotBeComparedIsRefused) {
   EXPECT_EQ(MessageOf(Parse(), {}),
             "scene: to compare with slab mode the scene needs the cut direction; add [slab] with direction = [0, 0, "
