@@ -17,6 +17,7 @@
 #include "session/make_bone.h"
 #include "session/results_folder.h"
 #include "session/run_pictures.h"
+#include "session/summary_json.h"
 
 namespace kerf {
 namespace {
@@ -31,10 +32,6 @@ double PeakMemoryMB() {
 
 /// A disc that is set down clear of the bone removes nothing in its first tick, or a shaving.
 constexpr double kInBoneMm3 = 0.1;
-
-ordered_json BoxJson(const Box3& box) {
-  return {{"lower_mm", {box.lower.x, box.lower.y, box.lower.z}}, {"upper_mm", {box.upper.x, box.upper.y, box.upper.z}}};
-}
 
 }  // namespace
 
@@ -76,9 +73,9 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
   for (const char* name : {"scene.toml", "forces.csv", "bone.vdb", "summary.json", "before.png", "after.png", "cut.png",
                            "apart.png", "force.png", "slab.csv", "slab.png", "left.vdb", "slice.vdb", "right.vdb",
                            "left.stl", "slice.stl", "right.stl"}) {
-    outputs.push_back(folder + "/" + name);
+    outputs.push_back(fmt::format("{}/{}", folder, name));
   }
-  for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(folder + "/" + name);
+  for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(fmt::format("{}/{}", folder, name));
   // How many pieces there will be is not known yet.
   std::error_code none;
   for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
@@ -195,14 +192,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
       {"total_mm3", s.removed_mm3},
       {"removed_plus_remaining_minus_initial_mm3", s.removed_mm3 + s.volume_after_mm3 - s.volume_before_mm3},
       {"by_region", regions}};
-  json["force"] = {{"law", scene.force.name()},
-                   {"peak_N", s.force.peak_N},
-                   {"peak_time_s", s.force.peak_time_s},
-                   {"mean_while_cutting_N", s.force.mean_N},
-                   {"impulse_Ns", s.force.impulse_Ns},
-                   {"work_J", s.force.work_Nmm / 1000},
-                   {"engaged_teeth_peak", s.force.engaged_teeth_peak},
-                   {"cutting_time_s", s.force.cutting_time_s}};
+  json["force"] = ForceJson(scene.force.name(), s.force);
   json["pieces"] = ordered_json::array();
   for (const PieceSummary& piece : s.pieces) {
     ordered_json row = {{"volume_mm3", piece.volume_mm3}, {"bounds", BoxJson(piece.bounds_W)}};
@@ -210,15 +200,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
     json["pieces"].push_back(row);
   }
   json["dust"] = {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}};
-  json["ticks"] = {{"count", s.ticks},
-                   {"with_status", s.ticks_with_status},
-                   {"simulated_s", s.simulated_s},
-                   {"wall_s", s.ticks_wall_s},
-                   {"per_second", s.ticks_wall_s > 0 ? static_cast<double>(s.ticks) / s.ticks_wall_s : 0},
-                   {"p50_us", s.times.p50_us},
-                   {"p99_us", s.times.p99_us},
-                   {"p999_us", s.times.p999_us},
-                   {"max_us", s.times.max_us}};
+  json["ticks"] = TicksJson(s);
   json["peak_memory_MB"] = s.peak_memory_MB;
   json["files"] = s.files;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";

@@ -16,6 +16,7 @@
 #include "session/make_bone.h"
 #include "session/results_folder.h"
 #include "session/run_pictures.h"
+#include "session/summary_json.h"
 #include "session/write_parts.h"
 
 namespace kerf {
@@ -187,35 +188,16 @@ std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
                   {"left_mm", s.end.left_mm},
                   {"right_mm", s.end.right_mm},
                   {"layers", layers}};
-  json["force"] = {{"peak_N", s.force.peak_N},
-                   {"peak_time_s", s.force.peak_time_s},
-                   {"mean_while_cutting_N", s.force.mean_N},
-                   {"impulse_Ns", s.force.impulse_Ns},
-                   {"work_J", s.force.work_Nmm / 1000},
-                   {"engaged_teeth_peak", s.force.engaged_teeth_peak},
-                   {"cutting_time_s", s.force.cutting_time_s}};
+  json["force"] = ForceJson(std::string(ToString(scene.slab.params.reading)), s.force);
   json["energy_mJ"] = {{"hand_work", s.end.hand_work_mJ}, {"kinetic", s.end.kinetic_mJ},
                        {"elastic", s.end.elastic_mJ},     {"friction", s.end.friction_mJ},
                        {"cutting", s.end.cutting_mJ},     {"damping", s.end.damping_mJ},
                        {"released", s.end.released_mJ},   {"numerical", s.end.numerical_mJ}};
   json["parts"] = ordered_json::array();
   for (const SlabPartSummary& part : s.parts) {
-    const Box3& box = part.bounds_W;
-    json["parts"].push_back({{"name", part.name},
-                             {"volume_mm3", part.volume_mm3},
-                             {"bounds",
-                              {{"lower_mm", {box.lower.x, box.lower.y, box.lower.z}},
-                               {"upper_mm", {box.upper.x, box.upper.y, box.upper.z}}}}});
+    json["parts"].push_back({{"name", part.name}, {"volume_mm3", part.volume_mm3}, {"bounds", BoxJson(part.bounds_W)}});
   }
-  json["ticks"] = {{"count", s.ticks},
-                   {"with_status", s.ticks_with_status},
-                   {"simulated_s", s.simulated_s},
-                   {"wall_s", s.ticks_wall_s},
-                   {"per_second", s.ticks_wall_s > 0 ? static_cast<double>(s.ticks) / s.ticks_wall_s : 0},
-                   {"p50_us", s.times.p50_us},
-                   {"p99_us", s.times.p99_us},
-                   {"p999_us", s.times.p999_us},
-                   {"max_us", s.times.max_us}};
+  json["ticks"] = TicksJson(s);
   json["tick_memory_bytes"] = s.memory_bytes;
   json["starts_in_bone"] = s.starts_in_bone;
   json["files"] = s.files;

@@ -60,7 +60,7 @@ TEST_F(Materials, VisibleHumanIsCutByRegionUniformAndByItsCtNumbers) {
     Write("s.toml", "[bone]\nfile = \"" + bone + "\"\n" + material + rest);
     const ProgramResult result = Kerf("run s.toml -o out --json");
     EXPECT_EQ(result.code, 0) << result.err;
-    const auto json = nlohmann::json::parse(result.out);
+    auto json = nlohmann::json::parse(result.out);
     std::printf("%-8s peak %.3f N, mean %.3f N, impulse %.3f N s\n",
                 json["material"]["kind"].get<std::string>().c_str(), json["force"]["peak_N"].get<double>(),
                 json["force"]["mean_while_cutting_N"].get<double>(), json["force"]["impulse_Ns"].get<double>());

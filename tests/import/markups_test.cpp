@@ -125,9 +125,9 @@ TEST(PlaneMarkups, ThreePointsInTurnSayThePlaneAndItsSide) {
     const std::string a = t.Point(10, -20, 30);
     const std::string b = t.Point(13, -26, 32);
     const std::string c = t.Point(22, -16, 24);
-    ExpectPlane(ReadPlaneText(t.File(t.Points(a + "," + b + "," + c), "Fiducial")), 1e-12);
-    ExpectPlane(ReadPlaneText(t.File(t.Points(a + "," + b + "," + c))), 1e-12);  // Slicer 4.11
-    const CutPlane turned = ReadPlaneText(t.File(t.Points(a + "," + c + "," + b), "Fiducial"));
+    ExpectPlane(ReadPlaneText(t.File(t.Points(fmt::format("{},{},{}", a, b, c)), "Fiducial")), 1e-12);
+    ExpectPlane(ReadPlaneText(t.File(t.Points(fmt::format("{},{},{}", a, b, c)))), 1e-12);  // Slicer 4.11
+    const CutPlane turned = ReadPlaneText(t.File(t.Points(fmt::format("{},{},{}", a, c, b)), "Fiducial"));
     ExpectPlane({turned.p_W, -turned.normal_W}, 1e-12);
     EXPECT_NEAR(glm::length(turned.p_W - Vec3(15, -62.0 / 3, 86.0 / 3)), 0, 1e-12);  // their mean
   }

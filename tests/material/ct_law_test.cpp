@@ -18,7 +18,6 @@
 namespace kerf {
 namespace {
 
-using testing::HasSubstr;
 using testing::StartsWith;
 
 const CtLaw& Law(const char* name) {

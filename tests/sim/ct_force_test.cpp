@@ -9,7 +9,6 @@ namespace kerf {
 namespace {
 
 using test::DiscPose;
-using test::kPi;
 using test::Stroke;
 
 const DiscSaw kSaw;

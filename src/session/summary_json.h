@@ -1,0 +1,39 @@
+// What the summaries of voxel mode and slab mode have in common. Only their .cpp files include this.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "session/run_scene.h"
+
+namespace kerf {
+
+inline nlohmann::ordered_json BoxJson(const Box3& box) {
+  return {{"lower_mm", {box.lower.x, box.lower.y, box.lower.z}}, {"upper_mm", {box.upper.x, box.upper.y, box.upper.z}}};
+}
+
+inline nlohmann::ordered_json ForceJson(const std::string& law, const ForceSummary& force) {
+  return {{"law", law},
+          {"peak_N", force.peak_N},
+          {"peak_time_s", force.peak_time_s},
+          {"mean_while_cutting_N", force.mean_N},
+          {"impulse_Ns", force.impulse_Ns},
+          {"work_J", force.work_Nmm / 1000},
+          {"engaged_teeth_peak", force.engaged_teeth_peak},
+          {"cutting_time_s", force.cutting_time_s}};
+}
+
+/// Of a RunSummary or a SlabSummary.
+template <typename Summary>
+nlohmann::ordered_json TicksJson(const Summary& s) {
+  return {{"count", s.ticks},
+          {"with_status", s.ticks_with_status},
+          {"simulated_s", s.simulated_s},
+          {"wall_s", s.ticks_wall_s},
+          {"per_second", s.ticks_wall_s > 0 ? static_cast<double>(s.ticks) / s.ticks_wall_s : 0},
+          {"p50_us", s.times.p50_us},
+          {"p99_us", s.times.p99_us},
+          {"p999_us", s.times.p999_us},
+          {"max_us", s.times.max_us}};
+}
+
+}  // namespace kerf
