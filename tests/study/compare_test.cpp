@@ -268,7 +268,7 @@ TEST(Compare, SaysWhatTheStiffnessIsFrom) {
 
 TEST(Compare, CommandHoldsWhatWasAskedForAndNoFolder) {
   const CompareParams params{{"hertz_chip", "edge_plus_chip"}, 0.25, 2};
-  EXPECT_EQ(CompareScene(Parse(kSlab), params, {}, "/home/someone/it's a cut.toml").command,
+  EXPECT_EQ(CompareScene(Parse(kSlab), params, {}, "scenes of mine/it's a cut.toml").command,
             "kerf compare 'it'\\''s a cut.toml' --laws hertz_chip,edge_plus_chip --depth-step 0.25 --repeat 2");
   EXPECT_EQ(CompareScene(Parse(kSlab), {{}, 0.5, 1}, {}).command,
             "kerf compare scene.toml --depth-step 0.5 --repeat 1");
