@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "core/symmetric_eigen.h"
 #include "files/files.h"
 #include "kerf/error.h"
 
@@ -127,47 +129,21 @@ CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& path) {
   }
   Vec3 mean(0);
   for (const Vec3& p : points) mean += p / static_cast<double>(points.size());
-  double a[3][3] = {};
+  std::array<std::array<double, 3>, 3> scatter{};
   for (const Vec3& p : points) {
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) a[i][j] += (p[i] - mean[i]) * (p[j] - mean[j]);
+      for (int j = 0; j < 3; ++j) scatter[i][j] += (p[i] - mean[i]) * (p[j] - mean[j]);
     }
   }
-  // Jacobi's method: the columns of v become the eigenvectors of the scatter matrix.
-  Vec3 v[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  for (int sweep = 0; sweep < 50; ++sweep) {
-    for (int p = 0; p < 2; ++p) {
-      for (int q = p + 1; q < 3; ++q) {
-        if (a[p][q] == 0) continue;
-        const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-        const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
-        const double c = 1 / std::sqrt(t * t + 1);
-        const double s = t * c;
-        for (int k = 0; k < 3; ++k) {
-          const double kp = a[k][p];
-          const double kq = a[k][q];
-          a[k][p] = c * kp - s * kq;
-          a[k][q] = s * kp + c * kq;
-        }
-        for (int k = 0; k < 3; ++k) {
-          const double pk = a[p][k];
-          const double qk = a[q][k];
-          a[p][k] = c * pk - s * qk;
-          a[q][k] = s * pk + c * qk;
-        }
-        const Vec3 vp = v[p];
-        v[p] = c * vp - s * v[q];
-        v[q] = s * vp + c * v[q];
-      }
-    }
-  }
-  int order[3] = {0, 1, 2};
-  std::sort(order, order + 3, [&a](int i, int j) { return a[i][i] < a[j][j]; });
+  const SymmetricEigen eigen = CalcSymmetricEigen(scatter);
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(),
+            [&eigen](std::size_t i, std::size_t j) { return eigen.values[i] < eigen.values[j]; });
   // The spread across the narrower way within the plane, against the wider.
-  if (!(a[order[1]][order[1]] > 1e-6 * a[order[2]][order[2]])) {
+  if (!(eigen.values[order[1]] > 1e-6 * eigen.values[order[2]])) {
     throw Error(fmt::format("{}: its points lie on a line, so they say no plane", path));
   }
-  const Vec3 normal = glm::normalize(v[order[0]]);
+  const Vec3 normal = glm::normalize(eigen.vectors[order[0]]);
   const double turn = glm::dot(normal, glm::cross(points[1] - points[0], points[2] - points[0]));
   return {mean, turn < 0 ? -normal : normal};
 }

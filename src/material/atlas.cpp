@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/symmetric_eigen.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -18,37 +19,11 @@ double CalcQuantile(std::vector<double>& values, double q) {
   return values[static_cast<std::size_t>(k)];
 }
 
-/// Eigenvector of the largest eigenvalue of a symmetric 3x3 matrix, by Jacobi's rotations.
-Vec3 CalcMainAxis(std::array<std::array<double, 3>, 3> a) {
-  std::array<Vec3, 3> v = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
-  for (int sweep = 0; sweep < 30; ++sweep) {
-    for (const auto& [p, q] : {std::pair<std::size_t, std::size_t>{0, 1}, {0, 2}, {1, 2}}) {
-      if (a[p][q] == 0) continue;
-      const double angle = 0.5 * std::atan2(2 * a[p][q], a[q][q] - a[p][p]);
-      const double c = std::cos(angle);
-      const double s = std::sin(angle);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double kp = a[k][p];
-        const double kq = a[k][q];
-        a[k][p] = c * kp - s * kq;
-        a[k][q] = s * kp + c * kq;
-      }
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double pk = a[p][k];
-        const double qk = a[q][k];
-        a[p][k] = c * pk - s * qk;
-        a[q][k] = s * pk + c * qk;
-      }
-      const Vec3 vp = v[p];
-      v[p] = c * vp - s * v[q];
-      v[q] = s * vp + c * v[q];
-    }
-  }
-  std::size_t best = 0;
-  for (std::size_t k = 1; k < 3; ++k) {
-    if (a[k][k] > a[best][best]) best = k;
-  }
-  return v[best];
+/// Eigenvector of the largest eigenvalue of a symmetric 3x3 matrix.
+Vec3 CalcMainAxis(const std::array<std::array<double, 3>, 3>& a) {
+  const SymmetricEigen eigen = CalcSymmetricEigen(a);
+  const auto largest = std::max_element(eigen.values.begin(), eigen.values.end());
+  return eigen.vectors[static_cast<std::size_t>(largest - eigen.values.begin())];
 }
 
 /// Fills bins without a value from their neighbours, then smooths.

@@ -24,6 +24,10 @@ SlabProfile MakeSlabProfile(const Scene& scene, const Bone& bone) {
   return profile;
 }
 
+double CalcBladeDepth(const SlabProfile& profile, const SlabParams& params, const Vec3& p_W) {
+  return glm::dot(p_W, params.direction_W) + params.saw.radius_mm() - profile.entry_mm;
+}
+
 SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress) {
   using Clock = std::chrono::steady_clock;
   const Path path = MakePath(scene);
@@ -36,16 +40,16 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
   std::vector<double> times_us;
   times_us.reserve(total);
 
+  const SlabParams params = MakeSlabParams(scene);
   for (std::size_t i = 1; i < path.segments().size(); ++i) {
     const Vec3 p_W = path.CalcPose(i, path.segments()[i].start_s).p_AB;
-    const SlabParams params = MakeSlabParams(scene);
-    const double depth_mm = glm::dot(p_W, params.direction_W) + params.saw.radius_mm() - profile.entry_mm;
+    const double depth_mm = CalcBladeDepth(profile, params, p_W);
     if (path.segments()[i].retract_before && depth_mm >= profile.end_mm) {
       throw Error(fmt::format("stroke {} sets the blade down {:.2f} mm deep, past the slice, which ends at {:.2f} mm",
                               i + 1, depth_mm, profile.end_mm));
     }
   }
-  SlabSimulation simulation(std::move(profile), MakeSlabParams(scene), path.CalcPose(0, 0));
+  SlabSimulation simulation(std::move(profile), params, path.CalcPose(0, 0));
   simulation.Hold(scene.slab.hold);
   const Clock::time_point start = Clock::now();
   for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {

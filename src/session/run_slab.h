@@ -25,6 +25,9 @@ struct SlabRun {
 /// and the cut direction don't fit together, or no bone is there.
 SlabProfile MakeSlabProfile(const Scene& scene, const Bone& bone);
 
+/// Depth of the blade's edge below the first bone when the disc's centre is at `p_W`, mm.
+double CalcBladeDepth(const SlabProfile& profile, const SlabParams& params, const Vec3& p_W);
+
 /// Runs all ticks of the scene's path. `progress` gets 0..1; may be empty. Throws Error for parameters out of range.
 SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress);
 

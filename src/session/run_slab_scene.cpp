@@ -66,13 +66,6 @@ PictureSpec MakeSlabPicture(const Scene& scene, const SlabParts& parts, const Sl
   return spec;
 }
 
-/// Of the blade's edge where a segment of the path begins.
-double CalcStartDepth(const Scene& scene, std::size_t segment, const SlabProfile& profile, const SlabParams& params) {
-  const Path path = MakePath(scene);
-  const Vec3 p_W = path.CalcPose(segment, path.segments()[segment].start_s).p_AB;
-  return glm::dot(p_W, params.direction_W) + params.saw.radius_mm() - profile.entry_mm;
-}
-
 bool NeedsParts(const Scene& scene) {
   return scene.output.pieces || scene.output.bone || scene.output.pictures;
 }
@@ -102,10 +95,13 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
     summary.ticks_with_status += run.ticks[i].out.status != kTickOk ? 1 : 0;
     if (run.states[i].free && !summary.free_at_s) summary.free_at_s = run.ticks[i].time_s;
   }
+  const Path path = MakePath(scene);
   for (std::size_t i = 0; i < run.ticks.size(); ++i) {
     // A stroke that was set down deeper than the one before had cut.
     if (i > 0 && run.ticks[i].segment == run.ticks[i - 1].segment) continue;
-    const double start_mm = CalcStartDepth(scene, run.ticks[i].segment, run.profile, params);
+    const std::size_t segment = run.ticks[i].segment;
+    const Vec3 start_W = path.CalcPose(segment, path.segments()[segment].start_s).p_AB;
+    const double start_mm = CalcBladeDepth(run.profile, params, start_W);
     const double cut_mm = i > 0 ? run.states[i - 1].deepest_mm : 0;
     summary.starts_in_bone = summary.starts_in_bone || start_mm > cut_mm + kInBone_mm;
   }
