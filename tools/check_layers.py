@@ -20,6 +20,8 @@ LIBRARIES = [
     ("itk", re.compile(r"^(itk|gdcm|vnl/|itksys/)")),
     ("toml", re.compile(r"^toml\+\+/")),
     ("cli", re.compile(r"^CLI/")),
+    ("hwy", re.compile(r"^hwy/")),
+    ("embree", re.compile(r"^embree3/")),
     ("json", re.compile(r"^nlohmann/")),
     # Free to all.
     ("", re.compile(r"^(glm|fmt)/")),
@@ -27,7 +29,7 @@ LIBRARIES = [
 SYSTEM = {
     "files": {"fstream", "filesystem", "cstdio", "stdio.h", "fcntl.h", "sys/stat.h", "sys/mman.h", "dirent.h"},
     "clock": {"chrono", "ctime", "time.h", "sys/time.h", "sys/resource.h"},
-    "threads": {"thread", "mutex", "shared_mutex", "future", "condition_variable", "semaphore", "pthread.h"},
+    "threads": {"thread", "mutex", "shared_mutex", "future", "condition_variable", "semaphore", "pthread.h", "sched.h"},
     "terminal": {"iostream", "unistd.h", "csignal", "termios.h", "sys/ioctl.h"},
 }
 # unistd.h holds both files and terminals; iostream is what others' readers throw their messages at.

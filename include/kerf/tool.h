@@ -1,5 +1,7 @@
-// The saw: a thin toothed disc on a spindle.
+// The tools: a thin toothed disc on a spindle, and a ball burr.
 #pragma once
+
+#include <variant>
 
 #include "kerf/geometry.h"
 
@@ -20,5 +22,30 @@ struct DiscSaw {
   /// Throws Error naming the first value out of range.
   void Validate() const;
 };
+
+/// A ball burr: a sphere with cutting edges (flutes) from pole to pole. Tool frame T: origin at the ball's centre, z
+/// along the spindle axis. A flute is a row of teeth, each the stretch of edge that the force law is given for; how
+/// long that is is an assumption (docs/physics.md).
+struct BallBurr {
+  double diameter_mm = 6;       // 0.5 to 50
+  int flutes = 8;               // 1 to 100
+  double tooth_width_mm = 0.5;  // of a flute's edge, 0.01 to 50
+  double E_MPa = 205000;        // steel
+  double nu = 0.28;
+  Vec3 p_TG_mm{0, 0, 80};  // as the saw's
+
+  double radius_mm() const { return 0.5 * diameter_mm; }
+  /// Throws Error naming the first value out of range.
+  void Validate() const;
+};
+
+/// What cuts.
+using Tool = std::variant<DiscSaw, BallBurr>;
+
+void Validate(const Tool& tool);            // throws Error naming the first value out of range
+double CalcReach(const Tool& tool);         // radius of the smallest ball about the origin of T that holds the tool, mm
+double CalcModulus(const Tool& tool);       // E, MPa
+double CalcPoissonRatio(const Tool& tool);  // nu
+Vec3 CalcGrip(const Tool& tool);            // p_TG, mm
 
 }  // namespace kerf

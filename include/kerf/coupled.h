@@ -1,0 +1,160 @@
+// The saw in a hand: a tool tied to the handle by a spring and a damper, which the bone holds back. A handle pose in, a
+// force on the hand out. No file, clock, thread or device.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+
+#include "kerf/bone.h"
+#include "kerf/force.h"
+#include "kerf/geometry.h"
+#include "kerf/tool.h"
+
+namespace kerf {
+
+/// Spring and damper between handle and tool, at one point of the tool. A device's profile limits them.
+struct CouplingParams {
+  Vec3 p_TC_mm{0};  // the point, tool frame: the grip for a device that also senses and turns, the tool's own
+                    // origin for one with forces only
+  double stiffness_N_per_mm = 1;      // 1e-3 to 1e3
+  double damping_Ns_per_mm = 0;       // 0 to 1; against the velocity that is given with the handle
+  double torsion_Nmm_per_rad = 5000;  // 1 to 1e7
+  double torsion_damping_Nmms = 0;    // N mm s / rad, 0 to 1e4
+  double max_force_N = 40;            // the spring gives no more, however far the handle goes; 0.1 to 1e4
+  double max_torque_Nmm = 4000;       // 1 to 1e6
+};
+
+/// How exactly a tick is worked out, most exact first. Each step down is cheaper.
+enum class Fidelity : std::uint8_t {
+  kFull,    // all edge and face points, all of the band
+  kCoarse,  // every second point, fewer sub-steps
+  kSlab,    // the thin slab's law on the disc's plane, nothing looked up or removed; what the tool passed is removed on
+            // the way back
+};
+const char* ToString(Fidelity fidelity);
+
+struct CoupledParams {
+  Tool tool;
+  ForceLaw law;
+  CouplingParams coupling;
+  double friction_coefficient = 0.2;  // of the faces on bone, and of the stopped edge; 0 to 2
+  int edge_samples_per_pitch = 8;     // 1 to 256
+  int max_iterations = 40;            // of the solver in a sub-step, 1 to 1000
+  int max_substeps = 24;              // in a tick, 1 to 4096
+  bool whole_voxel_removal = false;   // for comparison: voxels go all at once, with the force steps that this makes
+  int spare_leaves = 4096;            // see BoneField
+};
+
+struct CoupledInput {
+  Pose X_WH;               // handle: where the hand wants the tool frame
+  Vec3 v_H_W_mm_per_s{0};  // of the coupling point, as measured; 0 when the coupling has no damping
+  Vec3 w_H_W_rad_per_s{0};
+  double dt_s = 0.001;  // 1e-6 to 1; outside: nothing done
+  double rpm = 7500;    // spindle; 0: stopped. Its sign is the direction of turning, about +z
+};
+
+/// Bits of CoupledOutput::status. Each says what was done instead.
+enum CoupledStatus : std::uint32_t {
+  kCoupledOk = 0,
+  kCoupledBadPose = 1u << 0,  // handle pose, velocity, dt or rpm not finite or out of range: nothing done, zero force,
+                              // last good pose held
+  kCoupledSubstepsUsedUp =
+      1u << 1,  // the tool could not get as far as the solution in this tick: it lags behind, and goes on next tick
+  kCoupledIterationsUsedUp =
+      1u
+      << 2,  // the solver stopped at its bound with a motion that still lowers the energy: less accurate, never active
+  kCoupledForceLimited = 1u << 3,    // the coupling gave its greatest force or torque
+  kCoupledLeavesUsedUp = 1u << 4,    // no spare leaf left: the tool was stopped before uncut bone
+  kCoupledAsleep = 1u << 5,          // nothing near: the tool is where the handle is
+  kCoupledSpindleStopped = 1u << 6,  // rpm = 0: the edge does not cut, it is a solid contact
+  kCoupledBlending = 1u << 7,        // between two fidelities
+};
+
+/// Vectors in the world frame.
+struct CoupledOutput {
+  Pose X_WT;            // the tool
+  Vec3 f_H_W_N{0};      // force on the hand, at the coupling point
+  Vec3 tau_H_W_Nmm{0};  // torque on the hand about the coupling point
+  Vec3 f_cut_W_N{0};    // on the tool: from the edge
+  Vec3 f_face_W_N{0};   // from faces and stopped edge, normal part
+  Vec3 f_friction_W_N{0};
+  double thrust_sum_N = 0;
+  double engaged_teeth = 0;
+  double mean_E_MPa = 0;
+  double mean_bite_mm = 0;
+  int main_region = 0;
+  double removed_mm3 = 0;  // by occupancy of voxels: docs/physics.md
+  // Energy in this tick, mJ = N mm. hand + spindle = stored + cut + friction + damping + numerical
+  double hand_mJ = 0;     // done by the hand on the coupling
+  double spindle_mJ = 0;  // put in by the spindle through face friction: may push the hand
+  double stored_mJ = 0;   // gained by the coupling's springs
+  double cut_mJ = 0;      // each >= 0 from here on
+  double friction_mJ = 0;
+  double damping_mJ = 0;
+  double numerical_mJ = 0;
+  int substeps = 0;
+  int iterations = 0;  // most in one sub-step
+  Fidelity fidelity = Fidelity::kFull;
+  std::uint32_t status = kCoupledOk;
+};
+
+/// Told when a part of the tick begins, so that others can time it; the tick itself has no clock.
+enum class TickStage : std::uint8_t { kAccept, kNear, kEngage, kSolve, kRemove, kPublish, kEnd };
+class TickObserver {
+ public:
+  virtual ~TickObserver() = default;
+  virtual void Enter(TickStage stage) noexcept = 0;
+};
+
+/// The bone, the tool in it and the coupling.
+///
+/// Model: the tool has no mass. In each sub-step its motion u (velocity and turning rate) is the one minimiser of a
+/// convex
+///        function: energy of the coupling at the end + dissipation of the damper, of cutting (docs/physics.md) and of
+///        friction + unilateral contact of faces and, with the spindle stopped, of the edge.
+/// Holds: one solution for any stiffness and step; cutting, contact and friction never return energy, but for what the
+///        spindle puts in through friction; the tool never passes through bone.
+class CoupledSimulation {
+ public:
+  /// Throws Error when a parameter is out of range.
+  CoupledSimulation(Bone bone, const CoupledParams& params, const Pose& X_WT_start);
+  ~CoupledSimulation();
+  CoupledSimulation(CoupledSimulation&&) noexcept;
+  CoupledSimulation& operator=(CoupledSimulation&&) noexcept;
+
+  /// One step. Deterministic: the same calls give the same bits. Tick-safe: allocates nothing, waits for nothing.
+  CoupledOutput Tick(const CoupledInput& in, TickObserver* observer = nullptr);
+
+  /// Sets the tool down at X_WT without cutting on the way. False, and nothing done, for a bad pose. Tick-safe.
+  bool SetDown(const Pose& X_WT);
+  /// Takes effect over the next ticks, without a step in the force. Tick-safe.
+  void SetFidelity(Fidelity fidelity);
+  Fidelity fidelity() const;
+
+  /// Leaves changed since ClearChanged(), as {x, y, z} of LeafIndex, with the values that they have now (512, mm).
+  /// Tick-safe.
+  struct ChangedLeaf {
+    std::array<int, 3> index;
+    const float* values;
+  };
+  int changed_count() const;
+  ChangedLeaf changed(int i) const;
+  void ClearChanged();
+
+  // ---- not in the tick
+  const CoupledParams& params() const;
+  /// Volume gone since the start by region, mm^3, exactly bone().CalcVolume()'s loss.
+  std::array<double, 256> CalcRemovedByRegion();
+  const Bone& bone();  // as it is now
+  Bone TakeBone() &&;
+  std::size_t CalcMemoryBytes() const;  // of everything but the bone
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,69 @@
+#include "tool/shape.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+ToolShape MakeDiscShape(const DiscSaw& disc, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm) {
+  ToolShape shape;
+  shape.passes_per_turn = disc.teeth;
+  shape.edge_is_ring = true;
+  const int count = std::max(64, disc.teeth * samples_per_pitch);
+  for (int i = 0; i < count; ++i) {
+    const double angle = 2 * kPi * i / count;
+    const Vec3 e_T(std::cos(angle), std::sin(angle), 0);
+    shape.edge.push_back({disc.radius_mm() * e_T, e_T, static_cast<double>(disc.teeth) / count});
+  }
+  const double outermost = disc.radius_mm() - std::min(rim_margin_mm, 0.5 * disc.radius_mm());
+  const int rings = std::max(1, static_cast<int>(std::ceil(outermost / face_spacing_mm)));
+  for (int ring = rings; ring >= 1; --ring) {
+    const double radius = outermost * ring / rings;
+    const int points = std::max(6, static_cast<int>(std::ceil(2 * kPi * radius / face_spacing_mm)));
+    for (int i = 0; i < points; ++i) {
+      const double angle = 2 * kPi * (i + 0.5 * (ring % 2)) / points;
+      for (const double side : {-1.0, 1.0}) {
+        shape.faces.push_back(
+            {{radius * std::cos(angle), radius * std::sin(angle), side * 0.5 * disc.thickness_mm}, {0, 0, side}});
+      }
+    }
+  }
+  return shape;
+}
+
+/// Teeth lie densely along the flutes: an element of the sphere between two circles of latitude and two meridians holds
+/// flutes / (2 pi) * d(longitude) * r d(latitude) / tooth_width of them, whatever the latitude.
+ToolShape MakeBallShape(const BallBurr& ball, int samples_per_pitch) {
+  ToolShape shape;
+  shape.passes_per_turn = ball.flutes;
+  const double r = ball.radius_mm();
+  // About as far apart along the meridian as round the equator.
+  const int meridians = std::max(16, 2 * samples_per_pitch);
+  const int parallels = std::max(8, samples_per_pitch);
+  for (int j = 0; j < parallels; ++j) {
+    const double colatitude = kPi * (j + 0.5) / parallels;
+    for (int i = 0; i < meridians; ++i) {
+      const double longitude = 2 * kPi * (i + 0.5 * (j % 2)) / meridians;
+      const Vec3 e_T(std::sin(colatitude) * std::cos(longitude), std::sin(colatitude) * std::sin(longitude),
+                     std::cos(colatitude));
+      const double edge_mm = ball.flutes * kPi * r / (parallels * meridians);
+      shape.edge.push_back({r * e_T, e_T, edge_mm / ball.tooth_width_mm});
+    }
+  }
+  return shape;
+}
+
+}  // namespace
+
+ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm) {
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  ToolShape shape = disc ? MakeDiscShape(*disc, samples_per_pitch, face_spacing_mm, rim_margin_mm)
+                         : MakeBallShape(std::get<BallBurr>(tool), samples_per_pitch);
+  shape.reach_mm = CalcReach(tool);
+  return shape;
+}
+
+}  // namespace kerf

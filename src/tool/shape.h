@@ -1,0 +1,39 @@
+// A tool as points: where it cuts and where it only touches. What looks at a tool's form in the tick looks here, so
+// that it need not know which tool it is; only the sweep (src/removal) has a formula for each.
+#pragma once
+
+#include <vector>
+
+#include "kerf/tool.h"
+
+namespace kerf {
+
+/// A point of the cutting edge. Tool frame T.
+struct EdgePoint {
+  Vec3 p_T{0};       // mm
+  Vec3 e_T{0};       // outward, unit length
+  double teeth = 0;  // how many teeth it stands for, a real number
+};
+
+/// A point of a face that does not cut.
+struct FacePoint {
+  Vec3 p_T{0};  // mm
+  Vec3 n_T{0};  // outward, unit length
+};
+
+struct ToolShape {
+  double reach_mm = 0;         // as CalcReach()
+  double passes_per_turn = 0;  // teeth that pass a point of the edge in one turn of the spindle
+  /// Disc: once round the rim, in the middle of its thickness; neighbours in the list are neighbours on the rim, the
+  /// last and the first too. Ball: all over it.
+  std::vector<EdgePoint> edge;
+  bool edge_is_ring = false;
+  /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Ball: none.
+  std::vector<FacePoint> faces;
+};
+
+/// `samples_per_pitch`: of the edge, 1 to 256. `face_spacing_mm` > 0: between neighbouring points of the flats.
+/// `rim_margin_mm` >= 0: how far inside the rim the outermost of them lie; a grid blurs the corner of the kerf's floor.
+ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm);
+
+}  // namespace kerf
