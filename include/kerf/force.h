@@ -50,7 +50,7 @@ struct ForceLawInfo {
   LawValidity validity;
   std::vector<LawParameter> parameters;  // at most as many as LawValues holds
   /// `values` in the order of `parameters`, each in its range.
-  ToothForce (*make)(const LawValues& values, const DiscSaw& saw);
+  ToothForce (*make)(const LawValues& values, const Tooth& tooth);
 };
 
 /// All laws, the default first. To add one: a file in src/force and a line in src/force/laws.h.
@@ -81,6 +81,6 @@ class ForceLaw {
 };
 
 /// Throws Error when a parameter is out of range.
-ToothForce MakeToothForce(const ForceLaw& law, const DiscSaw& saw);
+ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool);
 
 }  // namespace kerf

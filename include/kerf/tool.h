@@ -48,4 +48,12 @@ double CalcModulus(const Tool& tool);       // E, MPa
 double CalcPoissonRatio(const Tool& tool);  // nu
 Vec3 CalcGrip(const Tool& tool);            // p_TG, mm
 
+/// What the force laws need of a tool's teeth.
+struct Tooth {
+  double tool_radius_mm;  // the paper's sphere of Hertz; half the tool's diameter
+  double pitch_mm;        // along the edge of the disc; between flutes at the equator of the ball
+  double width_mm;        // of its cutting edge
+};
+Tooth CalcTooth(const Tool& tool);
+
 }  // namespace kerf

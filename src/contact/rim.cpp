@@ -109,14 +109,14 @@ class Prober {
 
 }  // namespace
 
-RimMaterials MakeRimMaterials(const MaterialTable& materials, const DiscSaw& saw) {
+RimMaterials MakeRimMaterials(const MaterialTable& materials, const Tool& tool) {
   RimMaterials rim;
-  rim.steel_E_MPa = saw.E_MPa;
-  rim.steel_nu = saw.nu;
+  rim.steel_E_MPa = CalcModulus(tool);
+  rim.steel_nu = CalcPoissonRatio(tool);
   for (const auto& [id, region] : materials.regions()) {
     rim.E_MPa[id] = region.E_MPa;
     rim.nu[id] = region.nu;
-    rim.E_star_MPa[id] = CalcReducedModulus(saw.E_MPa, saw.nu, region.E_MPa, region.nu);
+    rim.E_star_MPa[id] = CalcReducedModulus(rim.steel_E_MPa, rim.steel_nu, region.E_MPa, region.nu);
   }
   return rim;
 }

@@ -13,13 +13,13 @@ namespace kerf {
 /// What the rim needs of materials, by region id; 0 where the id is unknown. Made once, not in the tick.
 struct RimMaterials {
   std::array<double, 256> E_MPa{};
-  std::array<double, 256> E_star_MPa{};  // reduced modulus against the saw's steel
+  std::array<double, 256> E_star_MPa{};  // reduced modulus against the tool's steel
   // Where E is taken from the CT instead, E* needs these:
   std::array<double, 256> nu{};
   double steel_E_MPa = 1;
   double steel_nu = 0;
 };
-RimMaterials MakeRimMaterials(const MaterialTable& materials, const DiscSaw& saw);
+RimMaterials MakeRimMaterials(const MaterialTable& materials, const Tool& tool);
 
 /// The tool frame's axes; the force is on the tool.
 struct RimLoad {

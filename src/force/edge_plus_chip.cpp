@@ -1,5 +1,5 @@
-// edge_plus_chip: F = (Ke w + Kc w h) E* / E*_ref on a tooth of width w (the disc's thickness) that bites h deep. The
-// edge rubs with a force of its own, the chip adds one that grows with its thickness.
+// edge_plus_chip: F = (Ke w + Kc w h) E* / E*_ref on a tooth of width w (of a disc, its thickness) that bites h deep.
+// The edge rubs with a force of its own, the chip adds one that grows with its thickness.
 //
 // The presets are a derived estimate, not a measurement. From James et al. (2012), a single saw tooth in bovine
 // cortical bone: the resultant rises from 8 to 11 N over bites of 2.5 to 10 um; and from a sagittal saw's tooth in
@@ -33,8 +33,8 @@ const ForceLawInfo& EdgePlusChip() {
        {"chip_N_per_mm2", 678, 0, 1e6, "Kc: thrust for each mm2 of chip, tooth width times bite; derived estimate"},
        {"reference_E_star_MPa", 19140, 1, 1e6,
         "reduced modulus, tool on bone, that both are for; the force goes with E*, an assumption"}},
-      [](const LawValues& values, const DiscSaw& saw) {
-        const double share = saw.thickness_mm / values[2];
+      [](const LawValues& values, const Tooth& tooth) {
+        const double share = tooth.width_mm / values[2];
         return ToothForce{CalcForce, {values[0] * share, values[1] * share}};
       }};
   return kLaw;

@@ -11,10 +11,10 @@ inline double CalcHertzForce(double a_mm, double R_mm, double E_star_MPa) {
 }
 
 inline constexpr LawParameter kContactRadius{"contact_radius_mm", 0, 0, 1000,
-                                             "R of Hertz's sphere; 0: half the disc's diameter, the paper's choice"};
+                                             "R of Hertz's sphere; 0: half the tool's diameter, the paper's choice"};
 
-inline double ContactRadius(double contact_radius_mm, const DiscSaw& saw) {
-  return contact_radius_mm > 0 ? contact_radius_mm : saw.radius_mm();
+inline double ContactRadius(double contact_radius_mm, const Tooth& tooth) {
+  return contact_radius_mm > 0 ? contact_radius_mm : tooth.tool_radius_mm;
 }
 
 }  // namespace kerf

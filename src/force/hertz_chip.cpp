@@ -20,8 +20,8 @@ const ForceLawInfo& HertzChip() {
                                  "Hertz; the disc as the sphere after the paper (docs/physics.md)",
                                  {0, 0.005, "", "beyond it gives too much force; feed more slowly or turn faster"},
                                  {kContactRadius},
-                                 [](const LawValues& values, const DiscSaw& saw) {
-                                   return ToothForce{CalcForce, {ContactRadius(values[0], saw)}};
+                                 [](const LawValues& values, const Tooth& tooth) {
+                                   return ToothForce{CalcForce, {ContactRadius(values[0], tooth)}};
                                  }};
   return kLaw;
 }

@@ -21,8 +21,8 @@ const ForceLawInfo& HertzConstantBite() {
       {},
       {kContactRadius,
        {"contact_share_of_pitch", 0.01, 1e-6, 0.5, "a tooth's contact radius as a share of the tooth pitch"}},
-      [](const LawValues& values, const DiscSaw& saw) {
-        return ToothForce{CalcForce, {ContactRadius(values[0], saw), values[1] * saw.pitch_mm()}};
+      [](const LawValues& values, const Tooth& tooth) {
+        return ToothForce{CalcForce, {ContactRadius(values[0], tooth), values[1] * tooth.pitch_mm}};
       }};
   return kLaw;
 }

@@ -40,7 +40,7 @@ std::size_t ForceLaw::FindParameter(std::string_view key) const {
   throw Error(fmt::format("the force law {} has no parameter {}", info_->name, key));
 }
 
-ToothForce MakeToothForce(const ForceLaw& law, const DiscSaw& saw) {
+ToothForce MakeToothForce(const ForceLaw& law, const Tool& tool) {
   const ForceLawInfo& info = law.info();
   for (std::size_t i = 0; i < info.parameters.size(); ++i) {
     const LawParameter& p = info.parameters[i];
@@ -49,7 +49,7 @@ ToothForce MakeToothForce(const ForceLaw& law, const DiscSaw& saw) {
           fmt::format("{} = {} is out of range; valid range {} to {}", p.key, law.values()[i], p.lower, p.upper));
     }
   }
-  return info.make(law.values(), saw);
+  return info.make(law.values(), CalcTooth(tool));
 }
 
 }  // namespace kerf

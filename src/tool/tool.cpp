@@ -48,6 +48,11 @@ double CalcModulus(const Tool& tool) {
 double CalcPoissonRatio(const Tool& tool) {
   return std::visit([](const auto& t) { return t.nu; }, tool);
 }
+Tooth CalcTooth(const Tool& tool) {
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) return {disc->radius_mm(), disc->pitch_mm(), disc->thickness_mm};
+  const auto& ball = std::get<BallBurr>(tool);
+  return {ball.radius_mm(), 2 * 3.14159265358979323846 * ball.radius_mm() / ball.flutes, ball.tooth_width_mm};
+}
 Vec3 CalcGrip(const Tool& tool) {
   return std::visit([](const auto& t) { return t.p_TG_mm; }, tool);
 }

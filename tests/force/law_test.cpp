@@ -108,8 +108,8 @@ TEST(EveryLaw, MetresAndPascalsGiveTheSameNewtons) {
     const ForceLaw law(info->name);
     LawValues values = law.values();
     for (std::size_t i = 0; i < info->parameters.size(); ++i) values[i] = ToSI(info->parameters[i].key, values[i]);
-    const ToothForce in_mm = info->make(law.values(), kSaw);
-    const ToothForce in_m = info->make(values, si);
+    const ToothForce in_mm = info->make(law.values(), CalcTooth(kSaw));
+    const ToothForce in_m = info->make(values, CalcTooth(si));
     for (const double h : kBites_mm) {
       for (const double E : kEStar) {
         const double newton = in_mm(h, E);
