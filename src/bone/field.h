@@ -39,6 +39,10 @@ class BoneField {
 
   double voxel_mm() const;
   double band_mm() const;
+  /// Leaves that are not air lie from lowest() to highest(), both included; highest() is below lowest() when there are
+  /// none. As it was when the field was made.
+  LeafIndex lowest() const;
+  LeafIndex highest() const;
 
   // ---- reading: tick-safe, O(1), any index; outside the bone's box it is air
   LeafKind kind(const LeafIndex& leaf) const;
