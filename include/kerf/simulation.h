@@ -13,7 +13,7 @@
 namespace kerf {
 
 struct SimulationParams {
-  DiscSaw saw;
+  Tool tool = DiscSaw{};
   ForceLaw law;
   int rim_samples_per_pitch = 8;  // 1 to 256; how finely the rim looks for bone
 };

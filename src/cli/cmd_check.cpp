@@ -86,10 +86,16 @@ void Run(const Options& options) {
     json["title"] = scene.title;
     json["bone"] = {{"summary", bone.text}, {"voxel_mm", bone.voxel_mm}};
     json["material"] = nlohmann::ordered_json::parse(FormatMaterialJson(scene, bone.material));
-    json["tool"] = {{"diameter_mm", scene.tool.diameter_mm},
-                    {"thickness_mm", scene.tool.thickness_mm},
-                    {"teeth", scene.tool.teeth},
-                    {"rpm", scene.tool.rpm}};
+    json["tool"] = {{"shape", kToolKindWords[static_cast<std::size_t>(scene.tool.kind)]},
+                    {"diameter_mm", scene.tool.diameter_mm}};
+    if (scene.tool.kind == ToolKind::kDisc) {
+      json["tool"]["thickness_mm"] = scene.tool.thickness_mm;
+      json["tool"]["teeth"] = scene.tool.teeth;
+    } else {
+      json["tool"]["flutes"] = scene.tool.flutes;
+      json["tool"]["tooth_width_mm"] = scene.tool.tooth_width_mm;
+    }
+    json["tool"]["rpm"] = scene.tool.rpm;
     json["path"] = {{"segments", path.segments().size()},
                     {"length_mm", path.length_mm()},
                     {"duration_s", path.duration_s()},
@@ -113,8 +119,7 @@ void Run(const Options& options) {
   fmt::print("{}: valid{}{}\n", options.file, scene.title.empty() ? "" : ": ", scene.title);
   fmt::print("  bone   {}\n", bone.text);
   fmt::print("  moduli {}\n", DescribeMaterial(scene, bone.material));
-  fmt::print("  tool   disc {} x {} mm, {} teeth, {} rpm\n", scene.tool.diameter_mm, scene.tool.thickness_mm,
-             scene.tool.teeth, scene.tool.rpm);
+  fmt::print("  tool   {}, {} rpm\n", DescribeTool(scene.tool), scene.tool.rpm);
   const std::size_t parts = path.segments().size();
   fmt::print("  path   {} {}, {:.1f} mm in {:.2f} s, {} ticks at {} Hz\n", parts,
              scene.path.strokes.empty() ? "segment"

@@ -323,9 +323,9 @@ Image RenderPicture(const PictureSpec& spec) {
     actors.push_back(MakeActor(shape));
   };
   for (const Shape& shape : spec.shapes) add(shape);
-  for (const SawInPicture& saw : spec.saws) {
-    Shape shape{MakeSawMesh(saw.saw), kSteelColour, {}, saw.opacity, true};
-    for (Vec3& p : shape.mesh_W.points) p = saw.X_WT.Point(p);
+  for (const ToolInPicture& at : spec.tools) {
+    Shape shape{MakeToolMesh(at.tool), kSteelColour, {}, at.opacity, true};
+    for (Vec3& p : shape.mesh_W.points) p = at.X_WT.Point(p);
     add(shape);
   }
   const double arrow_radius_mm = 3.0 * layout.unit / frame.pixels_per_mm;

@@ -38,9 +38,9 @@ struct Shape {
   bool shiny = false;               // metal
 };
 
-/// The saw at a pose: a disc with its teeth, and a short end of the spindle.
-struct SawInPicture {
-  DiscSaw saw;
+/// The tool at a pose: a disc with its teeth or a ball with its flutes, and a short end of the spindle.
+struct ToolInPicture {
+  Tool tool;
   Pose X_WT;
   double opacity = 1;
 };
@@ -59,7 +59,7 @@ struct PictureSpec {
   int width = 1280;  // 64 to 8192 pixels
   int height = 720;
   std::vector<Shape> shapes;
-  std::vector<SawInPicture> saws;
+  std::vector<ToolInPicture> tools;
   std::vector<Arrow> arrows;
   Camera camera = MakeCamera(View::kThreeQuarter);
   bool dark = false;    // background
@@ -68,7 +68,7 @@ struct PictureSpec {
   std::vector<LegendEntry> legend;
   bool scale_bar = true;
   Orientation orientation = Orientation::kPatient;
-  bool fit_to_saw = true;  // a camera without target also takes in the saw and the arrows
+  bool fit_to_tool = true;  // a camera without target also takes in the tool and the arrows
 };
 
 /// How world points come to lie in the picture.
@@ -97,6 +97,6 @@ void WritePicture(const PictureSpec& spec, const std::string& path);
 
 /// The saw as closed surfaces in its own frame: the toothed disc, `thickness_mm` thick between z = +-thickness/2, and a
 /// short end of the spindle.
-TriangleMesh MakeSawMesh(const DiscSaw& saw);
+TriangleMesh MakeToolMesh(const Tool& tool);
 
 }  // namespace kerf

@@ -54,9 +54,9 @@ void IncludeEverything(const PictureSpec& spec, Span& span) {
       for (const auto id : t) span.Include(shape.mesh_W.points[id]);
     }
   }
-  if (!spec.fit_to_saw) return;
-  for (const SawInPicture& saw : spec.saws) {
-    for (const Vec3& p_T : MakeSawMesh(saw.saw).points) span.Include(saw.X_WT.Point(p_T));
+  if (!spec.fit_to_tool) return;
+  for (const ToolInPicture& at : spec.tools) {
+    for (const Vec3& p_T : MakeToolMesh(at.tool).points) span.Include(at.X_WT.Point(p_T));
   }
   for (const Arrow& arrow : spec.arrows) {
     span.Include(arrow.tail_W);

@@ -15,7 +15,7 @@ constexpr double kResolvedVoxels = 2;
 
 /// What slab mode leaves out of this scene.
 void FindSlabDoubts(const Scene& scene, std::vector<std::string>& doubts) {
-  if (scene.tool.rpm == 0) doubts.emplace_back("rpm = 0: a stopped saw cuts nothing");
+  if (scene.tool.rpm == 0) doubts.emplace_back("rpm = 0: a stopped tool cuts nothing");
   if (&scene.force.info() != &ForceLaw().info()) {
     doubts.push_back(fmt::format("[force] law = \"{}\" is not used in slab mode, whose law is \"{}\" of [slab]",
                                  scene.force.name(), ToString(scene.slab.params.reading)));
@@ -57,7 +57,8 @@ void FindSlabDoubts(const Scene& scene, std::vector<std::string>& doubts) {
 }  // namespace
 
 double CalcTopBite(const Scene& scene) {
-  const double passes_per_s = scene.tool.teeth * scene.tool.rpm / 60;
+  const int passes_per_turn = scene.tool.kind == ToolKind::kDisc ? scene.tool.teeth : scene.tool.flutes;
+  const double passes_per_s = passes_per_turn * scene.tool.rpm / 60;
   return passes_per_s > 0 ? MakePath(scene).CalcTopSpeed() / passes_per_s : std::numeric_limits<double>::infinity();
 }
 
@@ -67,7 +68,8 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
     FindSlabDoubts(scene, doubts);
     return doubts;
   }
-  const double voxels = voxel_mm > 0 ? scene.tool.thickness_mm / voxel_mm : kResolvedVoxels;
+  const bool disc = scene.tool.kind == ToolKind::kDisc;
+  const double voxels = disc && voxel_mm > 0 ? scene.tool.thickness_mm / voxel_mm : kResolvedVoxels;
   if (voxels < 1) {
     doubts.push_back(
         fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): removed volume and kerf "
@@ -81,7 +83,7 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
         voxels, scene.tool.thickness_mm, voxel_mm, kResolvedVoxels, scene.tool.thickness_mm / kResolvedVoxels));
   }
   if (scene.tool.rpm == 0) {
-    doubts.emplace_back("rpm = 0: a stopped saw cuts nothing");
+    doubts.emplace_back("rpm = 0: a stopped tool cuts nothing");
   } else {
     const ForceLawInfo& law = scene.force.info();
     const double bite_mm = CalcTopBite(scene);
@@ -97,7 +99,7 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
     const SceneStroke& stroke = scene.path.strokes[i];
     const Vec3 travel = stroke.end_mm - stroke.start_mm;
     const Vec3 nhat = glm::normalize(stroke.disc_normal);
-    if (glm::length(travel) > 0 && std::abs(glm::dot(travel, nhat)) > 0.05 * glm::length(travel)) {
+    if (disc && glm::length(travel) > 0 && std::abs(glm::dot(travel, nhat)) > 0.05 * glm::length(travel)) {
       doubts.push_back(fmt::format(
           "stroke {} moves {:.3g} degrees out of the disc's plane: the flanks sweep bone away, and only the "
           "teeth have a force",

@@ -232,6 +232,28 @@ void ReadSection(TableReader& root, const char* key, Params& params, Faults& fau
   reader.Finish();
 }
 
+void ReadTool(TableReader& root, SceneTool& tool, Faults& faults) {
+  const TomlNode* table = root.Table("tool");
+  if (table == nullptr) return;
+  TableReader reader(*table, "[tool]", faults);
+  Describe(tool, reader);
+  const TomlNode* word = table->Find("shape");
+  if (word != nullptr && word->text != kToolKindWords[static_cast<std::size_t>(tool.kind)]) return;  // no such shape
+  // A key of the other shape would do nothing: rather say so.
+  const auto refuse = [&](const char* key, const auto&...) {
+    if (!reader.Has(key) || reader.Known(key)) return;
+    reader.Fault(key, fmt::format("{} is not used: shape is \"{}\"; remove it", key,
+                                  kToolKindWords[static_cast<std::size_t>(tool.kind)]));
+  };
+  SceneTool other;
+  if (tool.kind == ToolKind::kDisc) {
+    DescribeBall(other, refuse);
+  } else {
+    DescribeDisc(other, refuse);
+  }
+  reader.Finish();
+}
+
 void ReadSlab(TableReader& root, SceneSlab& slab, Faults& faults) {
   const TomlNode* table = root.Table("slab");
   if (table == nullptr) return;
@@ -280,12 +302,15 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   root("title", scene.title, kTitleLimit, "");
   ReadBoneTable(root, scene.bone, file, faults);
   ReadMaterial(root, scene.material, scene.bone, file, faults);
-  ReadSection(root, "tool", scene.tool, faults);
+  ReadTool(root, scene.tool, faults);
   ReadPath(root, scene.path, file, faults);
   ReadForce(root, scene.force, faults);
   ReadSection(root, "simulation", scene.simulation, faults);
   ReadSlab(root, scene.slab, faults);
   ReadSection(root, "output", scene.output, faults);
+  if (scene.tool.kind != ToolKind::kDisc && (scene.simulation.mode == SceneMode::kSlab || scene.slab.given)) {
+    root.Fault(scene.slab.given ? "slab" : "simulation", "slab mode is for a disc, and [tool] shape is \"ball\"");
+  }
   root.Finish();
   faults.ThrowIfAny();
 
@@ -306,14 +331,30 @@ Scene ReadScene(const std::string& file) {
   return ParseScene(ReadTextFile(file, kMaxSceneBytes), file);
 }
 
+Tool MakeTool(const Scene& scene) {
+  const SceneTool& tool = scene.tool;
+  if (tool.kind == ToolKind::kBall) {
+    return BallBurr{tool.diameter_mm, tool.flutes, tool.tooth_width_mm, 1000 * tool.E_GPa, tool.nu, tool.grip_mm};
+  }
+  return DiscSaw{tool.diameter_mm, tool.thickness_mm, tool.teeth, 1000 * tool.E_GPa, tool.nu, tool.grip_mm};
+}
+
+std::string DescribeTool(const SceneTool& tool) {
+  return tool.kind == ToolKind::kBall
+             ? fmt::format("ball burr {:g} mm, {} flutes", tool.diameter_mm, tool.flutes)
+             : fmt::format("disc {:g} x {:g} mm, {} teeth", tool.diameter_mm, tool.thickness_mm, tool.teeth);
+}
+
+DiscSaw MakeDiscSaw(const Scene& scene) {
+  if (scene.tool.kind != ToolKind::kDisc) {
+    throw Error(fmt::format("{}: this is for a disc, and [tool] shape is \"ball\"", scene.name));
+  }
+  return std::get<DiscSaw>(MakeTool(scene));
+}
+
 SimulationParams MakeSimulationParams(const Scene& scene) {
   SimulationParams params;
-  params.saw.diameter_mm = scene.tool.diameter_mm;
-  params.saw.thickness_mm = scene.tool.thickness_mm;
-  params.saw.teeth = scene.tool.teeth;
-  params.saw.E_MPa = 1000 * scene.tool.E_GPa;
-  params.saw.nu = scene.tool.nu;
-  params.saw.p_TG_mm = scene.tool.grip_mm;
+  params.tool = MakeTool(scene);
   params.law = scene.force;
   params.rim_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
   return params;
@@ -321,7 +362,7 @@ SimulationParams MakeSimulationParams(const Scene& scene) {
 
 SlabParams MakeSlabParams(const Scene& scene) {
   SlabParams params = scene.slab.params;
-  params.saw = MakeSimulationParams(scene).saw;
+  params.saw = MakeDiscSaw(scene);
   params.direction_W = glm::normalize(scene.slab.direction);
   return params;
 }

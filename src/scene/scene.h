@@ -41,10 +41,15 @@ struct SceneMaterial {
   bool ct_all = false;         // false: cancellous regions only
 };
 
+enum class ToolKind { kDisc, kBall };
+
 struct SceneTool {
-  double diameter_mm = 22;
-  double thickness_mm = 0.25;
+  ToolKind kind = ToolKind::kDisc;
+  double diameter_mm = 22;     // of the disc, 6 when a ball does not say
+  double thickness_mm = 0.25;  // this and the next: kDisc
   int teeth = 24;
+  int flutes = 8;  // this and the next: kBall
+  double tooth_width_mm = 0.5;
   double rpm = 7500;
   double E_GPa = 205;
   double nu = 0.28;
@@ -133,6 +138,11 @@ std::string ResolvedToml(const Scene& scene);
 std::string DefaultSceneToml();
 
 /// The scene's values in the library's units.
+Tool MakeTool(const Scene& scene);
+/// For people: "disc 22 x 0.25 mm, 24 teeth", "ball burr 6 mm, 8 flutes".
+std::string DescribeTool(const SceneTool& tool);
+/// For what only a disc can do. Throws Error when the tool is another.
+DiscSaw MakeDiscSaw(const Scene& scene);
 SimulationParams MakeSimulationParams(const Scene& scene);
 SlabParams MakeSlabParams(const Scene& scene);
 /// The plane of the slab: the disc's where the path starts. Throws Error when the cut direction does not lie in it, or

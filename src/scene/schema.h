@@ -61,14 +61,43 @@ void DescribeCt(SceneMaterial& p, V&& visit) {
   p.ct_all = where == "all";
 }
 
+/// The words of `shape` in [tool], in the order of ToolKind.
+inline constexpr std::array<std::string_view, 2> kToolKindWords{"disc", "ball"};
+
+/// The keys that only one kind of tool has.
 template <typename V>
-void Describe(SceneTool& p, V&& visit) {
+void DescribeDisc(SceneTool& p, V&& visit) {
   visit("diameter_mm", p.diameter_mm, Range{1, 200}, "diameter of the disc over the teeth");
   visit("thickness_mm", p.thickness_mm, Range{0.02, 10}, "thickness of the disc: the width of the kerf");
   visit("teeth", p.teeth, Range{1, 1000}, "number of teeth, evenly spaced on the rim");
+}
+template <typename V>
+void DescribeBall(SceneTool& p, V&& visit) {
+  visit("diameter_mm", p.diameter_mm, Range{0.5, 50}, "diameter of the ball");
+  visit("flutes", p.flutes, Range{1, 100}, "cutting edges from pole to pole");
+  visit("tooth_width_mm", p.tooth_width_mm, Range{0.01, 50},
+        "stretch of a flute's edge that counts as one tooth of the force law; an assumption");
+}
+
+template <typename V>
+void Describe(SceneTool& p, V&& visit) {
+  std::string shape(kToolKindWords[static_cast<std::size_t>(p.kind)]);
+  visit("shape", shape, Choices{{kToolKindWords.begin(), kToolKindWords.end()}},
+        "disc: a saw that cuts with its rim; ball: a burr that cuts all over");
+  for (std::size_t i = 0; i < kToolKindWords.size(); ++i) {
+    const auto kind = static_cast<ToolKind>(i);
+    if (shape != kToolKindWords[i] || kind == p.kind) continue;
+    p.kind = kind;
+    p.diameter_mm = kind == ToolKind::kBall ? BallBurr{}.diameter_mm : DiscSaw{}.diameter_mm;
+  }
+  if (p.kind == ToolKind::kDisc) {
+    DescribeDisc(p, visit);
+  } else {
+    DescribeBall(p, visit);
+  }
   visit("rpm", p.rpm, Range{0, 100000}, "speed of the spindle; 0: stopped, does not cut");
-  visit("E_GPa", p.E_GPa, Range{1, 1500}, "Young's modulus of the disc's steel");
-  visit("nu", p.nu, Range{0, 0.5}, "Poisson's ratio of the disc's steel");
+  visit("E_GPa", p.E_GPa, Range{1, 1500}, "Young's modulus of the tool's steel");
+  visit("nu", p.nu, Range{0, 0.5}, "Poisson's ratio of the tool's steel");
   visit("grip_mm", p.grip_mm, Range{-1000, 1000},
         "the hand's grip in the tool frame (z: spindle, x: feed); torques are about it");
 }

@@ -237,6 +237,11 @@ std::string DefaultSceneToml() {
   from_ct.ct_law_file = "laws.csv";
   from_ct.ct_calibration = "0:0.1 1000:1.2";
   WriteMaterial(ct, from_ct);
+  TomlWriter ball;
+  SceneTool burr;
+  burr.kind = ToolKind::kBall;
+  burr.diameter_mm = BallBurr{}.diameter_mm;
+  WriteSection(ball, "tool", burr);
   TomlWriter poses;
   ScenePath from_csv;
   from_csv.file = "path.csv";
@@ -245,6 +250,8 @@ std::string DefaultSceneToml() {
   text += CommentedOut(file.text() + "\n" + block.text() + "\n" + plate.text());
   text += "\n# What may stand in place of the [material] above:\n#\n";
   text += CommentedOut(uniform.text() + "\n" + ct.text());
+  text += "\n# What may stand in place of the [tool] above (without [slab], which is for a disc):\n#\n";
+  text += CommentedOut(ball.text());
   text += "\n# What may stand in place of the strokes above:\n#\n";
   text += CommentedOut(poses.text());
   TomlWriter laws;

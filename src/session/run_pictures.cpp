@@ -18,7 +18,7 @@ namespace {
 constexpr double kCloseUpMm = 34;        // height of what the close-up shows
 constexpr double kShortestBandMm = 0.4;  // thinner runs of a region join their neighbour
 
-/// Where the saw met bone first and hardest, and how it stood.
+/// Where the tool met bone first and hardest, and how it stood.
 struct Moments {
   std::size_t first = 0;  // tick of first contact
   std::size_t peak = 0;   // tick of the largest force
@@ -68,11 +68,11 @@ Camera OverviewCamera(const Bone& bone, const Vec3& cut_W) {
   return {Vec3(side >= 0 ? 0.75 : -0.75, -1, 0.55), Vec3(0, 0, 1), {}, 0};
 }
 
-/// The point of the rim that led the way at a tick.
-Vec3 LeadingPoint(const std::vector<TickRecord>& ticks, std::size_t i, const DiscSaw& saw) {
+/// The point of the tool that led the way at a tick.
+Vec3 LeadingPoint(const std::vector<TickRecord>& ticks, std::size_t i, double reach_mm) {
   const Vec3 feed = ticks[i].X_WT.p_AB - ticks[i > 0 ? i - 1 : i].X_WT.p_AB;
   const double length = glm::length(feed);
-  return ticks[i].X_WT.p_AB + (length > 0 ? saw.radius_mm() / length * feed : Vec3(0));
+  return ticks[i].X_WT.p_AB + (length > 0 ? reach_mm / length * feed : Vec3(0));
 }
 
 /// Level, in the disc's plane, away from the middle of the bone.
@@ -94,7 +94,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   const TickRecord& first = run.ticks[moments.any ? moments.first : 0];
   const TickRecord& peak = run.ticks[moments.any ? moments.peak : 0];
   const bool patient = run.scene.bone.source == BoneSource::kFile || run.scene.bone.source == BoneSource::kMandible;
-  const DiscSaw saw = MakeSimulationParams(run.scene).saw;
+  const Tool tool = MakeTool(run.scene);
   const Camera overview = OverviewCamera(run.before, peak.X_WT.p_AB);
   const std::string name = run.scene.title.empty() ? run.scene.name : run.scene.title;
   const auto write = [&](const PictureSpec& spec, const char* file) {
@@ -111,10 +111,10 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
 
   PictureSpec before = base(name + ": before the cut");
   before.shapes.push_back(ShapeOf(run.before, ExtractSurface(run.before), ColourBy::kTissue, &before.legend));
-  before.saws.push_back({saw, first.X_WT, 1});
+  before.tools.push_back({tool, first.X_WT, 1});
   before.camera = overview;
-  before.caption = fmt::format("{:.1f} cm3 of bone; disc {:g} x {:g} mm, {} teeth, at first contact",
-                               run.before.CalcVolume() / 1000, saw.diameter_mm, saw.thickness_mm, saw.teeth);
+  before.caption = fmt::format("{:.1f} cm3 of bone; {}, at first contact", run.before.CalcVolume() / 1000,
+                               DescribeTool(run.scene.tool));
   write(before, "before.png");
   before = {};
 
@@ -122,7 +122,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   PictureSpec after = base(name + ": after the cut");
   after.shapes.push_back(ShapeOf(run.after, after_mesh, ColourBy::kTissue, &after.legend));
   after.camera = overview;
-  after.fit_to_saw = false;
+  after.fit_to_tool = false;
   after.caption = fmt::format("{} separate piece{}", run.pieces.size(), run.pieces.size() == 1 ? "" : "s");
   write(after, "after.png");
 
@@ -132,21 +132,22 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   cut.legend = after.legend;
   const TickRecord& last = run.ticks[moments.any ? moments.last : 0];
   const Vec3 normal = peak.X_WT.Vector({0, 0, 1});
-  const Vec3 middle = 0.5 * (LeadingPoint(run.ticks, moments.first, saw) + LeadingPoint(run.ticks, moments.last, saw));
+  const Vec3 middle = 0.5 * (LeadingPoint(run.ticks, moments.first, CalcReach(tool)) +
+                             LeadingPoint(run.ticks, moments.last, CalcReach(tool)));
   const Vec3 across = glm::dot(normal, overview.toward_eye_W) < 0 ? -normal : normal;
   const Vec3 outward = CalcOutward(run.before, middle, normal);
   const Vec3 toward_eye = outward + 0.55 * across + Vec3(0, 0, 0.35);
   const double travel_mm = glm::length(last.X_WT.p_AB - first.X_WT.p_AB);
   cut.camera = MakeCamera(toward_eye, UpNotAlong(toward_eye), middle, std::clamp(travel_mm + 12, 16.0, 48.0));
-  cut.saws.push_back({saw, peak.X_WT, 1});
+  cut.tools.push_back({tool, peak.X_WT, 1});
   const double peak_N = glm::length(peak.out.f_T_W_N);
   if (peak_N > 0) {
-    const Vec3 tail = LeadingPoint(run.ticks, moments.peak, saw);
+    const Vec3 tail = LeadingPoint(run.ticks, moments.peak, CalcReach(tool));
     const Vec3 tip = tail + peak.out.f_T_W_N / peak_N * 8.0;
     cut.arrows.push_back({tail, tip, kForceColour, fmt::format("{:.1f} N", peak_N)});
   }
   cut.caption = fmt::format(
-      "bone after the cut; saw and force on it (from its leading edge) when that was largest: {:.1f} N at {:.2f} s",
+      "bone after the cut; tool and force on it (from its leading edge) when that was largest: {:.1f} N at {:.2f} s",
       peak_N, peak.time_s);
   if (moments.any) write(cut, "cut.png");
   cut = {};
@@ -215,7 +216,7 @@ constexpr Rgb8 kBandColours[] = {{252, 232, 205}, {219, 234, 245}, {222, 240, 22
 
 PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name) {
   PlotSpec plot;
-  plot.title = name + ": force on the saw";
+  plot.title = name + ": force on the tool";
   plot.x.label = "travel along the feed since first contact (mm); for a plunge, the depth";
   plot.y.label = "force (N)";
   plot.y.lower = 0;

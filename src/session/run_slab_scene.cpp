@@ -52,13 +52,13 @@ PictureSpec MakeSlabPicture(const Scene& scene, const SlabParts& parts, const Sl
   spec.shapes.push_back(Moved(ExtractSurface(parts.left), kPartColours[0], summary.end.left_mm * d));
   spec.shapes.push_back(Moved(parts.slice_surface_W, kPartColours[1], SliceTravel(summary) * d));
   spec.shapes.push_back(Moved(ExtractSurface(parts.right), kPartColours[2], summary.end.right_mm * d));
-  spec.saws.push_back({params.saw, X_WT_last, 1});
+  spec.tools.push_back({params.saw, X_WT_last, 1});
   spec.legend = {{"left segment", kPartColours[0]}, {"slice", kPartColours[1]}, {"right segment", kPartColours[2]}};
   const Vec3 normal = X_WT_last.Vector({0, 0, 1});
   const Vec3 across = glm::cross(normal, d);
   const Vec3 up(0, 0, 1);
   spec.camera = {0.8 * normal + across + 0.4 * up, up, {}, 0};
-  spec.fit_to_saw = false;
+  spec.fit_to_tool = false;
   spec.caption = summary.end.free ? fmt::format("the slice came free after {:.1f} mm, at {:.2f} s",
                                                 summary.profile.end_mm, summary.free_at_s.value_or(0))
                                   : fmt::format("the slice was moved {:.1f} mm of the {:.1f} mm that free it",

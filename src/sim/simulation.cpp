@@ -41,20 +41,22 @@ struct Simulation::State {
   State(Bone the_bone, const SimulationParams& the_params, const Pose& X_WT_start)
       : bone(std::move(the_bone)),
         params(the_params),
-        rim(params.saw, MakeToothForce(params.law, params.saw), MakeRimMaterials(bone.materials(), params.saw),
+        saw(std::get<DiscSaw>(params.tool)),
+        rim(saw, MakeToothForce(params.law, saw), MakeRimMaterials(bone.materials(), saw),
             params.rim_samples_per_pitch),
-        cutter(bone, params.saw),
+        cutter(bone, saw),
         X_WT(X_WT_start) {}
 
   Bone bone;
   SimulationParams params;
+  DiscSaw saw;
   Rim rim;
   Cutter cutter;
   Pose X_WT;  // last good pose
 };
 
 Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start) {
-  params.saw.Validate();
+  Validate(params.tool);
   if (params.rim_samples_per_pitch < 1 || params.rim_samples_per_pitch > 256) {
     throw Error("rim_samples_per_pitch is out of range; valid range 1 to 256");
   }
@@ -92,12 +94,12 @@ TickOutput Simulation::Tick(const TickInput& in) {
     return out;
   }
   const Pose X_from = std::exchange(s.X_WT, in.X_WT);
-  const double passes_per_s = s.params.saw.teeth * std::abs(in.rpm) / 60;
+  const double passes_per_s = s.saw.teeth * std::abs(in.rpm) / 60;
   if (passes_per_s == 0) {
     out.status = kTickSpindleStopped;
     return out;
   }
-  double substeps = CountSubsteps(X_from, in.X_WT, s.params.saw, s.bone.voxel_mm());
+  double substeps = CountSubsteps(X_from, in.X_WT, s.saw, s.bone.voxel_mm());
   if (substeps > kMaxSubsteps) {
     out.status |= kTickSubstepsLimited;
     substeps = kMaxSubsteps;
@@ -114,7 +116,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
     const RimLoad load = s.rim.CalcLoad(s.bone, X_a, v_T, passes_per_s);
     out.f_T_W_N += X_a.Vector(load.f_T_N);
-    out.tau_TG_W_Nmm += X_a.Vector(glm::cross(-s.params.saw.p_TG_mm, load.f_T_N));
+    out.tau_TG_W_Nmm += X_a.Vector(glm::cross(-s.saw.p_TG_mm, load.f_T_N));
     out.thrust_sum_N += load.thrust_sum_N;
     out.engaged_teeth += load.engaged_teeth;
     E_sum_MPa += load.E_sum_MPa;

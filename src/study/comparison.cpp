@@ -307,7 +307,7 @@ Comparison CompareScene(const Scene& scene, const CompareParams& params, const C
   c.rate_hz = scene.simulation.rate_hz;
   c.feed_mm_per_s = path.CalcTopSpeed();
   c.rpm = scene.tool.rpm;
-  c.saw = MakeSimulationParams(scene).saw;
+  c.saw = MakeDiscSaw(scene);
   c.direction_W = glm::normalize(scene.slab.direction);
   c.profile = MakeSlabProfile(scene, bone);
   c.slab = MakeSlabParams(scene);

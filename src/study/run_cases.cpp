@@ -44,6 +44,7 @@ CaseRun RunVoxelCase(const CompareCase& what, const Scene& scene, const Bone& bo
   const Path path = MakePath(scene);
   SimulationParams params = MakeSimulationParams(scene);
   params.law = what.law;
+  const double radius_mm = 0.5 * scene.tool.diameter_mm;
   const double rate_hz = scene.simulation.rate_hz;
   const RunResult run = RunPath(bone, params, path, rate_hz, scene.tool.rpm, progress);
   const Vec3 d = glm::normalize(scene.slab.direction);
@@ -55,9 +56,7 @@ CaseRun RunVoxelCase(const CompareCase& what, const Scene& scene, const Bone& bo
     const PathSegment& stretch = path.segments()[t.segment];
     const Pose before = goes_on ? run.ticks[i - 1].X_WT : path.CalcPose(t.segment, stretch.start_s);
     // A tick's force is the mean over the tick: it belongs to the middle of the way.
-    const double depth =
-        0.5 * (CalcReach(before, params.saw.radius_mm(), d) + CalcReach(t.X_WT, params.saw.radius_mm(), d)) -
-        profile.entry_mm;
+    const double depth = 0.5 * (CalcReach(before, radius_mm, d) + CalcReach(t.X_WT, radius_mm, d)) - profile.entry_mm;
     result.samples.push_back(MakeSample(depth, t.out, d));
   }
   result.times = run.times;

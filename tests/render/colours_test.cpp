@@ -50,7 +50,9 @@ TEST_F(SlottedPlate, SurfaceShowsTheTissueBelowItUpToTheLayersEdge) {
 TEST_F(SlottedPlate, FacesOfACutShowTheLayersInside) {
   const Pose X{{std::sqrt(0.5), 0, std::sqrt(0.5), 0}, {0, 0, 3}};  // disc across x, reaching down to z = -8
   SimulationParams params;
-  params.saw.thickness_mm = 1;
+  DiscSaw thick;
+  thick.thickness_mm = 1;
+  params.tool = thick;
   Pose start = X;
   start.p_AB.z += 12;
   Simulation simulation(MakePlate(), params, start);

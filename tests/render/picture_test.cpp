@@ -251,7 +251,7 @@ TEST_F(Picture, ScaleBarIsAsLongAsItSays) {
 
 TEST_F(Picture, SameSpecGivesTheSamePixels) {
   PictureSpec spec = MakeBareSpec(MakeSphere(10, Vec3{0}), kBoneColour);
-  spec.saws.push_back({});
+  spec.tools.push_back({});
   spec.title = "again";
   EXPECT_EQ(RenderPicture(spec).pixels, RenderPicture(spec).pixels);
 }
@@ -322,7 +322,7 @@ TEST(SawMesh, IsClosedAndHasItsDiameterThicknessAndTeeth) {
   saw.diameter_mm = 30;
   saw.thickness_mm = 0.6;
   saw.teeth = 36;
-  const TriangleMesh mesh = MakeSawMesh(saw);
+  const TriangleMesh mesh = MakeToolMesh(saw);
   EXPECT_EQ(CountOpenEdges(mesh), 0u);
   EXPECT_GT(CalcEnclosedVolume(mesh), 0.6 * M_PI * 15 * 15 * 0.8);
   std::set<long> tips;
@@ -337,6 +337,24 @@ TEST(SawMesh, IsClosedAndHasItsDiameterThicknessAndTeeth) {
   }
   EXPECT_NEAR(largest, 15, 1e-9);
   EXPECT_EQ(tips.size(), 36u);
+}
+
+TEST(BallMesh, IsClosedAndHasItsDiameterAndAsManyEdgesAsFlutes) {
+  BallBurr ball;
+  ball.flutes = 6;
+  const TriangleMesh mesh = MakeToolMesh(ball);
+  EXPECT_EQ(CountOpenEdges(mesh), 0u);
+  // The grooves take less than an eighth off the radius; the shank's end lies beyond the ball.
+  const double sphere = 4.0 / 3.0 * M_PI * 27;
+  EXPECT_GT(CalcEnclosedVolume(mesh), sphere * 0.875 * 0.875 * 0.875);
+  std::set<long> edges;
+  for (const Vec3& p : mesh.points) {
+    if (std::abs(p.z) < 1e-9) {
+      EXPECT_LE(glm::length(p), 3 + 1e-9);
+      if (glm::length(p) > 3 - 1e-9) edges.insert(std::lround(std::atan2(p.y, p.x) * 1e6));
+    }
+  }
+  EXPECT_EQ(edges.size(), 6u);
 }
 
 }  // namespace

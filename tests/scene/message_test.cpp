@@ -55,6 +55,10 @@ INSTANTIATE_TEST_SUITE_P(
             "TextInVector", test::ShortScene() + "[tool]\ngrip_mm = [0, 0, \"z\"]\n",
             "s.toml:9:18: grip_mm[2] = \"z\" is a text; grip_mm must be a list of three numbers [x, y, z] from -1000 "
             "to 1000 mm"},
+        Mistake{"KeyOfAnotherTool", test::ShortScene() + "[tool]\nshape = \"ball\"\nteeth = 24\n",
+                "s.toml:10:1: teeth is not used: shape is \"ball\"; remove it"},
+        Mistake{"SlabOfABall", test::ShortScene() + "[tool]\nshape = \"ball\"\n[simulation]\nmode = \"slab\"\n",
+                "s.toml:10:2: slab mode is for a disc, and [tool] shape is \"ball\""},
         Mistake{"KeyOfAnotherLaw", test::ShortScene() + "[force]\ncontact_share_of_pitch = 0.02\n",
                 "s.toml:9:1: contact_share_of_pitch is not used: it belongs to hertz_constant_bite and the law is "
                 "hertz_chip; remove it"},

@@ -200,8 +200,22 @@ TEST(SceneRange, SawOfTheSceneAtItsEndsIsValidForTheTool) {
   for (const char* text : {"diameter_mm = 1", "diameter_mm = 200", "thickness_mm = 0.02", "thickness_mm = 10",
                            "teeth = 1", "teeth = 1000", "E_GPa = 1", "E_GPa = 1500", "nu = 0", "nu = 0.5"}) {
     const Scene scene = ParseScene(test::ShortScene() + "[tool]\n" + text + "\n", "s.toml");
-    EXPECT_NO_THROW(MakeSimulationParams(scene).saw.Validate()) << text;
+    EXPECT_NO_THROW(Validate(MakeSimulationParams(scene).tool)) << text;
   }
+}
+
+TEST(SceneRange, BallOfTheSceneAtItsEndsIsValidForTheTool) {
+  for (const char* text : {"diameter_mm = 0.5", "diameter_mm = 50", "flutes = 1", "flutes = 100",
+                           "tooth_width_mm = 0.01", "tooth_width_mm = 50", "E_GPa = 1", "nu = 0.5"}) {
+    const Scene scene = ParseScene(test::ShortScene() + "[tool]\nshape = \"ball\"\n" + text + "\n", "s.toml");
+    EXPECT_NO_THROW(Validate(MakeTool(scene))) << text;
+  }
+}
+
+TEST(SceneRange, BallHasADiameterOfItsOwnUnlessToldOtherwise) {
+  EXPECT_EQ(CalcReach(MakeTool(ParseScene(test::ShortScene() + "[tool]\nshape = \"ball\"\n", "s.toml"))), 3);
+  EXPECT_EQ(
+      CalcReach(MakeTool(ParseScene(test::ShortScene() + "[tool]\ndiameter_mm = 8\nshape = \"ball\"\n", "s.toml"))), 4);
 }
 
 }  // namespace

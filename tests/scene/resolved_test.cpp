@@ -118,6 +118,10 @@ Scene RandomScene(std::mt19937& random) {
   scene.slab.given = random() % 2 == 0;
   Describe(scene.slab, randomize);
   if (!scene.slab.params.segments_move) scene.slab.hold = SlabBody::kSlice;
+  if (scene.tool.kind == ToolKind::kBall) {  // the slab is a disc's
+    scene.slab.given = false;
+    scene.simulation.mode = SceneMode::kVoxel;
+  }
   Describe(scene.output, randomize);
   return scene;
 }

@@ -58,10 +58,7 @@ std::vector<Vec3> MakeToothedCircle(const DiscSaw& saw) {
   return outline;
 }
 
-}  // namespace
-
-TriangleMesh MakeSawMesh(const DiscSaw& saw) {
-  saw.Validate();
+TriangleMesh MakeDiscMesh(const DiscSaw& saw) {
   TriangleMesh mesh;
   const double half = 0.5 * saw.thickness_mm;
   AddPrism(MakeToothedCircle(saw), -half, half, mesh);
@@ -73,6 +70,53 @@ TriangleMesh MakeSawMesh(const DiscSaw& saw) {
   AddPrism(MakeCircle(flange, 64), half, half + flange_height, mesh);
   AddPrism(MakeCircle(0.6 * flange, 64), half + flange_height, half + flange_height + 1.1 * radius, mesh);
   return mesh;
+}
+
+// A sphere with grooves between its flutes, twisted a little as real ones are, and a short end of the shank.
+TriangleMesh MakeBallMesh(const BallBurr& ball) {
+  constexpr int kParallels = 48;
+  constexpr double kGroove = 0.12;  // depth, of the radius
+  constexpr double kTwist = 0.6;    // rad from pole to pole
+  const int meridians = 12 * std::max(4, ball.flutes);
+  const double radius = ball.radius_mm();
+  TriangleMesh mesh;
+  for (int j = 1; j < kParallels; ++j) {
+    const double colatitude = kPi * j / kParallels;
+    for (int i = 0; i < meridians; ++i) {
+      const double longitude = 2 * kPi * i / meridians;
+      const double phase = ball.flutes * (longitude - kTwist * j / kParallels) / (2 * kPi);
+      // A sharp edge in front, sloping off behind it; the grooves run out towards the poles.
+      const double groove = kGroove * std::sin(colatitude) * (phase - std::floor(phase));
+      const double r = radius * (1 - groove);
+      mesh.points.emplace_back(r * std::sin(colatitude) * std::cos(longitude),
+                               r * std::sin(colatitude) * std::sin(longitude), r * std::cos(colatitude));
+    }
+  }
+  const auto top = static_cast<std::uint32_t>(mesh.points.size());
+  mesh.points.emplace_back(0, 0, radius);
+  mesh.points.emplace_back(0, 0, -radius);
+  const auto n = static_cast<std::uint32_t>(meridians);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t next = (i + 1) % n;
+    mesh.triangles.push_back({top, i, next});
+    for (std::uint32_t j = 0; j + 2 < kParallels; ++j) {
+      const std::uint32_t a = j * n;
+      mesh.triangles.push_back({a + i, a + n + i, a + n + next});
+      mesh.triangles.push_back({a + i, a + n + next, a + next});
+    }
+    const std::uint32_t last = (kParallels - 2) * n;
+    mesh.triangles.push_back({top + 1, last + next, last + i});
+  }
+  AddPrism(MakeCircle(0.45 * radius, 48), 0.85 * radius, 4 * radius, mesh);
+  return mesh;
+}
+
+}  // namespace
+
+TriangleMesh MakeToolMesh(const Tool& tool) {
+  Validate(tool);
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) return MakeDiscMesh(*disc);
+  return MakeBallMesh(std::get<BallBurr>(tool));
 }
 
 }  // namespace kerf
