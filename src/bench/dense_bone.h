@@ -1,0 +1,89 @@
+// The bone as a plain array, cut by brute force: what the fast path is compared with, in its results and in its time.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "kerf/bone.h"
+#include "kerf/geometry.h"
+#include "kerf/tool.h"
+
+namespace kerf {
+
+/// How far two descriptions of one bone are apart.
+struct DenseDifference {
+  double max_phi_mm = 0;     // largest difference of phi at a voxel
+  double volume_mm3 = 0;     // of the volumes by occupancy, other less dense
+  std::uint64_t voxels = 0;  // with any difference
+};
+
+/// phi in a box, a float for each voxel, z fastest. One thread, no cleverness.
+class DenseBone {
+ public:
+  /// Copies the voxels whose centres lie in `box_W`. Throws Error when they are none or more than 2^31.
+  DenseBone(const Bone& bone, const Box3& box_W);
+
+  double voxel_mm() const { return voxel_mm_; }
+  const std::array<int, 3>& lowest() const { return lowest_; }  // index of the first voxel: its centre / voxel_mm
+  const std::array<int, 3>& size() const { return size_; }
+  /// phi, mm, by index; the index must be in the box.
+  float at(int x, int y, int z) const { return phi_[Row(x, y) + static_cast<std::size_t>(z - lowest_[2])]; }
+
+  /// phi <- max(phi, -distance) for every voxel in `box_W`. `distance(p_W)`: signed distance to what is taken away, mm,
+  /// negative inside.
+  template <typename Distance>
+  void Cut(const Box3& box_W, Distance&& distance) {
+    std::array<int, 3> first;
+    std::array<int, 3> last;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double lower = std::clamp(box_W.lower[axis] / voxel_mm_, -1e9, 1e9);
+      const double upper = std::clamp(box_W.upper[axis] / voxel_mm_, -1e9, 1e9);
+      first[axis] = std::max(lowest_[axis], static_cast<int>(std::floor(lower)));
+      last[axis] = std::min(lowest_[axis] + size_[axis] - 1, static_cast<int>(std::ceil(upper)));
+    }
+    for (int x = first[0]; x <= last[0]; ++x) {
+      for (int y = first[1]; y <= last[1]; ++y) {
+        float* row = &phi_[Row(x, y)];
+        for (int z = first[2]; z <= last[2]; ++z) {
+          const double d = distance(Vec3(x, y, z) * voxel_mm_);
+          float& phi = row[z - lowest_[2]];
+          phi = std::max(phi, static_cast<float>(std::min(-d, band_mm_)));
+        }
+      }
+    }
+  }
+
+  /// Takes away all of the tool on a straight way from X_from to X_to. A disc has the orientation of X_to and moves in
+  /// its own plane: the part of the way along its spindle is left to the caller's sub-steps, as in Cutter.
+  void Cut(const Tool& tool, const Pose& X_from, const Pose& X_to);
+
+  /// Sum of clamp(1/2 - phi/h, 0, 1) h^3 over the box.
+  double CalcOccupancy_mm3() const;
+  /// With the same voxels of a bone on the same grid.
+  DenseDifference Compare(const Bone& other) const;
+  std::size_t CalcMemoryBytes() const { return phi_.capacity() * sizeof(float); }
+
+ private:
+  std::size_t Row(int x, int y) const {
+    return (static_cast<std::size_t>(x - lowest_[0]) * static_cast<std::size_t>(size_[1]) +
+            static_cast<std::size_t>(y - lowest_[1])) *
+           static_cast<std::size_t>(size_[2]);
+  }
+
+  double voxel_mm_;
+  double band_mm_;
+  std::array<int, 3> lowest_{};
+  std::array<int, 3> size_{};
+  std::vector<float> phi_;
+};
+
+/// Distance to a straight way of a ball from `from_W` to `to_W`, mm: a capsule.
+double CalcBallSweepDistance(const Vec3& p_W, const Vec3& from_W, const Vec3& to_W, double radius_mm);
+/// Distance to a disc that moves in its own plane from the centre of X_from, brought into the plane of X_to, to X_to.
+double CalcDiscSweepDistance(const Vec3& p_W, const Pose& X_from, const Pose& X_to, double radius_mm,
+                             double thickness_mm);
+
+}  // namespace kerf
