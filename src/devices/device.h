@@ -16,8 +16,11 @@ struct DeviceProfile {
   double peak_force_N = 12;
   double continuous_force_N = 0;
   double peak_torque_Nmm = 0;  // 0: none
+  double continuous_torque_Nmm = 0;
   double max_stiffness_N_per_mm = 5;
   double max_damping_Ns_per_mm = 0.03;
+  double max_torsion_Nmm_per_rad = 0;
+  double max_torsion_damping_Nmms = 0;
   double resolution_mm = 0.01;  // of the handle's position
   double workspace_radius_mm = 75;
   double friction_N = 0;                // that the hand feels when it is driven back
@@ -31,12 +34,14 @@ struct DeviceSample {
   std::uint32_t buttons = 0;
 };
 
-/// Both calls are made from the loop, once a tick, and must be back within a fraction of it; neither allocates. False:
-/// the device has failed.
+/// Elapse, Read and Write are called from the loop, once a tick and in this order, and must be back within a fraction
+/// of it; none allocates. False: the device has failed.
 class Device {
  public:
   virtual ~Device() = default;
   virtual const DeviceProfile& profile() const = 0;
+  /// How long ago the last tick was, s. Only a simulated device needs to be told.
+  virtual void Elapse(double /*dt_s*/) noexcept {}
   virtual bool Read(DeviceSample& sample) noexcept = 0;
   /// Force and torque on the hand.
   virtual bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept = 0;

@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 
+#include "core/csv.h"
 #include "core/nearest_name.h"
 #include "ct_laws_csv.h"
 #include "kerf/error.h"
-#include "material/csv.h"
 
 namespace kerf {
 namespace {

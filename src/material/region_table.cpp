@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/csv.h"
 #include "kerf/error.h"
 #include "mandible_regions_csv.h"
-#include "material/csv.h"
 
 namespace kerf {
 namespace {

@@ -1,4 +1,4 @@
-// Tables of this folder as text: a header, a row a line, every fault told with its line.
+// Tables as text: a header, a row a line, every fault told with its line.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-#include "material/csv.h"
+#include "core/csv.h"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,45 @@
+#include "haptics/coupling_limits.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace kerf {
+
+CouplingLimits CalcCouplingLimits(const DeviceProfile& profile, const HandModel& hand, const CouplingParams& coupling,
+                                  double force_scale, double torque_scale, double dt_s, int delay_ticks) {
+  const auto of_sim = [](double device, double scale) {
+    return device > 0 && scale > 0 ? device / scale : std::numeric_limits<double>::infinity();
+  };
+  CouplingLimits limits;
+  limits.force_scale = force_scale;
+  limits.torque_scale = torque_scale;
+  limits.stiffness_N_per_mm = of_sim(profile.max_stiffness_N_per_mm, force_scale);
+  limits.damping_Ns_per_mm = of_sim(profile.max_damping_Ns_per_mm, force_scale);
+  limits.torsion_Nmm_per_rad = of_sim(profile.max_torsion_Nmm_per_rad, torque_scale);
+  limits.torsion_damping_Nmms = of_sim(profile.max_torsion_damping_Nmms, torque_scale);
+  const double b = profile.own_damping_Ns_per_mm + hand.damping_Ns_per_mm;
+  const double B = force_scale * coupling.damping_Ns_per_mm;
+  limits.sampled_stiffness_N_per_mm = 2 * (b + B) / (dt_s * (1 + 2 * delay_ticks)) / force_scale;
+  limits.quantum_stiffness_N_per_mm = profile.resolution_mm > 0
+                                          ? 2 * profile.friction_N / profile.resolution_mm / force_scale
+                                          : std::numeric_limits<double>::infinity();
+  limits.step_N = coupling.stiffness_N_per_mm * profile.resolution_mm;
+  return limits;
+}
+
+CouplingParams LimitCoupling(CouplingParams coupling, const CouplingLimits& limits, bool* changed) {
+  bool any = false;
+  const auto lower = [&any](double& value, double limit) {
+    if (value <= limit) return;
+    value = limit;
+    any = true;
+  };
+  lower(coupling.stiffness_N_per_mm, limits.stiffness_N_per_mm);
+  lower(coupling.damping_Ns_per_mm, limits.damping_Ns_per_mm);
+  lower(coupling.torsion_Nmm_per_rad, limits.torsion_Nmm_per_rad);
+  lower(coupling.torsion_damping_Nmms, limits.torsion_damping_Nmms);
+  if (changed != nullptr) *changed = any;
+  return coupling;
+}
+
+}  // namespace kerf

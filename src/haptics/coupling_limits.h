@@ -1,0 +1,36 @@
+// How stiff a coupling a device bears.
+#pragma once
+
+#include "devices/device.h"
+#include "devices/hand.h"
+#include "kerf/coupled.h"
+
+namespace kerf {
+
+/// All stiffness and damping in the simulation's newtons: the device feels them times force_scale.
+struct CouplingLimits {
+  double force_scale = 1;  // device N per simulation N
+  double torque_scale = 0;
+  double stiffness_N_per_mm = 0;  // most that the profile allows; infinite when it says nothing
+  double damping_Ns_per_mm = 0;
+  double torsion_Nmm_per_rad = 0;
+  double torsion_damping_Nmms = 0;
+  /// Stable with this hand on the device while K < 2 (b + B) / (T + 2 t_d): b of device and hand, B of the coupling,
+  /// t_d delay besides the tick's own (Gil, Hulin et al.; for small B).
+  double sampled_stiffness_N_per_mm = 0;
+  /// No limit cycle from the encoder's steps while K <= 2 f_c / Delta: f_c friction of the device (Abbott and Okamura
+  /// 2005). 0 without friction: damping alone must do.
+  double quantum_stiffness_N_per_mm = 0;
+  double step_N =
+      0;  // force of one step of the encoder, at the coupling's stiffness: what noise has to be held against
+};
+
+/// Tick dt_s, delay in ticks beyond it.
+CouplingLimits CalcCouplingLimits(const DeviceProfile& profile, const HandModel& hand, const CouplingParams& coupling,
+                                  double force_scale, double torque_scale, double dt_s, int delay_ticks = 0);
+
+/// The coupling with its stiffness and damping lowered to what the profile allows, where they are above. `changed` (may
+/// be null) tells whether any was.
+CouplingParams LimitCoupling(CouplingParams coupling, const CouplingLimits& limits, bool* changed = nullptr);
+
+}  // namespace kerf

@@ -1,0 +1,83 @@
+#include "haptics/haptic_step.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kTurningQuantum_rad = 1e-4;  // of a sensed orientation: 0.006 degrees, finer than any gimbal's
+
+bool IsFinite(const Vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+/// The rotation from a to b, world frame, rad.
+Vec3 CalcTurn(const Quat& a, const Quat& b) {
+  Quat q = b * glm::conjugate(a);
+  if (q.w < 0) q = -q;
+  const Vec3 axis(q.x, q.y, q.z);
+  const double sine = glm::length(axis);
+  return sine > 1e-12 ? axis * (2 * std::atan2(sine, q.w) / sine) : 2.0 * axis;
+}
+
+}  // namespace
+
+HapticStep::HapticStep(CoupledSimulation& simulation, const DeviceProfile& profile, const ForceMapParams& force_map)
+    : simulation_(&simulation),
+      force_map_(profile, force_map),
+      velocity_(profile.resolution_mm > 0 ? profile.resolution_mm : 1e-9),
+      turning_(kTurningQuantum_rad) {}
+
+HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, TickObserver* observer) {
+  HapticStepOutput out;
+  device.Elapse(in.dt_s);
+  if (in.force_off) out.faults |= kHapticForceOff;
+  if (write_failed_) out.faults |= kHapticWriteFailed;  // of the last tick: so that the force is ramped in again
+
+  DeviceSample sample;
+  const bool read = device.Read(sample);
+  const bool good = read && IsValid(sample.X_WH) && IsInWorld(sample.X_WH.p_AB);
+  if (!read) {
+    out.faults |= kHapticReadFailed;
+    ++counts_.read_failed;
+  } else if (!good) {
+    out.faults |= kHapticBadSample;
+    ++counts_.bad_samples;
+  }
+  if (good) {
+    const Vec3& p_TC = simulation_->params().coupling.p_TC_mm;
+    if (has_sample_) turned_W_rad_ += CalcTurn(sample_.X_WH.R_AB, sample.X_WH.R_AB);
+    velocity_.Update(sample.X_WH.Point(p_TC), in.dt_s);
+    turning_.Update(turned_W_rad_, in.dt_s);
+    sample_ = sample;
+    has_sample_ = true;
+  } else {
+    // After a gap the next sample would look like a leap at great speed.
+    velocity_.Reset();
+    turning_.Reset();
+  }
+  out.sample = sample_;
+  out.v_H_W_mm_per_s = velocity_.velocity_mm_per_s();
+
+  if (good) {
+    CoupledInput tick;
+    tick.X_WH = sample_.X_WH;
+    tick.v_H_W_mm_per_s = velocity_.velocity_mm_per_s();
+    tick.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // here rad / s
+    tick.dt_s = in.dt_s;
+    tick.rpm = in.rpm;
+    out.coupled = simulation_->Tick(tick, observer);
+    const bool finite = IsFinite(out.coupled.f_H_W_N) && IsFinite(out.coupled.tau_H_W_Nmm);
+    if (!finite || (out.coupled.status & kCoupledBadPose) != 0) {
+      out.faults |= kHapticBadForce;
+      ++counts_.bad_forces;
+    }
+  }
+  out.force = force_map_.Calc(out.coupled.f_H_W_N, out.coupled.tau_H_W_Nmm, in.dt_s, out.faults != kHapticOk);
+  write_failed_ = !device.Write(out.force.f_H_W_N, out.force.tau_H_W_Nmm);
+  if (write_failed_) {
+    out.faults |= kHapticWriteFailed;
+    ++counts_.write_failed;
+  }
+  return out;
+}
+
+}  // namespace kerf

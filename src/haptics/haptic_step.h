@@ -1,0 +1,69 @@
+// One tick from the device's handle to the device's motors. It has no clock and no thread: the loop gives the time.
+#pragma once
+
+#include <cstdint>
+
+#include "devices/device.h"
+#include "devices/velocity.h"
+#include "haptics/force_map.h"
+#include "kerf/coupled.h"
+
+namespace kerf {
+
+struct HapticStepInput {
+  double dt_s = 0.001;  // since the last step: what the simulation moves on by
+  double rpm = 7500;    // of the spindle
+  bool force_off =
+      false;  // the watchdog has bitten, or the operator wants no force: zero at once, ramped in afterwards
+};
+
+/// Bits of HapticStepOutput::faults: why there is no force in this tick.
+enum HapticFault : std::uint32_t {
+  kHapticOk = 0,
+  kHapticForceOff = 1u << 0,     // told so
+  kHapticReadFailed = 1u << 1,   // the simulation stands still meanwhile
+  kHapticBadSample = 1u << 2,    // the device gave a pose that is none: the last good one is held
+  kHapticWriteFailed = 1u << 3,  // the force of this tick did not reach the device
+  kHapticBadForce = 1u << 4,     // the simulation gave a force that is none
+};
+
+struct HapticStepOutput {
+  DeviceSample sample;  // the last good one
+  Vec3 v_H_W_mm_per_s{0};
+  CoupledOutput coupled;
+  ForceMapOutput force;
+  std::uint32_t faults = kHapticOk;
+};
+
+/// Reads the device, estimates the handle's velocity, steps the simulation, maps the force and writes it. Any fault
+/// gives zero force in the same tick and lets it come back by the ramp.
+class HapticStep {
+ public:
+  /// The simulation must outlive it. Throws Error naming the first value out of range.
+  HapticStep(CoupledSimulation& simulation, const DeviceProfile& profile, const ForceMapParams& force_map = {});
+
+  /// Tick-safe.
+  HapticStepOutput Step(Device& device, const HapticStepInput& in, TickObserver* observer = nullptr);
+
+  const ForceMap& force_map() const { return force_map_; }
+  struct Counts {
+    std::uint64_t read_failed = 0;
+    std::uint64_t write_failed = 0;
+    std::uint64_t bad_samples = 0;
+    std::uint64_t bad_forces = 0;
+  };
+  const Counts& counts() const { return counts_; }
+
+ private:
+  CoupledSimulation* simulation_;
+  ForceMap force_map_;
+  AdaptiveVelocity velocity_;
+  AdaptiveVelocity turning_;
+  Vec3 turned_W_rad_{0};  // sum of the small rotations of the handle, for turning_
+  DeviceSample sample_;
+  bool has_sample_ = false;
+  bool write_failed_ = false;
+  Counts counts_;
+};
+
+}  // namespace kerf
