@@ -6,17 +6,10 @@
 #include <memory>
 #include <span>
 
+#include "bone/leaf_table.h"
 #include "kerf/bone.h"
 
 namespace kerf {
-
-/// Number of a leaf: of 8 x 8 x 8 voxels, along each axis the voxel's index divided by 8, rounded down.
-struct LeafIndex {
-  int x = 0;
-  int y = 0;
-  int z = 0;
-  bool operator==(const LeafIndex&) const = default;
-};
 
 /// A window on a Bone's grids for the time of a simulation.
 ///
@@ -31,7 +24,7 @@ class BoneField {
 
   /// The bone must outlive the field; nothing else may change its grids meanwhile. `spare_leaves`: how many leaves of
   /// pure bone can be cut into before Refill() (2 kB each; a disc of 22 mm opens about 500 a second at 5 mm/s and 0.1
-  /// mm). Allocates.
+  /// mm). Allocates. The bone's own values stay as they are.
   explicit BoneField(Bone& bone, int spare_leaves = 4096);
   ~BoneField();
   BoneField(BoneField&&) noexcept;
@@ -53,19 +46,26 @@ class BoneField {
   Vec3 SampleGradient(const Vec3& p_vox) const;
   /// Region of the nearest voxel; 0: none.
   int RegionAt(const Vec3& p_W) const;
-  /// Calls visit(region, weight) for the region voxels around a point: see ForEachRegionAround in bone/grids.h.
-  /// E* and E there come from the caller's tables.
+  double region_voxel_mm() const;
   struct RegionShare {
     int region;
     double weight;
   };
-  /// Fills `shares` (at most 8, one a voxel) and returns how many; weights are not normalised. Tick-safe.
+  /// The regions of the eight region voxels around a point and their shares by trilinear interpolation, as
+  /// ForEachRegionAround() in bone/grids.h: fills `shares` (one a voxel that has a region) and returns how many.
+  /// Weights are not normalised. E* and E there come from the caller's tables.
   int FindRegions(const Vec3& p_W, std::array<RegionShare, 8>& shares) const;
-  /// E from the CT at a point, MPa; 0 where the bone has none there. Tick-safe.
+  /// E from the CT at a point, MPa; 0 where the bone has none there.
   double ModulusAt(const Vec3& p_W) const;
+  /// Whether E of a region, 0 to 255, is from the CT where there is one.
+  bool by_modulus(int region) const;
+
+  // ---- the table: the bone's box in leaves with one leaf around it, all outside
+  const LeafIndex& first_leaf() const;
+  const LeafIndex& leaf_count() const;  // along each axis
 
   // ---- writing: tick-safe
-  /// The leaf's own values to write to, null when the spare leaves are used up. Not for outside leaves. Marks it
+  /// The leaf's own values to write to, null when the spare leaves are used up or the leaf is outside. Marks it
   /// changed.
   float* Write(const LeafIndex& leaf);
   /// Leaves marked since the last ClearChanged(), each once, in the order of the first mark.
@@ -74,8 +74,10 @@ class BoneField {
   int spare_leaves() const;
 
   // ---- between ticks: may allocate
+  /// Sets leaves aside until there are so many.
   void Refill(int spare_leaves);
   /// Makes the grids' bookkeeping (active voxels, emptied leaves) true again after writing; the values always are.
+  /// Emptied leaves are spare again; pointers from Read() and Write() are good no longer.
   void Settle();
   std::size_t CalcMemoryBytes() const;  // of the table and the spare leaves, not of the bone
 

@@ -1,0 +1,302 @@
+#include "bone/field.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "bone/grids.h"
+
+namespace kerf {
+namespace {
+
+using openvdb::Coord;
+using FloatTree = openvdb::FloatTree;
+using FloatLeaf = FloatTree::LeafNodeType;
+
+constexpr int kLeafEdge = 8;
+constexpr std::uint8_t kMarkChanged = 1;    // since ClearChanged()
+constexpr std::uint8_t kMarkUnsettled = 2;  // since Settle()
+
+Coord OriginOf(const LeafIndex& leaf) {
+  return {kLeafEdge * leaf.x, kLeafEdge * leaf.y, kLeafEdge * leaf.z};
+}
+LeafIndex LeafAt(const Coord& ijk) {
+  return {ijk.x() >> 3, ijk.y() >> 3, ijk.z() >> 3};
+}
+
+/// Calls visit(first leaf, last leaf, value) for each tile that does not hold the background.
+template <typename Tree, typename Visit>
+void ForEachTile(const Tree& tree, Visit visit) {
+  auto it = tree.cbeginValueAll();
+  it.setMaxDepth(Tree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; it; ++it) {
+    if (*it == tree.background()) continue;
+    openvdb::CoordBBox box;
+    if (it.getBoundingBox(box)) visit(LeafAt(box.min()), LeafAt(box.max()), *it);
+  }
+}
+
+template <typename Visit>
+void ForEachLeafBetween(const LeafIndex& first, const LeafIndex& last, Visit visit) {
+  for (int x = first.x; x <= last.x; ++x) {
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int z = first.z; z <= last.z; ++z) visit(LeafIndex{x, y, z});
+    }
+  }
+}
+
+/// A table of a grid's leaves and the blocks that stand for its tiles, one for each value.
+template <typename Tree>
+struct TreeTable {
+  using Value = typename Tree::ValueType;
+  using Block = std::array<Value, BoneField::kLeafVoxels>;
+
+  explicit TreeTable(const Tree& tree) {
+    bool any = false;
+    LeafIndex first;
+    LeafIndex last;
+    const auto include = [&](const LeafIndex& lower, const LeafIndex& upper) {
+      first =
+          any ? LeafIndex{std::min(first.x, lower.x), std::min(first.y, lower.y), std::min(first.z, lower.z)} : lower;
+      last = any ? LeafIndex{std::max(last.x, upper.x), std::max(last.y, upper.y), std::max(last.z, upper.z)} : upper;
+      any = true;
+    };
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) include(LeafAt(leaf->origin()), LeafAt(leaf->origin()));
+    ForEachTile(tree, [&](const LeafIndex& lower, const LeafIndex& upper, Value) { include(lower, upper); });
+    table = LeafTable<Value>(first, last, BlockOf(tree.background()));
+    ForEachTile(tree, [&](const LeafIndex& lower, const LeafIndex& upper, Value value) {
+      const Value* block = BlockOf(value);
+      ForEachLeafBetween(lower, upper, [&](const LeafIndex& leaf) { table.Set(table.Find(leaf), block); });
+    });
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
+      table.Set(table.Find(LeafAt(leaf->origin())), leaf->buffer().data());
+    }
+  }
+
+  const Value* BlockOf(Value value) {
+    auto [found, is_new] = blocks.try_emplace(value);
+    if (is_new) found->second.fill(value);
+    return found->second.data();
+  }
+
+  LeafTable<Value> table;
+  std::map<Value, Block> blocks;
+};
+
+/// Turns the inside tiles into tiles of the size of leaves, so that a leaf can take the place of one without anything
+/// else being made.
+void SplitInsideTiles(FloatTree& tree) {
+  std::vector<std::pair<LeafIndex, LeafIndex>> large;
+  ForEachTile(tree, [&](const LeafIndex& first, const LeafIndex& last, float value) {
+    if (value < 0 && !(first == last)) large.emplace_back(first, last);
+  });
+  for (const auto& [first, last] : large) {
+    ForEachLeafBetween(first, last,
+                       [&](const LeafIndex& leaf) { tree.addTile(1, OriginOf(leaf), -tree.background(), false); });
+  }
+}
+
+FloatTree& Split(FloatTree& tree) {
+  SplitInsideTiles(tree);
+  return tree;
+}
+
+}  // namespace
+
+struct BoneField::State {
+  State(const Bone::Grids& grids, FloatTree& the_tree)
+      : tree(Split(the_tree)),
+        phi(tree),
+        region(grids.region->constTree()),
+        h(grids.voxel_mm()),
+        region_h(grids.region_voxel_mm()),
+        band(tree.background()),
+        outside(phi.BlockOf(band)),
+        inside(phi.BlockOf(-band)),
+        marks(phi.table.size(), 0),
+        by_modulus(grids.by_modulus) {
+    if (grids.modulus) {
+      modulus = std::make_unique<TreeTable<FloatTree>>(grids.modulus->constTree());
+      modulus_h = grids.modulus->voxelSize()[0];
+    }
+    own_leaves = tree.leafCount();
+    ReserveMarks();
+  }
+
+  const LeafTable<float>& table() const { return phi.table; }
+  bool IsEmpty(const LeafIndex& leaf) const;
+  void ReserveMarks() {
+    changed.reserve(own_leaves + spare.size());
+    unsettled.reserve(own_leaves + spare.size());
+  }
+
+  FloatTree& tree;
+  TreeTable<FloatTree> phi;
+  TreeTable<openvdb::Int32Tree> region;
+  std::unique_ptr<TreeTable<FloatTree>> modulus;  // null when no E is from the CT
+  double h;
+  double region_h;
+  double modulus_h = 1;
+  float band;
+  const float* outside;
+  const float* inside;
+  std::vector<std::uint8_t> marks;  // a leaf each
+  std::array<bool, 256> by_modulus;
+  std::size_t own_leaves = 0;
+  std::vector<std::unique_ptr<FloatLeaf>> spare;  // filled with the inside value
+  std::vector<LeafIndex> changed;
+  std::vector<LeafIndex> unsettled;
+};
+
+BoneField::BoneField(Bone& bone, int spare_leaves)
+    : state_(std::make_unique<State>(bone.grids(), bone.grids().phi->tree())) {
+  Refill(spare_leaves);
+}
+BoneField::~BoneField() = default;
+BoneField::BoneField(BoneField&&) noexcept = default;
+BoneField& BoneField::operator=(BoneField&&) noexcept = default;
+
+double BoneField::voxel_mm() const {
+  return state_->h;
+}
+double BoneField::band_mm() const {
+  return static_cast<double>(state_->band);
+}
+double BoneField::region_voxel_mm() const {
+  return state_->region_h;
+}
+bool BoneField::by_modulus(int region) const {
+  return state_->by_modulus[static_cast<std::size_t>(region)];
+}
+const LeafIndex& BoneField::first_leaf() const {
+  return state_->table().first();
+}
+const LeafIndex& BoneField::leaf_count() const {
+  return state_->table().count();
+}
+
+const float* BoneField::Read(const LeafIndex& leaf) const {
+  return state_->table().at(state_->table().Find(leaf));
+}
+BoneField::LeafKind BoneField::kind(const LeafIndex& leaf) const {
+  const float* values = Read(leaf);
+  if (values == state_->outside) return LeafKind::kOutside;
+  return values == state_->inside ? LeafKind::kInside : LeafKind::kOwn;
+}
+
+double BoneField::Sample(const Vec3& p_vox) const {
+  const CellPoint cell = FindCell(p_vox);
+  return Interpolate(state_->table().Corners(cell), cell.f);
+}
+Vec3 BoneField::SampleGradient(const Vec3& p_vox) const {
+  const CellPoint cell = FindCell(p_vox);
+  return InterpolateGradient(state_->table().Corners(cell), cell.f) / state_->h;
+}
+int BoneField::RegionAt(const Vec3& p_W) const {
+  const CellPoint cell = FindCell(p_W / state_->region_h + 0.5);
+  return state_->region.table.Get(cell.x, cell.y, cell.z);
+}
+int BoneField::FindRegions(const Vec3& p_W, std::array<RegionShare, 8>& shares) const {
+  const CellPoint cell = FindCell(p_W / state_->region_h);
+  std::size_t count = 0;
+  VisitRegions(state_->region.table.Corners(cell), cell.f, [&](int region, double weight) {
+    shares[count++] = {region, weight};
+  });
+  return static_cast<int>(count);
+}
+double BoneField::ModulusAt(const Vec3& p_W) const {
+  if (!state_->modulus) return 0;
+  const CellPoint cell = FindCell(p_W / state_->modulus_h);
+  return InterpolatePositive(state_->modulus->table.Corners(cell), cell.f);
+}
+
+float* BoneField::Write(const LeafIndex& leaf) {
+  State& s = *state_;
+  const std::size_t place = s.table().Find(leaf);
+  const float* values = s.table().at(place);
+  if (values == s.outside) return nullptr;
+  if (values == s.inside) {
+    if (s.spare.empty()) return nullptr;
+    FloatLeaf* own = s.spare.back().release();
+    s.spare.pop_back();
+    own->setOrigin(OriginOf(leaf));
+    s.tree.addLeaf(own);  // the nodes above it are there: SplitInsideTiles()
+    values = own->buffer().data();
+    s.phi.table.Set(place, values);
+    ++s.own_leaves;
+  }
+  std::uint8_t& marks = s.marks[place];
+  if (!(marks & kMarkChanged)) s.changed.push_back(leaf);
+  if (!(marks & kMarkUnsettled)) s.unsettled.push_back(leaf);
+  marks = kMarkChanged | kMarkUnsettled;
+  return const_cast<float*>(values);  // a leaf of a tree that this field may change
+}
+
+std::span<const LeafIndex> BoneField::changed() const {
+  return state_->changed;
+}
+void BoneField::ClearChanged() {
+  for (const LeafIndex& leaf : state_->changed) {
+    state_->marks[state_->table().Find(leaf)] &= static_cast<std::uint8_t>(~kMarkChanged);
+  }
+  state_->changed.clear();
+}
+int BoneField::spare_leaves() const {
+  return static_cast<int>(state_->spare.size());
+}
+
+void BoneField::Refill(int spare_leaves) {
+  State& s = *state_;
+  while (static_cast<int>(s.spare.size()) < spare_leaves) {
+    s.spare.push_back(std::make_unique<FloatLeaf>(Coord(0, 0, 0), -s.band, false));
+  }
+  s.ReserveMarks();
+}
+
+/// Whether none of the cells whose lowest corner lies in the leaf holds bone, and all of its own values are outside.
+bool BoneField::State::IsEmpty(const LeafIndex& leaf) const {
+  const float* own = table().at(table().Find(leaf));
+  if (std::any_of(own, own + kLeafVoxels, [this](float value) { return value < band; })) return false;
+  // The layer of the upper neighbours that those cells reach into.
+  for (int i = 0; i <= kLeafEdge; ++i) {
+    for (int j = 0; j <= kLeafEdge; ++j) {
+      for (const auto& [x, y, z] :
+           {std::array{kLeafEdge, i, j}, std::array{i, kLeafEdge, j}, std::array{i, j, kLeafEdge}}) {
+        if (table().Get(kLeafEdge * leaf.x + x, kLeafEdge * leaf.y + y, kLeafEdge * leaf.z + z) < 0) return false;
+      }
+    }
+  }
+  return true;
+}
+
+void BoneField::Settle() {
+  State& s = *state_;
+  s.tree.clearAllAccessors();
+  for (const LeafIndex& index : s.unsettled) {
+    const std::size_t place = s.table().Find(index);
+    s.marks[place] &= static_cast<std::uint8_t>(~kMarkUnsettled);
+    FloatLeaf* leaf = s.tree.probeLeaf(OriginOf(index));
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+      leaf->setActiveState(i, std::abs(leaf->getValue(i)) < s.band);
+    }
+    if (!s.IsEmpty(index)) continue;
+    std::unique_ptr<FloatLeaf> emptied(s.tree.stealNode<FloatLeaf>(leaf->origin(), s.band, false));
+    emptied->buffer().fill(-s.band);
+    s.phi.table.Set(place, s.outside);
+    --s.own_leaves;
+    s.spare.push_back(std::move(emptied));
+  }
+  s.unsettled.clear();
+}
+
+std::size_t BoneField::CalcMemoryBytes() const {
+  const State& s = *state_;
+  std::size_t bytes = s.phi.table.CalcMemoryBytes() + s.region.table.CalcMemoryBytes() + s.marks.capacity();
+  if (s.modulus) bytes += s.modulus->table.CalcMemoryBytes();
+  bytes += (s.changed.capacity() + s.unsettled.capacity()) * sizeof(LeafIndex);
+  bytes += s.spare.capacity() * sizeof(s.spare[0]) + s.spare.size() * (sizeof(FloatLeaf) + kLeafVoxels * sizeof(float));
+  return bytes;
+}
+
+}  // namespace kerf

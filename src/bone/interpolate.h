@@ -1,0 +1,92 @@
+// Values between the centres of eight neighbouring voxels, whatever the grid that they come from.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "kerf/geometry.h"
+
+namespace kerf {
+
+/// The cell of a grid that a point lies in: its lowest voxel and the point's place in it, 0 to 1 along each axis.
+struct CellPoint {
+  int x;
+  int y;
+  int z;
+  Vec3 f;
+};
+
+/// `p_vox`: in the grid's index space; what lies absurdly far out is taken at the end of the integers. Tick-safe.
+inline CellPoint FindCell(const Vec3& p_vox) {
+  constexpr double kFar = 1 << 30;
+  const Vec3 p = glm::clamp(p_vox, Vec3(-kFar), Vec3(kFar));
+  const Vec3 base = glm::floor(p);
+  return {static_cast<int>(base.x), static_cast<int>(base.y), static_cast<int>(base.z), p - base};
+}
+
+/// Eight values of a cell; [4x + 2y + z] is that of corner (x, y, z).
+template <typename T>
+using CellValues = std::array<T, 8>;
+
+/// Share of a corner in trilinear interpolation. Tick-safe.
+inline double CalcCornerWeight(std::size_t corner, const Vec3& f) {
+  return ((corner & 4) ? f.x : 1 - f.x) * ((corner & 2) ? f.y : 1 - f.y) * ((corner & 1) ? f.z : 1 - f.z);
+}
+
+/// Trilinear. Tick-safe.
+inline double Interpolate(const CellValues<float>& v, const Vec3& f) {
+  double plane[2];
+  for (std::size_t x = 0; x < 2; ++x) {
+    double line[2];
+    for (std::size_t y = 0; y < 2; ++y) {
+      const double v0 = static_cast<double>(v[4 * x + 2 * y]);
+      const double v1 = static_cast<double>(v[4 * x + 2 * y + 1]);
+      line[y] = v0 + f.z * (v1 - v0);
+    }
+    plane[x] = line[0] + f.y * (line[1] - line[0]);
+  }
+  return plane[0] + f.x * (plane[1] - plane[0]);
+}
+
+/// The gradient of Interpolate() by f. Tick-safe.
+inline Vec3 InterpolateGradient(const CellValues<float>& v, const Vec3& f) {
+  // Along each axis the difference of the two opposite faces, bilinear in the other two.
+  const auto d = [&v](std::size_t upper, std::size_t lower) {
+    return static_cast<double>(v[upper]) - static_cast<double>(v[lower]);
+  };
+  const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
+  return {mix(mix(d(4, 0), d(5, 1), f.z), mix(d(6, 2), d(7, 3), f.z), f.y),
+          mix(mix(d(2, 0), d(3, 1), f.z), mix(d(6, 4), d(7, 5), f.z), f.x),
+          mix(mix(d(1, 0), d(3, 2), f.y), mix(d(5, 4), d(7, 6), f.y), f.x)};
+}
+
+/// Trilinear between the corners with a value above 0; 0 where none has one. Tick-safe.
+inline double InterpolatePositive(const CellValues<float>& v, const Vec3& f) {
+  double sum = 0;
+  double weights = 0;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const double value = static_cast<double>(v[corner]);
+    if (!(value > 0)) continue;
+    const double weight = CalcCornerWeight(corner, f);
+    sum += weight * value;
+    weights += weight;
+  }
+  return weights > 0 ? sum / weights : 0;
+}
+
+/// Calls visit(region id, weight) for the corners that have a material; the weights are those of trilinear
+/// interpolation. Tick-safe.
+template <typename Visit>
+void VisitRegions(const CellValues<int>& v, const Vec3& f, Visit&& visit) {
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    if (v[corner] > 0 && v[corner] <= 255) visit(v[corner], CalcCornerWeight(corner, f));
+  }
+}
+
+/// Index of the voxel nearest to a point along one axis. Tick-safe.
+inline int NearestIndex(double p_mm, double voxel_mm) {
+  return static_cast<int>(std::floor(p_mm / voxel_mm + 0.5));
+}
+
+}  // namespace kerf
