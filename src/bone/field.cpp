@@ -54,8 +54,8 @@ struct TreeTable {
 
   explicit TreeTable(const Tree& tree) {
     bool any = false;
-    LeafIndex first;
-    LeafIndex last;
+    LeafIndex first{0, 0, 0};
+    LeafIndex last{-1, -1, -1};
     const auto include = [&](const LeafIndex& lower, const LeafIndex& upper) {
       first =
           any ? LeafIndex{std::min(first.x, lower.x), std::min(first.y, lower.y), std::min(first.z, lower.z)} : lower;
@@ -169,11 +169,11 @@ double BoneField::region_voxel_mm() const {
 bool BoneField::by_modulus(int region) const {
   return state_->by_modulus[static_cast<std::size_t>(region)];
 }
-const LeafIndex& BoneField::first_leaf() const {
-  return state_->table().first();
+LeafIndex BoneField::lowest() const {
+  return state_->table().lowest();
 }
-const LeafIndex& BoneField::leaf_count() const {
-  return state_->table().count();
+LeafIndex BoneField::highest() const {
+  return state_->table().highest();
 }
 
 const float* BoneField::Read(const LeafIndex& leaf) const {

@@ -60,10 +60,6 @@ class BoneField {
   /// Whether E of a region, 0 to 255, is from the CT where there is one.
   bool by_modulus(int region) const;
 
-  // ---- the table: the bone's box in leaves with one leaf around it, all outside
-  const LeafIndex& first_leaf() const;
-  const LeafIndex& leaf_count() const;  // along each axis
-
   // ---- writing: tick-safe
   /// The leaf's own values to write to, null when the spare leaves are used up or the leaf is outside. Marks it
   /// changed.

@@ -26,7 +26,8 @@ class LeafTable {
   static constexpr int kLeafVoxels = 512;
 
   LeafTable() = default;
-  /// `first` and `last`: the lowest and the highest leaf; a layer of leaves is kept around them.
+  /// `first` and `last`: the lowest and the highest leaf, or one less along each axis for none; a layer of leaves is
+  /// kept around them.
   LeafTable(const LeafIndex& first, const LeafIndex& last, const T* beyond)
       : first_{first.x - 1, first.y - 1, first.z - 1},
         count_{last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3},
@@ -67,8 +68,9 @@ class LeafTable {
     return v;
   }
 
-  const LeafIndex& first() const { return first_; }  // the layer around the box included
-  const LeafIndex& count() const { return count_; }
+  /// The box itself, without the layer around it.
+  LeafIndex lowest() const { return {first_.x + 1, first_.y + 1, first_.z + 1}; }
+  LeafIndex highest() const { return {first_.x + count_.x - 2, first_.y + count_.y - 2, first_.z + count_.z - 2}; }
   std::size_t CalcMemoryBytes() const { return leaves_.size() * sizeof(const T*); }
 
  private:

@@ -122,16 +122,16 @@ TEST(BoneField, WritingIntoPureBoneIsSeenByBoneAndFieldAndUsesASpareLeaf) {
 TEST(BoneField, EveryLeafOfPureBoneCanBeCutWithoutTheHeapAndNoOther) {
   Bone bone = MakeLargeBox();
   BoneField field(bone, 30000);
-  const LeafIndex first = field.first_leaf();
-  const LeafIndex count = field.leaf_count();
+  const LeafIndex lowest = field.lowest();
+  const LeafIndex highest = field.highest();
   int taken = 0;
   bool right = true;
   double sum = 0;
   const long heap_uses = test::CountHeapUses([&] {
-    for (int x = -2; x < count.x + 2; ++x) {
-      for (int y = -2; y < count.y + 2; ++y) {
-        for (int z = -2; z < count.z + 2; ++z) {
-          const LeafIndex leaf{first.x + x, first.y + y, first.z + z};
+    for (int x = lowest.x - 3; x <= highest.x + 3; ++x) {
+      for (int y = lowest.y - 3; y <= highest.y + 3; ++y) {
+        for (int z = lowest.z - 3; z <= highest.z + 3; ++z) {
+          const LeafIndex leaf{x, y, z};
           const BoneField::LeafKind before = field.kind(leaf);
           float* values = field.Write(leaf);
           taken += before == BoneField::LeafKind::kInside ? 1 : 0;
@@ -214,6 +214,7 @@ TEST(BoneField, OfABoneWithoutVoxelsIsAir) {
   EXPECT_EQ(field.Sample({0.3, -0.4, 100}), field.band_mm());
   EXPECT_EQ(field.RegionAt({0, 0, 0}), 0);
   EXPECT_EQ(field.Write({0, 0, 0}), nullptr);
+  EXPECT_LT(field.highest().x, field.lowest().x);
 }
 
 }  // namespace
