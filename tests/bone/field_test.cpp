@@ -7,7 +7,7 @@
 #include <random>
 
 #include "bone/ct_modulus.h"
-#include "support/heap_count.h"
+#include "core/heap_guard.h"
 #include "support/solids.h"
 
 namespace kerf {
@@ -127,7 +127,9 @@ TEST(BoneField, EveryLeafOfPureBoneCanBeCutWithoutTheHeapAndNoOther) {
   int taken = 0;
   bool right = true;
   double sum = 0;
-  const long heap_uses = test::CountHeapUses([&] {
+  const HeapUseCounter heap_uses;
+  {
+    const HeapGuard guard;
     for (int x = lowest.x - 3; x <= highest.x + 3; ++x) {
       for (int y = lowest.y - 3; y <= highest.y + 3; ++y) {
         for (int z = lowest.z - 3; z <= highest.z + 3; ++z) {
@@ -142,10 +144,10 @@ TEST(BoneField, EveryLeafOfPureBoneCanBeCutWithoutTheHeapAndNoOther) {
       }
     }
     field.ClearChanged();
-  });
+  }
   EXPECT_TRUE(right);
   EXPECT_NE(sum, 0);
-  EXPECT_EQ(heap_uses, 0);
+  EXPECT_EQ(heap_uses.count(), 0);
   EXPECT_GT(taken, 16 * 16 * 16);  // among them all of an upper node
   EXPECT_EQ(field.spare_leaves(), 30000 - taken);
 }
