@@ -39,7 +39,7 @@ std::vector<CoverPlate> MakeCover(const Tool& tool) {
   if (!disc) return {};
   const double R = disc->radius_mm();
   const double half_thickness = 0.5 * disc->thickness_mm;
-  // The middle plate is as large as those round it.
+  // About as large as those round it.
   const double middle = 0.2 * R;
   std::vector<CoverPlate> plates{{Vec3{0}, middle, half_thickness}};
   const double width = (R - middle) / kRings;

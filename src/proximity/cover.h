@@ -14,9 +14,8 @@ struct CoverPlate {
   double half_thickness_mm = 0;
 };
 
-/// Plates that cover all of a disc: one in the middle and 6, 12 and 18 in rings round it, each with a fifth of the
-/// disc's radius; that is enough to see a disc that is held flat against the bone at a quarter of its radius as apart
-/// from it. None for a ball, which is its own cover. Allocates.
+/// Plates that cover all of a disc: one in the middle and 6, 12 and 18 in rings round it, each of less than a quarter
+/// of the disc's radius. None for a ball, which is its own cover. Allocates.
 std::vector<CoverPlate> MakeCover(const Tool& tool);
 
 }  // namespace kerf
