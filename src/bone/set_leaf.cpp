@@ -1,0 +1,24 @@
+#include "bone/set_leaf.h"
+
+#include <cmath>
+
+#include "bone/grids.h"
+
+namespace kerf {
+
+void SetLeaf(Bone& bone, const std::array<int, 3>& index, std::span<const float, 512> values) {
+  openvdb::FloatGrid& grid = *bone.grids().phi;
+  using Leaf = openvdb::FloatGrid::TreeType::LeafNodeType;
+  static_assert(Leaf::SIZE == 512);
+  const openvdb::Coord origin(index[0] * static_cast<int>(Leaf::DIM), index[1] * static_cast<int>(Leaf::DIM),
+                              index[2] * static_cast<int>(Leaf::DIM));
+  Leaf* leaf = grid.tree().touchLeaf(origin);
+  const float band = grid.background();
+  for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+    const float phi = values[i];
+    leaf->setValueOnly(i, phi);
+    leaf->setActiveState(i, std::abs(phi) < band);
+  }
+}
+
+}  // namespace kerf

@@ -1,0 +1,33 @@
+// What the loop does each time round, seen from the loop.
+#pragma once
+
+#include "kerf/coupled.h"
+
+namespace kerf {
+
+/// A tick, when it is over.
+struct TickReport {
+  Pose X_WH;           // handle, as read
+  Vec3 f_device_N{0};  // that the device was told to make
+  CoupledOutput out;
+};
+
+/// All calls but the constructor's are made in the loop's thread: tick-safe, every one.
+class LoopBody {
+ public:
+  virtual ~LoopBody() = default;
+
+  /// Reads the device, moves the world on by `dt_s`, writes the device. False: the device has failed; the loop ends.
+  virtual bool Tick(double dt_s, TickObserver& observer, TickReport& report) = 0;
+  /// The device's force has been zero: it comes back slowly from here on.
+  virtual void RampIn() = 0;
+  /// Takes effect over the next ticks without a step in the force.
+  virtual void SetFidelity(Fidelity fidelity) = 0;
+
+  /// As CoupledSimulation's.
+  virtual int changed_count() const = 0;
+  virtual CoupledSimulation::ChangedLeaf changed(int i) const = 0;
+  virtual void ClearChanged() = 0;
+};
+
+}  // namespace kerf

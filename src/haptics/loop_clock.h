@@ -1,0 +1,39 @@
+// The loop's clock: the machine's, or one that only moves when it is told to, for runs that must not depend on the
+// machine.
+#pragma once
+
+#include <cstdint>
+
+namespace kerf {
+
+/// Nanoseconds from some beginning; never goes back. Tick-safe.
+class LoopClock {
+ public:
+  virtual ~LoopClock() = default;
+  virtual std::int64_t Now() noexcept = 0;
+  /// Returns at `time_ns` or, however late the machine is, after it.
+  virtual void SleepUntil(std::int64_t time_ns) noexcept = 0;
+  /// Passes time without sleeping.
+  virtual void Burn(std::int64_t ns) noexcept = 0;
+};
+
+/// CLOCK_MONOTONIC.
+class MonotonicClock final : public LoopClock {
+ public:
+  std::int64_t Now() noexcept override;
+  void SleepUntil(std::int64_t time_ns) noexcept override;
+  void Burn(std::int64_t ns) noexcept override;
+};
+
+/// Stands still but for SleepUntil() and Burn(). One thread.
+class VirtualClock final : public LoopClock {
+ public:
+  std::int64_t Now() noexcept override { return now_ns_; }
+  void SleepUntil(std::int64_t time_ns) noexcept override { now_ns_ = time_ns > now_ns_ ? time_ns : now_ns_; }
+  void Burn(std::int64_t ns) noexcept override { now_ns_ += ns; }
+
+ private:
+  std::int64_t now_ns_ = 0;
+};
+
+}  // namespace kerf
