@@ -76,6 +76,8 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   if (write_failed_) {
     out.faults |= kHapticWriteFailed;
     ++counts_.write_failed;
+    out.force.f_H_W_N = out.force.tau_H_W_Nmm = Vec3{0};
+    out.force.status |= kForceMapFault;
   }
   return out;
 }

@@ -31,7 +31,7 @@ struct HapticStepOutput {
   DeviceSample sample;  // the last good one
   Vec3 v_H_W_mm_per_s{0};
   CoupledOutput coupled;
-  ForceMapOutput force;
+  ForceMapOutput force;  // that the device was given; zero when it did not take it
   std::uint32_t faults = kHapticOk;
 };
 
@@ -44,6 +44,9 @@ class HapticStep {
 
   /// Tick-safe.
   HapticStepOutput Step(Device& device, const HapticStepInput& in, TickObserver* observer = nullptr);
+
+  /// The device has been without force: it comes back by the ramp. Tick-safe.
+  void RampIn() { force_map_.Reset(); }
 
   const ForceMap& force_map() const { return force_map_; }
   struct Counts {
