@@ -1,0 +1,183 @@
+#include "contact/edge.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+constexpr int kMaxHalvings = 3;       // of an interval in which engagement changes
+constexpr double kSteepShare = 0.15;  // change of distance along an interval that asks for halving, mm per mm
+
+/// How much of its look-ahead a tooth finds filled.
+double Engagement(double distance_mm, double look_ahead_mm) {
+  return std::clamp(-distance_mm / look_ahead_mm, 0.0, 1.0);
+}
+
+}  // namespace
+
+Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const ToolShape& shape, const Vec3& p_TC_mm)
+    : field_(field),
+      materials_(bone, tool),
+      p_TC_(p_TC_mm),
+      look_ahead_mm_(kEdgeLookAheadVoxels * field.voxel_mm()),
+      region_step_mm_(bone.region_voxel_mm()),
+      ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
+      push_out_(shape.edge.size()) {
+  points_.reserve(shape.edge.size());
+  for (const EdgePoint& p : shape.edge) {
+    points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_TC_), p.teeth});
+  }
+  distance_.resize(points_.size());
+  share_.resize(points_.size());
+  met_.reserve(points_.size());
+  found_.reserve(points_.size());
+  force_N_.resize(points_.size());
+}
+
+void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
+  problem.cutting.clear();
+  met_.clear();
+  const std::size_t stride = static_cast<std::size_t>(stride_);
+  for (std::size_t i = 0; i < points_.size(); i += stride) {
+    distance_[i] = probe.Distance(points_[i].ahead_T);
+    share_[i] = ring_radius_mm_ > 0 ? 0 : Engagement(distance_[i], look_ahead_mm_);
+  }
+  if (ring_radius_mm_ > 0) {
+    for (std::size_t a = 0; a < points_.size(); a += stride) {
+      ShareInterval(probe, a, a + stride < points_.size() ? a + stride : 0);
+    }
+  }
+  for (std::size_t i = 0; i < points_.size(); i += stride) {
+    if (!(share_[i] > 0)) continue;
+    MaterialLookup::Material material;
+    if (!FindMaterial(probe, points_[i], material)) continue;
+    const double teeth = share_[i] * points_[i].teeth * stride_;
+    problem.cutting.push_back({points_[i].row, teeth, material.E_star_MPa});
+    met_.push_back({material.region, material.E_MPa});
+  }
+}
+
+/// Adds to both ends their shares of what is engaged between neighbours a and b.
+void Edge::ShareInterval(const Probe& probe, std::size_t a, std::size_t b) {
+  const double d_a = distance_[a];
+  const double d_b = distance_[b];
+  // Far inside its look-ahead, or as far from the bone as both are from each other.
+  if (d_a <= -look_ahead_mm_ && d_b <= -look_ahead_mm_) {
+    share_[a] += 0.5;
+    share_[b] += 0.5;
+    return;
+  }
+  if (d_a >= 0 && d_b >= 0 && d_a + d_b >= glm::length(points_[b].ahead_T - points_[a].ahead_T)) return;
+  Share(probe, points_[a], points_[b], 0, d_a, 1, d_b, 0, share_[a], share_[b]);
+}
+
+/// The same for a part of the interval, from t_a to t_b of it: engagement times each end's hat function, integrated.
+void Edge::Share(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
+                 int halvings, double& share_a, double& share_b) const {
+  const double length = (t_b - t_a) * glm::length(b.ahead_T - a.ahead_T);
+  const bool out = d_a >= 0 && d_b >= 0;
+  if (out && d_a + d_b >= length) return;
+  const bool steep = std::abs(d_a - d_b) > kSteepShare * length && std::min(d_a, d_b) > -8 * look_ahead_mm_ - length;
+  if ((out || steep) && halvings < kMaxHalvings) {
+    const double t = 0.5 * (t_a + t_b);
+    const Vec3 e = glm::normalize((1 - t) * a.e_T + t * b.e_T);
+    const double d = probe.Distance((ring_radius_mm_ + look_ahead_mm_) * e);
+    Share(probe, a, b, t_a, d_a, t, d, halvings + 1, share_a, share_b);
+    Share(probe, a, b, t, d, t_b, d_b, halvings + 1, share_a, share_b);
+    return;
+  }
+  // The distance is linear: engagement is linear between where it leaves 0 and where it reaches 1.
+  double ends[4] = {t_a, t_b, t_b, t_b};
+  if (d_a != d_b) {
+    const auto at = [&](double d) { return std::clamp(t_a + (t_b - t_a) * (d_a - d) / (d_a - d_b), t_a, t_b); };
+    const double t_0 = at(0);
+    const double t_1 = at(-look_ahead_mm_);
+    ends[1] = std::min(t_0, t_1);
+    ends[2] = std::max(t_0, t_1);
+    ends[3] = t_b;
+  }
+  const auto engagement = [&](double t) {
+    const double d = t_b > t_a ? d_a + (d_b - d_a) * (t - t_a) / (t_b - t_a) : d_a;
+    return Engagement(d, look_ahead_mm_);
+  };
+  for (int k = 0; k < 3; ++k) {
+    const double t0 = ends[k];
+    const double t1 = ends[k + 1];
+    if (!(t1 > t0)) continue;
+    // Simpson's rule is exact for a product of two linear functions; the ends are taken just inside the piece.
+    const double tm = 0.5 * (t0 + t1);
+    const double w0 = engagement(t0);
+    const double wm = engagement(tm);
+    const double w1 = engagement(t1);
+    const double whole = (t1 - t0) / 6 * (w0 + 4 * wm + w1);
+    const double at_b = (t1 - t0) / 6 * (w0 * t0 + 4 * wm * tm + w1 * t1);
+    share_a += whole - at_b;
+    share_b += at_b;
+  }
+}
+
+bool Edge::FindMaterial(const Probe& probe, const Point& point, MaterialLookup::Material& material) const {
+  material = materials_.Find(field_, probe.World(point.ahead_T));
+  // Coarse region voxels with their centres outside the bone: look further in.
+  if (material.region == 0)
+    material = materials_.Find(field_, probe.World(point.ahead_T + region_step_mm_ * point.e_T));
+  return material.region != 0;
+}
+
+void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, double friction_coefficient,
+                      StepProblem& problem) {
+  problem.solids.clear();
+  found_.clear();
+  for (std::size_t i = 0; i < points_.size(); i += static_cast<std::size_t>(stride_)) {
+    const Point& point = points_[i];
+    const double distance = probe.Distance(point.p_T);
+    if (distance > reach_mm) {
+      force_N_[i] = 0;
+      push_out_.set_known_mm(static_cast<int>(i), 0);
+      continue;
+    }
+    const Vec3 away = probe.Away(point.p_T);
+    const double length = glm::length(away);
+    // Deep in the bone there is no way out to be seen: back along the edge's own direction.
+    const Vec3 into = length > 0.1 ? -away / length : point.e_T;
+    const Vec3 r = point.p_T - p_TC_;
+    problem.solids.push_back({MakeRow(into, r), -distance, stiffness_N_per_mm * stride_});
+    found_.push_back({static_cast<int>(i), -distance});
+    const double limit_N = friction_coefficient * force_N_[i];
+    if (!(limit_N > 0)) continue;
+    const Vec3 a = glm::normalize(glm::cross(into, std::abs(into.z) < 0.7 ? Vec3(0, 0, 1) : Vec3(1, 0, 0)));
+    problem.frictions.push_back({MakeRow(a, r), MakeRow(glm::cross(into, a), r), 0, 0, limit_N});
+  }
+}
+
+double Edge::SetDepths(StepProblem& problem, bool may_rise) {
+  double energy = 0;
+  for (std::size_t n = 0; n < found_.size(); ++n) {
+    SolidPoint& solid = problem.solids[n];
+    solid.depth_mm = push_out_.Limit(found_[n].point, found_[n].depth_mm, problem.tau_s, may_rise);
+    const double depth = std::max(solid.depth_mm, 0.0);
+    energy += 0.5 * solid.stiffness_N_per_mm * depth * depth;
+  }
+  return energy;
+}
+
+double Edge::Remember(const StepProblem& problem, const Twist& u, double share) {
+  double energy = 0;
+  for (std::size_t n = 0; n < found_.size(); ++n) {
+    const SolidPoint& solid = problem.solids[n];
+    const double way = problem.tau_s * Dot(solid.row, u);
+    const double depth = std::max(solid.depth_mm + share * way, 0.0);
+    push_out_.set_known_mm(found_[n].point, depth);
+    force_N_[found_[n].point] = solid.stiffness_N_per_mm * std::max(solid.depth_mm + way, 0.0);
+    energy += 0.5 * solid.stiffness_N_per_mm * depth * depth;
+  }
+  return energy;
+}
+
+void Edge::Forget() {
+  push_out_.Forget();
+  std::fill(force_N_.begin(), force_N_.end(), 0.0);
+}
+
+}  // namespace kerf

@@ -1,0 +1,90 @@
+// The cutting edge against the bone: which of it has bone before it, and of what material; with the spindle stopped, a
+// solid that rests on the bone.
+#pragma once
+
+#include <vector>
+
+#include "bone/field.h"
+#include "contact/met_material.h"
+#include "contact/probe.h"
+#include "contact/push_out.h"
+#include "contact/step.h"
+#include "tool/shape.h"
+
+namespace kerf {
+
+/// How far ahead of the edge a tooth looks for bone, as a share of the voxel's edge. The cut surface lies exactly on
+/// the edge, so on it there is nothing to see. An engaged arc comes out too long by about look-ahead * (cos(alpha) -
+/// 1/2) / sin(alpha) where the rim crosses the surface at angle alpha from its lowest point: 0.5 % at 1.1 mm depth and
+/// 0.1 mm voxels.
+inline constexpr double kEdgeLookAheadVoxels = 0.25;
+
+class Edge {
+ public:
+  /// `p_TC_mm`: the coupling point, about which the step's rows are taken. Allocates.
+  Edge(const BoneField& field, const Bone& bone, const Tool& tool, const ToolShape& shape, const Vec3& p_TC_mm);
+
+  /// A point of the edge that meets bone, beside each of StepProblem::cutting.
+  struct Met {
+    int region = 0;
+    double E_MPa = 0;
+  };
+
+  /// Fills problem.cutting. Tick-safe.
+  ///
+  /// Model: teeth lie densely along the edge. Where the bone fills the look-ahead a tooth is engaged, where its surface
+  /// is
+  ///        reached not at all, linear between; each point of the edge gets its share of the intervals beside it,
+  ///        within which the distance is taken as linear (halved where it changes most).
+  void FindTeeth(const Probe& probe, StepProblem& problem);
+  const std::vector<Met>& met() const { return met_; }
+
+  /// Fills problem.solids, and adds to problem.frictions what these bore last: a stopped edge. `reach_mm`: how far a
+  /// point may come in this step. Tick-safe.
+  void FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, double friction_coefficient,
+                  StepProblem& problem);
+  /// Sets the solids' depths; see PushOut. Returns the energy in their springs, N mm. Tick-safe.
+  double SetDepths(StepProblem& problem, bool may_rise);
+  /// Where the solids stand when `share` of the step has been made, for the next. Returns the energy in their springs.
+  /// Tick-safe.
+  double Remember(const StepProblem& problem, const Twist& u, double share);
+  void Forget();
+
+  /// Every `stride`-th point stands for as many: less exact, cheaper. Tick-safe.
+  void set_stride(int stride) { stride_ = stride; }
+  std::size_t size() const { return points_.size(); }
+
+ private:
+  struct Point {
+    Vec3 ahead_T;
+    Vec3 e_T;
+    Vec3 p_T;
+    Twist row;
+    double teeth;
+  };
+  void ShareInterval(const Probe& probe, std::size_t a, std::size_t b);
+  void Share(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
+             int halvings, double& share_a, double& share_b) const;
+  bool FindMaterial(const Probe& probe, const Point& point, MaterialLookup::Material& material) const;
+
+  const BoneField& field_;
+  MaterialLookup materials_;
+  Vec3 p_TC_;
+  double look_ahead_mm_;
+  double region_step_mm_;  // how much further to look where the region grid is too coarse to have a material
+  double ring_radius_mm_;  // 0: not a ring
+  int stride_ = 1;
+  std::vector<Point> points_;
+  std::vector<double> distance_;  // of the look-ahead points
+  std::vector<double> share_;     // engaged intervals beside each
+  std::vector<Met> met_;
+  PushOut push_out_;
+  struct Found {
+    int point;
+    double depth_mm;
+  };
+  std::vector<Found> found_;     // beside each of StepProblem::solids
+  std::vector<double> force_N_;  // of each point as a solid, in the last step
+};
+
+}  // namespace kerf

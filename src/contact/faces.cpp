@@ -1,0 +1,125 @@
+#include "contact/faces.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+}  // namespace
+
+double CalcTravel(const Pose& from, const Pose& to, double reach_mm) {
+  // Half the chord between two unit quaternions (of the nearer sign) is the sine of a quarter of the angle.
+  const Quat d = glm::dot(from.R_AB, to.R_AB) < 0 ? from.R_AB + to.R_AB : from.R_AB - to.R_AB;
+  const double angle = 4 * std::asin(std::min(1.0, 0.5 * std::sqrt(glm::dot(d, d))));
+  return glm::length(to.p_AB - from.p_AB) + angle * reach_mm;
+}
+
+Faces::Faces(const BoneField& field, const ToolShape& shape, double thickness_mm, const Vec3& p_TC_mm)
+    : half_mm_(0.5 * thickness_mm),
+      voxel_mm_(field.voxel_mm()),
+      reach_mm_(shape.reach_mm),
+      p_TC_(p_TC_mm),
+      push_out_(shape.faces.size()),
+      patches_(kPatches) {
+  for (std::size_t i = 0; i + 1 < shape.faces.size(); i += 2) {
+    const Vec3& p = shape.faces[i].p_T;
+    const double turn = std::atan2(p.y, p.x) / (2 * kPi) + 0.5;
+    const int sector = std::min(static_cast<int>(turn * kSectors), kSectors - 1);
+    const int ring = std::min(static_cast<int>(std::hypot(p.x, p.y) / shape.reach_mm * kRings), kRings - 1);
+    pairs_.push_back({p.x, p.y, ring * kSectors + sector});
+  }
+  clear_until_mm_.resize(pairs_.size(), -1);
+  found_.reserve(2 * pairs_.size());
+}
+
+void Faces::Find(const Pose& X_WT, const Probe& probe, double reach_mm, double friction_coefficient,
+                 double spindle_rad_per_s, StepProblem& problem) {
+  problem.flats.clear();
+  found_.clear();
+  travelled_mm_ += CalcTravel(X_last_, X_WT, reach_mm_);
+  X_last_ = X_WT;
+  // How far a cell of the grid can reach along the normal, less how far the wall is from the kerf's middle.
+  const Vec3 normal_W = X_WT.Vector({0, 0, 1});
+  const double cell_mm = voxel_mm_ * (std::abs(normal_W.x) + std::abs(normal_W.y) + std::abs(normal_W.z));
+  const double in_mm = std::max(0.0, cell_mm - half_mm_);
+  for (std::size_t j = 0; j < pairs_.size(); j += static_cast<std::size_t>(stride_)) {
+    const int low = static_cast<int>(2 * j);
+    const Pair& pair = pairs_[j];
+    if (travelled_mm_ < clear_until_mm_[j]) {
+      push_out_.set_known_mm(low, 0);
+      push_out_.set_known_mm(low + 1, 0);
+      continue;
+    }
+    const double z = half_mm_ + in_mm;
+    double depth[2] = {-in_mm - probe.Distance({pair.x, pair.y, -z}), -in_mm - probe.Distance({pair.x, pair.y, z})};
+    const double deepest = std::max(depth[0], depth[1]);
+    if (deepest < -reach_mm) clear_until_mm_[j] = travelled_mm_ + (-deepest - reach_mm) / kSteepest;
+    const double squeeze = std::min(depth[0], depth[1]);
+    for (int side = 0; side < 2; ++side) {
+      if (squeeze > 0) depth[side] -= squeeze;
+      if (depth[side] <= -reach_mm) {
+        push_out_.set_known_mm(low + side, 0);
+        continue;
+      }
+      problem.flats.push_back({side == 0 ? -1.0 : 1.0, pair.x - p_TC_.x, pair.y - p_TC_.y, depth[side]});
+      found_.push_back({low + side, depth[side]});
+    }
+  }
+  for (std::size_t n = 0; n < patches_.size(); ++n) {
+    const Patch& patch = patches_[n];
+    const double limit_N = friction_coefficient * patch.force_N;
+    if (!(limit_N > 0)) continue;
+    const Vec3 p_T(patch.x_N / patch.force_N, patch.y_N / patch.force_N,
+                   n < patches_.size() / 2 ? -half_mm_ : half_mm_);
+    problem.frictions.push_back({MakeRow({1, 0, 0}, p_T - p_TC_), MakeRow({0, 1, 0}, p_T - p_TC_),
+                                 -spindle_rad_per_s * p_T.y, spindle_rad_per_s * p_T.x, limit_N});
+  }
+}
+
+double Faces::SetDepths(StepProblem& problem, bool may_rise) {
+  double sum = 0;
+  for (std::size_t n = 0; n < found_.size(); ++n) {
+    FlatPoint& flat = problem.flats[n];
+    flat.depth_mm = push_out_.Limit(found_[n].point, found_[n].depth_mm, problem.tau_s, may_rise);
+    const double depth = std::max(flat.depth_mm, 0.0);
+    sum += depth * depth;
+  }
+  return 0.5 * problem.flat_stiffness_N_per_mm * sum;
+}
+
+double Faces::Remember(const StepProblem& problem, const Twist& u, double share) {
+  for (Patch& patch : patches_) patch = {};
+  double sum = 0;
+  for (std::size_t n = 0; n < found_.size(); ++n) {
+    const FlatPoint& flat = problem.flats[n];
+    const double way = problem.tau_s * flat.side * (u[2] + u[3] * flat.y - u[4] * flat.x);
+    const double depth = std::max(flat.depth_mm + share * way, 0.0);
+    push_out_.set_known_mm(found_[n].point, depth);
+    sum += depth * depth;
+    const double at_end = flat.depth_mm + way;
+    if (!(at_end > 0)) continue;
+    const Pair& pair = pairs_[static_cast<std::size_t>(found_[n].point / 2)];
+    Patch& patch = patches_[static_cast<std::size_t>(pair.patch + (flat.side > 0 ? kSectors * kRings : 0))];
+    const double force = problem.flat_stiffness_N_per_mm * at_end;
+    patch.force_N += force;
+    patch.x_N += force * pair.x;
+    patch.y_N += force * pair.y;
+  }
+  return 0.5 * problem.flat_stiffness_N_per_mm * sum;
+}
+
+void Faces::Release() {
+  push_out_.Forget();
+  for (Patch& patch : patches_) patch = {};
+}
+
+void Faces::Forget() {
+  Release();
+  std::fill(clear_until_mm_.begin(), clear_until_mm_.end(), -1.0);
+  travelled_mm_ = 0;
+}
+
+}  // namespace kerf

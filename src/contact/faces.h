@@ -1,0 +1,77 @@
+// The flats of a disc between the walls of its kerf: they do not cut, so the bone holds them.
+#pragma once
+
+#include <vector>
+
+#include "bone/field.h"
+#include "contact/probe.h"
+#include "contact/push_out.h"
+#include "contact/step.h"
+#include "tool/shape.h"
+
+namespace kerf {
+
+/// Points on both flats, in pairs, one on each side of the disc.
+///
+/// A point's gap is the distance a little inside the wall less that little: far enough from the middle of the kerf,
+/// where distances have a ridge, that no cell of the grid reaches over it. Where the kerf is locally narrower than the
+/// disc, both points of a pair are let out by the same: the walls hold the disc, they never squeeze it.
+class Faces {
+ public:
+  Faces(const BoneField& field, const ToolShape& shape, double thickness_mm, const Vec3& p_TC_mm);
+
+  /// How far inside the rim the outermost points must lie: the grid blurs the corner of the kerf's floor.
+  static double CalcRimMargin(double voxel_mm) { return 1.75 * voxel_mm; }
+
+  /// Fills problem.flats with the points that bone is within `reach_mm` of, and problem.frictions with what the flats
+  /// bore last. Tick-safe.
+  void Find(const Pose& X_WT, const Probe& probe, double reach_mm, double friction_coefficient,
+            double spindle_rad_per_s, StepProblem& problem);
+  /// As Edge's.
+  double SetDepths(StepProblem& problem, bool may_rise);
+  double Remember(const StepProblem& problem, const Twist& u, double share);
+  /// Nothing is borne any more.
+  void Release();
+  /// Nor is anything known of distances: the tool was moved elsewhere, or there is more bone than before.
+  void Forget();
+  static constexpr int kPatches = 48;
+
+  void set_stride(int stride) { stride_ = stride; }
+  std::size_t size() const { return 2 * pairs_.size(); }
+
+ private:
+  struct Pair {
+    double x, y;  // tool frame, mm
+    int patch;
+  };
+  /// Where friction is gathered: neighbours slip alike.
+  struct Patch {
+    double force_N = 0;
+    double x_N = 0, y_N = 0;  // force times place
+  };
+  static constexpr int kSectors = 8;
+  static constexpr int kRings = kPatches / 2 / kSectors;
+
+  double half_mm_;
+  double voxel_mm_;
+  double reach_mm_;  // of the tool
+  Vec3 p_TC_;
+  int stride_ = 1;
+  std::vector<Pair> pairs_;
+  PushOut push_out_;
+  std::vector<double> clear_until_mm_;  // travelled way up to which a pair surely has no bone near
+  double travelled_mm_ = 0;             // of the tool's fastest point
+  Pose X_last_;
+  struct Found {
+    int point;
+    double depth_mm;
+  };
+  std::vector<Found> found_;  // beside each of StepProblem::flats
+  std::vector<Patch> patches_;
+};
+
+/// A bound of how far any point of a ball of radius `reach_mm` about the tool's origin moves from one pose to another,
+/// mm. Tick-safe.
+double CalcTravel(const Pose& from, const Pose& to, double reach_mm);
+
+}  // namespace kerf

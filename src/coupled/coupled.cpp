@@ -1,0 +1,474 @@
+#include "kerf/coupled.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "bone/field.h"
+#include "contact/edge.h"
+#include "contact/faces.h"
+#include "contact/step.h"
+#include "coupled/coupling.h"
+#include "coupled/plain_cutter.h"
+#include "kerf/error.h"
+#include "proximity/clearance.h"
+#include "tool/shape.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+constexpr double kFaceSpacing_mm = 1.25;
+constexpr double kFlatStiffness_N_per_mm = 500;    // of one point of a flat
+constexpr double kSolidStiffness_N_per_mm = 2000;  // of one point of a stopped edge
+constexpr double kCreep_mm_per_s = 0.02;  // of friction that sticks, and of a law with a force at the least bite
+constexpr double kStepVoxels = 0.5;       // way of the tool in one sub-step
+constexpr double kAxialShare = 0.25;      // along the spindle, of the thinner of disc and voxel
+constexpr double kLargestTurn_rad = 0.5;
+constexpr double kMarginVoxels = 1.5;  // nearer than that is near
+constexpr double kMostRpm = 1e6;
+constexpr double kMostSpeed = 1e6;  // of the handle, mm/s and rad/s
+constexpr double kMostReserve_mJ = 5;
+
+void CheckRange(const char* name, double value, double lower, double upper) {
+  if (!(value >= lower && value <= upper)) {
+    throw Error(fmt::format("{} = {} is out of range; valid range {} to {}", name, value, lower, upper));
+  }
+}
+
+void CheckParams(const CoupledParams& p) {
+  Validate(p.tool);
+  const CouplingParams& c = p.coupling;
+  for (int axis = 0; axis < 3; ++axis) CheckRange("coupling point_mm", c.p_TC_mm[axis], -1000, 1000);
+  CheckRange("coupling stiffness_N_per_mm", c.stiffness_N_per_mm, 1e-3, 1e3);
+  CheckRange("coupling damping_Ns_per_mm", c.damping_Ns_per_mm, 0, 1);
+  CheckRange("coupling torsion_Nmm_per_rad", c.torsion_Nmm_per_rad, 1, 1e7);
+  CheckRange("coupling torsion_damping_Nmms", c.torsion_damping_Nmms, 0, 1e4);
+  CheckRange("coupling max_force_N", c.max_force_N, 0.1, 1e4);
+  CheckRange("coupling max_torque_Nmm", c.max_torque_Nmm, 1, 1e6);
+  CheckRange("friction_coefficient", p.friction_coefficient, 0, 2);
+  CheckRange("edge_samples_per_pitch", p.edge_samples_per_pitch, 1, 256);
+  CheckRange("max_iterations", p.max_iterations, 1, 1000);
+  CheckRange("max_substeps", p.max_substeps, 1, 4096);
+  CheckRange("spare_leaves", p.spare_leaves, 0, 1 << 24);
+}
+
+bool IsFinite(const Vec3& v, double most) {
+  return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
+}
+
+/// Over how wide a range of speeds a law needs a ramp: those that have a force at the least bite.
+double CalcRamp(const ToothForce& force) {
+  constexpr double kE_star_MPa = 1e4;
+  return force(1e-9, kE_star_MPa) > 1e-4 * force(1e-3, kE_star_MPa) ? kCreep_mm_per_s : 0;
+}
+
+Pose MakeStart(const Pose& X_WT) {
+  if (!IsValid(X_WT)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
+  return X_WT;
+}
+
+double CalcThickness(const Tool& tool) {
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  return disc ? disc->thickness_mm : 0;
+}
+
+}  // namespace
+
+const char* ToString(Fidelity fidelity) {
+  switch (fidelity) {
+    case Fidelity::kFull:
+      return "full";
+    case Fidelity::kCoarse:
+      return "coarse";
+    case Fidelity::kSlab:
+      return "slab";
+  }
+  return "";
+}
+
+struct CoupledSimulation::State {
+  State(Bone the_bone, const CoupledParams& the_params, const Pose& X_WT_start)
+      : bone(std::move(the_bone)),
+        params(the_params),
+        field(bone, params.spare_leaves),
+        h(bone.voxel_mm()),
+        is_disc(std::holds_alternative<DiscSaw>(params.tool)),
+        shape(MakeToolShape(params.tool, params.edge_samples_per_pitch, kFaceSpacing_mm, Faces::CalcRimMargin(h))),
+        coupling(params.coupling),
+        edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
+        faces(field, shape, CalcThickness(params.tool), params.coupling.p_TC_mm),
+        cutter(field, params.tool),
+        clearance(field, params.tool),
+        solver(edge.size() + faces.size() + Faces::kPatches),
+        X_WT(X_WT_start),
+        X_WH(X_WT_start) {
+    problem.law = MakeToothForce(params.law, params.tool);
+    problem.ramp_mm_per_s = CalcRamp(problem.law);
+    problem.friction_creep_mm_per_s = kCreep_mm_per_s;
+    problem.cutting.reserve(edge.size());
+    problem.solids.reserve(edge.size());
+    problem.flats.reserve(faces.size());
+    problem.frictions.reserve(edge.size() + Faces::kPatches);
+  }
+
+  /// What a tick adds up over its sub-steps; times time, but for time itself.
+  struct Sums {
+    double time_s = 0;  // made good
+    Vec3 f_cut_W{0}, f_face_W{0}, f_friction_W{0};
+    double thrust = 0, teeth = 0, E = 0, bite = 0;
+    std::array<double, 256> thrust_by_region{};
+    Vec3 f_damper_W{0}, tau_damper_W{0};  // on the hand, in the last sub-step; not times time
+    bool touched = false;                 // anything but air
+  };
+
+  bool Accepts(const CoupledInput& in) const;
+  void Release();
+  /// Through air; what came of it.
+  enum class Flight { kNear, kUnderWay, kThere };
+  Flight Fly(const CoupledInput& in);
+  void Engage(const CoupledInput& in, double time_s);
+  double CalcStepShare(const Twist& motion, double time_s) const;
+  void AddUp(double time_s, Sums& sums, CoupledOutput& out);
+  void Move(const Pose& X_next, double share);
+  /// What is stored less what was put in: falls by what is lost to the bone and to the steps.
+  double CalcBalance(const CoupledOutput& out) const {
+    return coupling_mJ + contact_mJ - out.hand_mJ - out.spindle_mJ + out.damping_mJ;
+  }
+  void Reserve(double lost_mJ) { reserve_mJ = std::clamp(reserve_mJ + lost_mJ, 0.0, kMostReserve_mJ); }
+  void Publish(const Sums& sums, CoupledOutput& out) const;
+
+  Bone bone;
+  CoupledParams params;
+  BoneField field;
+  double h;
+  bool is_disc;
+  ToolShape shape;
+  Coupling coupling;
+  Edge edge;
+  Faces faces;
+  PlainCutter cutter;
+  Clearance clearance;
+  StepProblem problem;
+  StepSolver solver;
+  Fidelity fidelity = Fidelity::kFull;
+
+  Pose X_WT;               // the tool
+  Pose X_WH;               // last good handle pose
+  Twist u{};               // of the last sub-step, to start the next from
+  double coupling_mJ = 0;  // in the coupling's springs at the end of the last tick
+  double contact_mJ = 0;   // in the contact's springs
+  double reserve_mJ = 0;   // lost so far and not given back: what a push-out may take (push_out.h)
+};
+
+CoupledSimulation::CoupledSimulation(Bone bone, const CoupledParams& params, const Pose& X_WT_start) {
+  CheckParams(params);
+  state_ = std::make_unique<State>(std::move(bone), params, MakeStart(X_WT_start));
+}
+CoupledSimulation::~CoupledSimulation() = default;
+CoupledSimulation::CoupledSimulation(CoupledSimulation&&) noexcept = default;
+CoupledSimulation& CoupledSimulation::operator=(CoupledSimulation&&) noexcept = default;
+
+bool CoupledSimulation::State::Accepts(const CoupledInput& in) const {
+  return IsValid(in.X_WH) && IsInWorld(in.X_WH.p_AB) && IsFinite(in.v_H_W_mm_per_s, kMostSpeed) &&
+         IsFinite(in.w_H_W_rad_per_s, kMostSpeed) && in.dt_s >= 1e-6 && in.dt_s <= 1 && std::abs(in.rpm) <= kMostRpm;
+}
+
+/// Nothing holds the tool.
+void CoupledSimulation::State::Release() {
+  u = {};
+  if (contact_mJ > 0) edge.Forget();
+  faces.Release();
+  contact_mJ = 0;
+}
+
+/// Takes the tool as far towards the handle as there is surely no bone.
+CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInput& in) {
+  const double margin_mm = kMarginVoxels * h;
+  if (clearance.IsNear(X_WT, margin_mm)) return Flight::kNear;
+  const double way_mm = clearance.bound_mm() - margin_mm;
+  const double travel_mm = CalcTravel(X_WT, in.X_WH, shape.reach_mm);
+  const bool there = travel_mm <= way_mm;
+  if (!there && way_mm < kStepVoxels * h) return Flight::kNear;  // no further than by a step
+  Release();
+  X_WT = there ? in.X_WH : Interpolate(X_WT, in.X_WH, way_mm / travel_mm);
+  coupling_mJ = coupling.CalcEnergy(X_WT, X_WH);
+  return there ? Flight::kThere : Flight::kUnderWay;
+}
+
+/// Moves the tool, and the accounts of the springs with it. `share`: of the step that the problem was set up for.
+void CoupledSimulation::State::Move(const Pose& X_next, double share) {
+  X_WT = X_next;
+  coupling_mJ = coupling.CalcEnergy(X_WT, X_WH);
+  if (!problem.empty()) contact_mJ = edge.Remember(problem, u, share) + faces.Remember(problem, u, share);
+}
+
+/// Sets up the step's problem at the tool's pose.
+void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
+  const Probe probe(field, X_WT);
+  problem.Clear();
+  problem.tau_s = time_s;
+  problem.coupling = coupling.MakeStep(X_WT, in);
+  const bool turning = in.rpm != 0;
+  const double axial_mm = kAxialShare * std::min(h, CalcThickness(params.tool));
+  if (turning) {
+    edge.FindTeeth(probe, problem);
+  } else {
+    edge.FindSolids(probe, (kStepVoxels + kAxialShare) * h, kSolidStiffness_N_per_mm, params.friction_coefficient,
+                    problem);
+  }
+  if (is_disc) {
+    faces.Find(X_WT, probe, axial_mm, params.friction_coefficient, in.rpm * kPi / 30, problem);
+  }
+  if (problem.empty()) return;
+  double energy_mJ = edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
+  if (energy_mJ - contact_mJ > reserve_mJ) energy_mJ = edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
+  Reserve(contact_mJ - energy_mJ);
+  contact_mJ = energy_mJ;
+}
+
+/// How much of a motion the tool may make before it looks again, 0 to 1.
+double CoupledSimulation::State::CalcStepShare(const Twist& motion, double time_s) const {
+  const Vec3 w(motion[3], motion[4], motion[5]);
+  const Vec3 v = Vec3(motion[0], motion[1], motion[2]) - glm::cross(w, coupling.p_TC_mm());  // of the tool's origin
+  double steps = glm::length(w) * time_s / kLargestTurn_rad;
+  if (is_disc) {
+    const double across = std::hypot(v.x, v.y) * time_s;
+    const double along = (std::abs(v.z) + std::hypot(w.x, w.y) * shape.reach_mm) * time_s;
+    steps =
+        std::max({steps, across / (kStepVoxels * h), along / (kAxialShare * std::min(h, CalcThickness(params.tool)))});
+  } else {
+    steps = std::max(steps, glm::length(v) * time_s / (kStepVoxels * h));
+  }
+  return steps > 1 ? 1 / steps : 1;
+}
+
+/// Forces, energies and what the teeth met, of a sub-step that moved by `u` for `time_s`.
+void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& out) {
+  sums.f_damper_W = sums.tau_damper_W = Vec3(0);
+  sums.time_s += time_s;
+  if (problem.empty()) return;
+  sums.touched = true;
+  Vec3 f_cut_T(0);
+  Vec3 f_face_T(0);
+  Vec3 f_friction_T(0);
+  for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
+    const CuttingPoint& p = problem.cutting[i];
+    const double speed = Dot(p.row, u);
+    sums.teeth += time_s * p.teeth;
+    sums.E += time_s * p.teeth * edge.met()[i].E_MPa;
+    if (!(speed > 0)) continue;
+    const double force = p.teeth * problem.ToothForceAt(speed, p.E_star_MPa);
+    f_cut_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
+    sums.thrust += time_s * force;
+    sums.thrust_by_region[static_cast<std::size_t>(edge.met()[i].region)] += time_s * force;
+    sums.bite += time_s * p.teeth * speed / problem.passes_per_s;
+    out.cut_mJ += time_s * force * speed;
+  }
+  for (const FlatPoint& p : problem.flats) {
+    const double depth = p.depth_mm + problem.tau_s * p.side * (u[2] + u[3] * p.y - u[4] * p.x);
+    if (depth > 0) f_face_T.z -= problem.flat_stiffness_N_per_mm * depth * p.side;
+  }
+  for (const SolidPoint& p : problem.solids) {
+    const double depth = p.depth_mm + problem.tau_s * Dot(p.row, u);
+    if (depth > 0) f_face_T -= p.stiffness_N_per_mm * depth * Vec3(p.row[0], p.row[1], p.row[2]);
+  }
+  const double creep2 = problem.friction_creep_mm_per_s * problem.friction_creep_mm_per_s;
+  for (const FrictionPoint& p : problem.frictions) {
+    const double own_a = Dot(p.row_a, u);
+    const double own_b = Dot(p.row_b, u);
+    const double a = own_a + p.slip_a_mm_per_s;
+    const double b = own_b + p.slip_b_mm_per_s;
+    const double factor = p.limit_N / std::sqrt(a * a + b * b + creep2);
+    f_friction_T -=
+        factor * (a * Vec3(p.row_a[0], p.row_a[1], p.row_a[2]) + b * Vec3(p.row_b[0], p.row_b[1], p.row_b[2]));
+    // Where friction helps the tool along, the spindle does it.
+    const double power = factor * (a * own_a + b * own_b);
+    (power >= 0 ? out.friction_mJ : out.spindle_mJ) += time_s * std::abs(power);
+  }
+  sums.f_cut_W += time_s * X_WT.Vector(f_cut_T);
+  sums.f_face_W += time_s * X_WT.Vector(f_face_T);
+  sums.f_friction_W += time_s * X_WT.Vector(f_friction_T);
+  const StepCoupling& c = problem.coupling;
+  const Vec3 slip = c.v_H_mm_per_s - Vec3(u[0], u[1], u[2]);
+  const Vec3 turn = c.w_H_rad_per_s - Vec3(u[3], u[4], u[5]);
+  const Vec3 f = c.damper.Force(slip);
+  const Vec3 tau = c.torsion_damper.Force(turn);
+  out.hand_mJ += time_s * (glm::dot(f, c.v_H_mm_per_s) + glm::dot(tau, c.w_H_rad_per_s));
+  out.damping_mJ += time_s * (glm::dot(f, slip) + glm::dot(tau, turn));
+  sums.f_damper_W = -X_WT.Vector(f);
+  sums.tau_damper_W = -X_WT.Vector(tau);
+}
+
+/// Means over the time that was made good, and what the hand feels.
+void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) const {
+  out.X_WT = X_WT;
+  const Coupling::Load load = coupling.CalcLoadOnHand(X_WT, X_WH);
+  out.f_H_W_N = load.f_W_N + sums.f_damper_W;
+  out.tau_H_W_Nmm = load.tau_W_Nmm + sums.tau_damper_W;
+  if (load.limited) out.status |= kCoupledForceLimited;
+  if (sums.time_s > 0) {
+    out.f_cut_W_N = sums.f_cut_W / sums.time_s;
+    out.f_face_W_N = sums.f_face_W / sums.time_s;
+    out.f_friction_W_N = sums.f_friction_W / sums.time_s;
+    out.thrust_sum_N = sums.thrust / sums.time_s;
+    out.engaged_teeth = sums.teeth / sums.time_s;
+  }
+  if (sums.teeth > 0) {
+    out.mean_E_MPa = sums.E / sums.teeth;
+    out.mean_bite_mm = sums.bite / sums.teeth;
+    const auto main = std::max_element(sums.thrust_by_region.begin(), sums.thrust_by_region.end());
+    if (*main > 0) out.main_region = static_cast<int>(main - sums.thrust_by_region.begin());
+  }
+}
+
+CoupledOutput CoupledSimulation::Tick(const CoupledInput& in, TickObserver* observer) {
+  State& s = *state_;
+  CoupledOutput out;
+  out.fidelity = s.fidelity;
+  const auto enter = [observer](TickStage stage) {
+    if (observer) observer->Enter(stage);
+  };
+
+  // 1 accept: nothing but good numbers gets further
+  enter(TickStage::kAccept);
+  if (!s.Accepts(in)) {
+    out.X_WT = s.X_WT;
+    out.status = kCoupledBadPose;
+    enter(TickStage::kEnd);
+    return out;
+  }
+  if (in.rpm == 0) out.status |= kCoupledSpindleStopped;
+  // The handle moves first, with the tool held; then the tool follows.
+  const double stored_mJ = s.coupling_mJ + s.contact_mJ;
+  s.coupling_mJ = s.coupling.CalcEnergy(s.X_WT, in.X_WH);
+  out.hand_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
+  s.X_WH = in.X_WH;
+  s.problem.passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
+  s.problem.flat_stiffness_N_per_mm = kFlatStiffness_N_per_mm;
+
+  State::Sums sums;
+  bool reached = false;
+  double left_s = in.dt_s;
+  while (!reached) {
+    if (out.substeps == s.params.max_substeps) {
+      out.status |= kCoupledSubstepsUsedUp;
+      break;
+    }
+    // 2 near: through air the tool goes with the handle
+    enter(TickStage::kNear);
+    const State::Flight flight = s.Fly(in);
+    if (flight == State::Flight::kThere) {
+      if (out.substeps == 0) out.status |= kCoupledAsleep;
+      sums.f_damper_W = sums.tau_damper_W = Vec3(0);
+      reached = true;
+      break;
+    }
+    ++out.substeps;
+    if (flight == State::Flight::kUnderWay) continue;
+
+    // 3 engage: what the tool meets where it is
+    enter(TickStage::kEngage);
+    s.Engage(in, left_s);
+
+    const double before_mJ = s.CalcBalance(out);
+    // 4 solve: the motion that coupling and bone agree on
+    enter(TickStage::kSolve);
+    const bool free = s.problem.empty();
+    if (free) {
+      const Vec3 v = s.problem.coupling.x_mm / left_s;
+      const Vec3 w = s.problem.coupling.theta_rad / left_s;
+      s.Release();
+      s.u = {v.x, v.y, v.z, w.x, w.y, w.z};
+    } else {
+      const StepSolution solution = s.solver.Solve(s.problem, s.u, s.shape.reach_mm, s.params.max_iterations);
+      s.u = solution.u;
+      out.iterations = std::max(out.iterations, solution.iterations);
+      if (!solution.converged) out.status |= kCoupledIterationsUsedUp;
+    }
+    const double share = s.CalcStepShare(s.u, left_s);
+    const double time_s = share * left_s;
+    reached = share == 1;
+    const Pose X_next = free && reached ? in.X_WH : Advance(s.X_WT, s.u, time_s, s.coupling.p_TC_mm());
+
+    // 5 remove: what the edge sweeps on the way
+    enter(TickStage::kRemove);
+    if (in.rpm != 0) {
+      const auto cut = s.cutter.Cut(s.X_WT, X_next);
+      out.removed_mm3 += cut.removed_mm3;
+      if (cut.out_of_leaves) {
+        out.status |= kCoupledLeavesUsedUp;
+        s.u = {};
+        break;
+      }
+    }
+    s.AddUp(time_s, sums, out);
+    s.Move(X_next, share);
+    if (!free) s.Reserve(before_mJ - s.CalcBalance(out));
+    left_s -= time_s;
+  }
+
+  // 6 publish
+  enter(TickStage::kPublish);
+  s.Publish(sums, out);
+  if (!sums.touched && reached) out.hand_mJ = 0;  // in the air handle and tool move as one
+  out.stored_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
+  out.numerical_mJ = out.hand_mJ + out.spindle_mJ - out.stored_mJ - out.cut_mJ - out.friction_mJ - out.damping_mJ;
+  enter(TickStage::kEnd);
+  return out;
+}
+
+bool CoupledSimulation::SetDown(const Pose& X_WT) {
+  if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return false;
+  State& s = *state_;
+  s.X_WT = X_WT;
+  s.u = {};
+  s.edge.Forget();
+  s.faces.Forget();
+  s.contact_mJ = 0;
+  s.cutter.Lift();
+  s.coupling_mJ = s.coupling.CalcEnergy(X_WT, s.X_WH);
+  return true;
+}
+
+void CoupledSimulation::SetFidelity(Fidelity fidelity) {
+  state_->fidelity = fidelity;
+}
+Fidelity CoupledSimulation::fidelity() const {
+  return state_->fidelity;
+}
+
+int CoupledSimulation::changed_count() const {
+  return static_cast<int>(state_->field.changed().size());
+}
+CoupledSimulation::ChangedLeaf CoupledSimulation::changed(int i) const {
+  const LeafIndex& leaf = state_->field.changed()[static_cast<std::size_t>(i)];
+  return {{leaf.x, leaf.y, leaf.z}, state_->field.Read(leaf)};
+}
+void CoupledSimulation::ClearChanged() {
+  state_->field.ClearChanged();
+}
+
+const CoupledParams& CoupledSimulation::params() const {
+  return state_->params;
+}
+std::array<double, 256> CoupledSimulation::CalcRemovedByRegion() {
+  return state_->cutter.CalcRemovedByRegion();
+}
+const Bone& CoupledSimulation::bone() {
+  state_->field.Settle();
+  return state_->bone;
+}
+Bone CoupledSimulation::TakeBone() && {
+  state_->field.Settle();
+  return std::move(state_->bone);
+}
+std::size_t CoupledSimulation::CalcMemoryBytes() const {
+  return state_->field.CalcMemoryBytes() + state_->clearance.CalcMemoryBytes() + sizeof(State);
+}
+
+}  // namespace kerf
