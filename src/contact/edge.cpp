@@ -6,8 +6,8 @@
 namespace kerf {
 namespace {
 
-constexpr int kMaxHalvings = 3;       // of an interval in which engagement changes
-constexpr double kSteepShare = 0.15;  // change of distance along an interval that asks for halving, mm per mm
+constexpr int kMaxHalvings = 4;  // of an interval in which engagement changes
+constexpr double kChange = 0.1;  // of engagement, that asks for halving
 
 /// How much of its look-ahead a tooth finds filled.
 double Engagement(double distance_mm, double look_ahead_mm) {
@@ -51,7 +51,7 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   for (std::size_t i = 0; i < points_.size(); i += stride) {
     if (!(share_[i] > 0)) continue;
     MaterialLookup::Material material;
-    if (!FindMaterial(probe, points_[i], material)) continue;
+    if (!FindMaterial(probe, i, material)) continue;
     const double teeth = share_[i] * points_[i].teeth * stride_;
     problem.cutting.push_back({points_[i].row, teeth, material.E_star_MPa});
     met_.push_back({material.region, material.E_MPa});
@@ -78,8 +78,8 @@ void Edge::Share(const Probe& probe, const Point& a, const Point& b, double t_a,
   const double length = (t_b - t_a) * glm::length(b.ahead_T - a.ahead_T);
   const bool out = d_a >= 0 && d_b >= 0;
   if (out && d_a + d_b >= length) return;
-  const bool steep = std::abs(d_a - d_b) > kSteepShare * length && std::min(d_a, d_b) > -8 * look_ahead_mm_ - length;
-  if ((out || steep) && halvings < kMaxHalvings) {
+  const bool changing = std::abs(Engagement(d_a, look_ahead_mm_) - Engagement(d_b, look_ahead_mm_)) > kChange;
+  if ((out || changing) && halvings < kMaxHalvings) {
     const double t = 0.5 * (t_a + t_b);
     const Vec3 e = glm::normalize((1 - t) * a.e_T + t * b.e_T);
     const double d = probe.Distance((ring_radius_mm_ + look_ahead_mm_) * e);
@@ -117,12 +117,20 @@ void Edge::Share(const Probe& probe, const Point& a, const Point& b, double t_a,
   }
 }
 
-bool Edge::FindMaterial(const Probe& probe, const Point& point, MaterialLookup::Material& material) const {
-  material = materials_.Find(field_, probe.World(point.ahead_T));
+bool Edge::FindMaterial(const Probe& probe, std::size_t i, MaterialLookup::Material& material) const {
+  const auto at = [&](const Vec3& p_T) {
+    material = materials_.Find(field_, probe.World(p_T));
+    return material.region != 0;
+  };
+  if (at(points_[i].ahead_T)) return true;
   // Coarse region voxels with their centres outside the bone: look further in.
-  if (material.region == 0)
-    material = materials_.Find(field_, probe.World(point.ahead_T + region_step_mm_ * point.e_T));
-  return material.region != 0;
+  if (at(points_[i].ahead_T + region_step_mm_ * points_[i].e_T)) return true;
+  if (!(ring_radius_mm_ > 0)) return false;
+  // Just outside the bone, with an interval beside it that reaches in: what its deeper neighbour meets.
+  const std::size_t stride = static_cast<std::size_t>(stride_);
+  const std::size_t next = i + stride < points_.size() ? i + stride : 0;
+  const std::size_t last = i > 0 ? i - stride : (points_.size() - 1) / stride * stride;
+  return at(points_[distance_[next] < distance_[last] ? next : last].ahead_T);
 }
 
 void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, double friction_coefficient,

@@ -65,7 +65,7 @@ class Edge {
   void ShareInterval(const Probe& probe, std::size_t a, std::size_t b);
   void Share(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
              int halvings, double& share_a, double& share_b) const;
-  bool FindMaterial(const Probe& probe, const Point& point, MaterialLookup::Material& material) const;
+  bool FindMaterial(const Probe& probe, std::size_t i, MaterialLookup::Material& material) const;
 
   const BoneField& field_;
   MaterialLookup materials_;
