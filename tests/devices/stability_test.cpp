@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -84,6 +85,50 @@ TEST(Stability, DampingOfTheWallCountsLikeTheHands) {
   const double B = 0.001;
   const double rule = 2 * (1e-4 + hand.damping_Ns_per_mm + B) / 0.001;
   EXPECT_NEAR(CalcCriticalStiffness(hand, {B, 0.001, 0}, rule) / rule, 1, 0.02);
+}
+
+/// How far the handle still moves to and fro, in steps of the encoder, in the last 2 s of 4 against a wall of stiffness
+/// K, pushed so that the force lies midway between two that the wall can give.
+double CalcLimitCycle(const HandModel& hand, double friction_N, double step_mm, double K) {
+  DeviceProfile profile = FindDeviceProfile("ideal");
+  profile.friction_N = friction_N;
+  profile.resolution_mm = step_mm;
+  const double push = (std::floor(5 / (K * step_mm)) + 0.5) * K * step_mm;
+  const Pose start{Quat{1, 0, 0, 0}, Vec3(push / K, 0, 0)};
+  SimulatedDevice device(profile, hand, start);
+  device.SetIntention({.X_WH = start, .push_W_N = Vec3(push, 0, 0)});
+  constexpr double kTick_s = 0.00025;
+  constexpr int kTicks = 16000;
+  double lowest = 1e9;
+  double highest = -1e9;
+  for (int i = 0; i < kTicks; ++i) {
+    DeviceSample sample;
+    device.Read(sample);
+    const double kick = i < 20 ? 2 * friction_N : 0;
+    device.Write(Vec3(-K * sample.X_WH.p_AB.x + kick, 0, 0), Vec3{0});
+    device.Elapse(kTick_s);
+    if (i < kTicks / 2) continue;
+    lowest = std::min(lowest, device.p_WC_mm().x);
+    highest = std::max(highest, device.p_WC_mm().x);
+  }
+  return (highest - lowest) / step_mm;
+}
+
+// The second, independent limit: with friction f_c and steps Delta of the encoder, what the wall gives is at most K
+// Delta / 2 off; below K = 2 f_c / Delta friction holds that fast, exactly, and just above it nothing does, at any rate
+// (Abbott and Okamura 2005).
+TEST(Stability, EncoderStepsAreStillBelowTwiceTheFrictionOverTheStepAndNotAbove) {
+  for (const HandModel& hand : HandModels()) {
+    for (const double friction_N : {0.1, 0.26}) {
+      for (const double step_mm : {0.055, 0.01}) {
+        const double limit = 2 * friction_N / step_mm;
+        EXPECT_EQ(CalcLimitCycle(hand, friction_N, step_mm, 0.98 * limit), 0) << hand.name;
+        const double above = CalcLimitCycle(hand, friction_N, step_mm, 1.05 * limit);
+        EXPECT_GT(above, 0) << hand.name;
+        EXPECT_LE(above, 2) << hand.name;
+      }
+    }
+  }
 }
 
 }  // namespace
