@@ -7,12 +7,25 @@
 //   }
 #pragma once
 
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
 namespace kerf {
 
 /// Closed range of valid values, in the unit that the key names.
 struct Range {
   double lower;
   double upper;
+};
+
+/// The words that a text may be.
+struct Choices {
+  std::vector<std::string_view> words;
+};
+/// A text of at most this many characters, on one line.
+struct TextLimit {
+  std::size_t characters;
 };
 
 }  // namespace kerf

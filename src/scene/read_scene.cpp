@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "devices/profiles.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "material/ct_law_table.h"
@@ -254,6 +255,28 @@ void ReadTool(TableReader& root, SceneTool& tool, Faults& faults) {
   reader.Finish();
 }
 
+/// Of a section that says nothing when it is left out.
+template <typename Params>
+void ReadGivenSection(TableReader& root, const char* key, Params& params, Faults& faults) {
+  params.given = root.Has(key);
+  ReadSection(root, key, params, faults);
+}
+
+void ReadDevice(TableReader& root, SceneDevice& device, const std::string& scene_file, Faults& faults) {
+  const TomlNode* table = root.Table("device");
+  if (table == nullptr) return;
+  device.given = true;
+  TableReader reader(*table, "[device]", faults);
+  ReadFileName(reader, "file", device.file, scene_file);
+  const bool built_in = !reader.Has("file");
+  ReadCheckedText(reader, "profile", device.profile, [built_in](const std::string& name) {
+    if (built_in) FindDeviceProfile(name);
+  });
+  if (!built_in) reader.Require("profile");
+  Describe(device, reader);
+  reader.Finish();
+}
+
 void ReadSlab(TableReader& root, SceneSlab& slab, Faults& faults) {
   const TomlNode* table = root.Table("slab");
   if (table == nullptr) return;
@@ -308,6 +331,10 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadSection(root, "simulation", scene.simulation, faults);
   ReadSlab(root, scene.slab, faults);
   ReadSection(root, "output", scene.output, faults);
+  ReadGivenSection(root, "coupling", scene.coupling, faults);
+  ReadDevice(root, scene.device, file, faults);
+  ReadGivenSection(root, "hand", scene.hand, faults);
+  ReadGivenSection(root, "loop", scene.loop, faults);
   if (scene.tool.kind != ToolKind::kDisc && (scene.simulation.mode == SceneMode::kSlab || scene.slab.given)) {
     root.Fault(scene.slab.given ? "slab" : "simulation", "slab mode is for a disc, and [tool] shape is \"ball\"");
   }
@@ -357,6 +384,17 @@ SimulationParams MakeSimulationParams(const Scene& scene) {
   params.tool = MakeTool(scene);
   params.law = scene.force;
   params.rim_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
+  return params;
+}
+
+CoupledParams MakeCoupledParams(const Scene& scene) {
+  CoupledParams params;
+  params.tool = MakeTool(scene);
+  params.law = scene.force;
+  params.coupling = scene.coupling.params;
+  params.coupling.p_TC_mm = scene.coupling.at == CouplingPoint::kGrip ? CalcGrip(params.tool) : Vec3{0};
+  params.friction_coefficient = scene.coupling.friction_coefficient;
+  params.edge_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
   return params;
 }
 

@@ -11,6 +11,7 @@
 #include "kerf/slab.h"
 #include "models/block.h"
 #include "models/mandible.h"
+#include "scene/hand_held.h"
 
 namespace kerf {
 
@@ -122,6 +123,10 @@ struct Scene {
   SceneSimulation simulation;
   SceneSlab slab;
   SceneOutput output;
+  SceneCoupling coupling;
+  SceneDevice device;
+  SceneHand hand;
+  SceneLoop loop;
 };
 
 /// Reads a scene and the path file that it names, if any. Relative file names are relative to the scene file.
@@ -144,6 +149,7 @@ std::string DescribeTool(const SceneTool& tool);
 /// For what only a disc can do. Throws Error when the tool is another.
 DiscSaw MakeDiscSaw(const Scene& scene);
 SimulationParams MakeSimulationParams(const Scene& scene);
+CoupledParams MakeCoupledParams(const Scene& scene);
 SlabParams MakeSlabParams(const Scene& scene);
 /// The plane of the slab: the disc's where the path starts. Throws Error when the cut direction does not lie in it, or
 /// the path leaves it by more than a hand wavers, or goes past the slice.

@@ -3,6 +3,8 @@
 #include <array>
 #include <utility>
 
+#include "devices/hand.h"
+
 namespace kerf {
 
 const std::vector<std::string_view>& BoneModelWords() {
@@ -14,6 +16,15 @@ const std::vector<std::string_view>& ForceLawWords() {
   static const std::vector<std::string_view> kWords = [] {
     std::vector<std::string_view> words;
     for (const ForceLawInfo* law : ForceLaws()) words.emplace_back(law->name);
+    return words;
+  }();
+  return kWords;
+}
+
+const std::vector<std::string_view>& HandWords() {
+  static const std::vector<std::string_view> kWords = [] {
+    std::vector<std::string_view> words;
+    for (const HandModel& hand : HandModels()) words.emplace_back(hand.name);
     return words;
   }();
   return kWords;
@@ -40,11 +51,15 @@ std::string_view ToString(BoneSource source) {
 
 std::string_view UnitOfKey(std::string_view key) {
   // Longest ending first.
-  static constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kEndings{{
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 21> kEndings{{
+      {"_Nmm_per_rad", "N mm/rad"},
       {"_Ns_per_mm", "N s/mm"},
       {"_N_per_mm2", "N/mm2"},
       {"_N_per_mm", "N/mm"},
       {"_mm_per_s", "mm/s"},
+      {"_N_per_s", "N/s"},
+      {"_Nmms", "N mm s"},
+      {"_Nmm", "N mm"},
       {"_mm3", "mm3"},
       {"_mm2", "mm2"},
       {"_mm", "mm"},
@@ -53,6 +68,7 @@ std::string_view UnitOfKey(std::string_view key) {
       {"_deg", "degrees"},
       {"_hz", "Hz"},
       {"_px", "pixels"},
+      {"_ms", "ms"},
       {"_s", "s"},
       {"_g", "g"},
       {"_N", "N"},

@@ -12,15 +12,6 @@
 
 namespace kerf {
 
-/// The words that a text may be.
-struct Choices {
-  std::vector<std::string_view> words;
-};
-/// A text of at most this many characters, on one line.
-struct TextLimit {
-  std::size_t characters;
-};
-
 /// The words of `law` in [force].
 const std::vector<std::string_view>& ForceLawWords();
 

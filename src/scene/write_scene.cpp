@@ -155,6 +155,17 @@ void WriteSection(TomlWriter& write, const std::string& key, Params params) {
   Describe(params, write);
 }
 
+void WriteDevice(TomlWriter& write, SceneDevice device) {
+  write.Header("[device]", "The haptic device, of 'kerf loop': what it can do (docs/devices.md).");
+  write("profile", device.profile, TextLimit{0}, "its name in the table of profiles");
+  if (device.file.empty()) {
+    write.Comment("file = \"profiles.csv\": a table of profiles to use instead of the built-in one");
+  } else {
+    write("file", device.file, TextLimit{0}, "table of profiles, instead of the built-in one");
+  }
+  Describe(device, write);
+}
+
 std::string WriteScene(const Scene& scene, const std::string& heading) {
   TomlWriter write;
   write.Comment(heading);
@@ -169,6 +180,10 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   WriteSection(write, "simulation", scene.simulation);
   if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) WriteSection(write, "slab", scene.slab);
   WriteSection(write, "output", scene.output);
+  if (scene.coupling.given) WriteSection(write, "coupling", scene.coupling);
+  if (scene.device.given) WriteDevice(write, scene.device);
+  if (scene.hand.given) WriteSection(write, "hand", scene.hand);
+  if (scene.loop.given) WriteSection(write, "loop", scene.loop);
   return write.text();
 }
 
@@ -197,6 +212,7 @@ Scene DefaultScene() {
   scene.path.strokes = {stroke};
   scene.slab.given = true;
   scene.slab.direction = {0, 0, -1};
+  scene.coupling.given = scene.device.given = scene.hand.given = scene.loop.given = true;
   return scene;
 }
 

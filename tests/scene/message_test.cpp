@@ -43,6 +43,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "s.toml:8:1: unknown key \"speed\" in [[path.stroke]]; valid keys: start_mm, end_mm, feed_mm_per_s, "
                 "disc_normal, dwell_s, "
                 "retract"},
+        Mistake{"UnknownDevice", test::ShortScene() + "[device]\nprofile = \"omega_66\"\n",
+                "s.toml:9:1: device \"omega_66\" is unknown; the nearest is \"omega_6\""},
+        Mistake{"UnknownHand", test::ShortScene() + "[hand]\nmodel = \"H7\"\n",
+                "s.toml:9:1: model = \"H7\" is unknown; it must be \"H0\" or \"H1\" or \"H2\" or \"H3\" or \"H4\""},
+        Mistake{"DeviceTableWithoutAName", test::ShortScene() + "[device]\nfile = \"profiles.csv\"\n",
+                "s.toml:8:2: [device] has no profile"},
         Mistake{"NegativeThickness", test::ShortScene() + "[tool]\nthickness_mm = -0.1\n",
                 "s.toml:9:1: thickness_mm = -0.1 is below 0.02; valid range 0.02 to 10 mm"},
         Mistake{"TextForNumber", test::ShortScene() + "[tool]\nrpm = \"fast\"\n",

@@ -148,6 +148,22 @@ TEST(SceneRange, SlabKeysHoldTheirRanges) {
   EXPECT_GT(tester.tried(), 80);
 }
 
+TEST(SceneRange, HandHeldKeysHoldTheirRanges) {
+  RangeTester coupling = ForSection("[coupling]");
+  SceneCoupling of_coupling;
+  Describe(of_coupling, coupling);
+  RangeTester device = ForSection("[device]");
+  SceneDevice of_device;
+  Describe(of_device, device);
+  RangeTester hand = ForSection("[hand]");
+  SceneHand of_hand;
+  Describe(of_hand, hand);
+  RangeTester loop = ForSection("[loop]");
+  SceneLoop of_loop;
+  Describe(of_loop, loop);
+  EXPECT_GT(coupling.tried() + device.tried() + hand.tried() + loop.tried(), 150);
+}
+
 TEST(SceneRange, UniformMaterialKeysHoldTheirRanges) {
   RangeTester tester = ForSection("[material]\nkind = \"uniform\"");
   SceneMaterial material;

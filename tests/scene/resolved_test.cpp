@@ -76,6 +76,14 @@ std::string Print(Scene scene) {
   Describe(scene.simulation, printer);
   if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) Describe(scene.slab, printer);
   Describe(scene.output, printer);
+  // Of a section that the file leaves out, the defaults count.
+  if (scene.coupling.given) Describe(scene.coupling, printer);
+  if (scene.device.given) {
+    Describe(scene.device, printer);
+    printer.text += fmt::format("{}\n{}\n", scene.device.profile, scene.device.file);
+  }
+  if (scene.hand.given) Describe(scene.hand, printer);
+  if (scene.loop.given) Describe(scene.loop, printer);
   return printer.text;
 }
 
@@ -123,6 +131,16 @@ Scene RandomScene(std::mt19937& random) {
     scene.simulation.mode = SceneMode::kVoxel;
   }
   Describe(scene.output, randomize);
+  scene.coupling.given = random() % 2 == 0;
+  Describe(scene.coupling, randomize);
+  scene.device.given = random() % 2 == 0;
+  Describe(scene.device, randomize);
+  scene.device.profile = random() % 2 == 0 ? "touch" : "omega_6";
+  if (random() % 2 == 0) scene.device.file = "/a/profiles.csv";
+  scene.hand.given = random() % 2 == 0;
+  Describe(scene.hand, randomize);
+  scene.loop.given = random() % 2 == 0;
+  Describe(scene.loop, randomize);
   return scene;
 }
 
@@ -146,6 +164,13 @@ TEST(ResolvedScene, SaysUnitAndRangeOfEveryNumber) {
   EXPECT_NE(text.find("feed_mm_per_s = 3.0                 # speed of the centre [0.001 to 1000 mm/s]\n"),
             std::string::npos)
       << text;
+}
+
+TEST(ResolvedScene, LeavesOutTheHandThatTheSceneDoesNotName) {
+  const std::string text = ResolvedToml(ParseScene(test::ShortScene(), "s.toml"));
+  for (const char* section : {"[coupling]", "[device]", "[hand]", "[loop]"}) {
+    EXPECT_EQ(text.find(section), std::string::npos) << section;
+  }
 }
 
 TEST(DefaultScene, IsValidAsItStands) {
@@ -177,7 +202,15 @@ TEST(DefaultScene, NamesEveryKey) {
                           "retract = ",
                           "law = ",
                           "rate_hz = ",
-                          "forces_every_ticks = "}) {
+                          "forces_every_ticks = ",
+                          "[coupling]",
+                          "stiffness_N_per_mm = ",
+                          "[device]",
+                          "profile = \"omega_6\"",
+                          "[hand]",
+                          "model = \"H3\"",
+                          "[loop]",
+                          "watchdog_ms = "}) {
     EXPECT_NE(text.find(key), std::string::npos) << key;
   }
   for (const ForceLawInfo* law : ForceLaws()) {
