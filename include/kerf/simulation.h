@@ -41,7 +41,7 @@ struct TickOutput {
   double mean_E_MPa = 0;     // over the engaged teeth; 0 when none
   double mean_bite_mm = 0;   // over the engaged teeth
   int main_region = 0;       // region id with the largest share of thrust_sum_N; 0 when no tooth is engaged
-  double removed_mm3 = 0;
+  double removed_mm3 = 0;    // by occupancy of voxels: sum of clamp(1/2 - phi/h, 0, 1) h^3 before less after
   std::uint32_t status = kTickOk;
 };
 
@@ -54,16 +54,21 @@ class Simulation {
   Simulation(Simulation&&) noexcept;
   Simulation& operator=(Simulation&&) noexcept;
 
-  /// Moves the tool to in.X_WT and cuts what it sweeps. Deterministic: the same calls give the same bits.
+  /// Moves the tool to in.X_WT and cuts what it sweeps. Deterministic: the same calls give the same bits. Allocates
+  /// only where Refill() has been put off for thousands of leaves.
   TickOutput Tick(const TickInput& in);
 
   /// Lifts the tool out and sets it down at X_WT, cutting nothing on the way. False, and nothing done, for a bad pose.
   bool SetDown(const Pose& X_WT);
 
+  // ---- not in the tick
   const Bone& bone() const;
-  /// Removed volume so far by region id, mm^3; index 0: where no region was given.
-  const std::array<double, 256>& removed_mm3_by_region() const;
+  /// Removed volume so far by region id, mm^3, exactly what bone().CalcVolume() has lost up to rounding; index 0: where
+  /// no region was given.
+  const std::array<double, 256>& CalcRemovedByRegion();
   Bone TakeBone() &&;
+  /// Sets memory aside for the bone that the ticks to come will open. A tick that finds none left asks for more itself.
+  void Refill();
 
  private:
   struct State;

@@ -2,9 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cstring>
-
-#include "bone/grids.h"
 
 namespace kerf {
 
@@ -32,29 +29,37 @@ class CellBlock {
   }
 
   /// Fills from the tree around the leaf whose lowest voxel is `origin` (a multiple of 8). Tick-safe.
-  template <typename Accessor>
-  void Load(const Accessor& accessor, const openvdb::Coord& origin) {
+  template <typename Accessor, typename Coord>
+  void Load(const Accessor& accessor, const Coord& origin) {
+    ForEachPart([&](int bx, int by, int bz) {
+      const Coord part = origin.offsetBy(8 * bx, 8 * by, 8 * bz);
+      const auto* leaf = accessor.probeConstLeaf(part);
+      LoadPart(leaf ? leaf->buffer().data() : nullptr, leaf ? 0.0f : accessor.getValue(part), bx, by, bz);
+    });
+  }
+
+  /// Fills from leaves: values_of(x, y, z), each 0 or 1, is the leaf itself or an upper neighbour, 512 values.
+  template <typename ValuesOf>
+  void LoadLeaves(ValuesOf&& values_of) {
+    ForEachPart([&](int bx, int by, int bz) { LoadPart(values_of(bx, by, bz), 0, bx, by, bz); });
+  }
+
+ private:
+  template <typename Visit>
+  static void ForEachPart(Visit&& visit) {
     for (int bx = 0; bx < 2; ++bx) {
       for (int by = 0; by < 2; ++by) {
-        for (int bz = 0; bz < 2; ++bz) LoadPart(accessor, origin, bx, by, bz);
+        for (int bz = 0; bz < 2; ++bz) visit(bx, by, bz);
       }
     }
   }
 
- private:
-  template <typename Accessor>
-  void LoadPart(const Accessor& accessor, const openvdb::Coord& origin, int bx, int by, int bz) {
-    const openvdb::Coord part = origin.offsetBy(8 * bx, 8 * by, 8 * bz);
-    const int nx = bx ? 1 : 8;
-    const int ny = by ? 1 : 8;
-    const int nz = bz ? 1 : 8;
-    const auto* leaf = accessor.probeConstLeaf(part);
-    const float* data = leaf ? leaf->buffer().data() : nullptr;
-    const float uniform = leaf ? 0.0f : accessor.getValue(part);
-    for (int x = 0; x < nx; ++x) {
-      for (int y = 0; y < ny; ++y) {
+  /// `data`: 512 values, or null where all are `uniform`.
+  void LoadPart(const float* data, float uniform, int bx, int by, int bz) {
+    for (int x = 0; x < (bx ? 1 : 8); ++x) {
+      for (int y = 0; y < (by ? 1 : 8); ++y) {
         float* row = &at(8 * bx + x, 8 * by + y, 8 * bz);
-        for (int z = 0; z < nz; ++z) row[z] = data ? data[64 * x + 8 * y + z] : uniform;
+        for (int z = 0; z < (bz ? 1 : 8); ++z) row[z] = data ? data[64 * x + 8 * y + z] : uniform;
       }
     }
   }

@@ -230,7 +230,13 @@ float* BoneField::Write(const LeafIndex& leaf) {
   if (!(marks & kMarkChanged)) s.changed.push_back(leaf);
   if (!(marks & kMarkUnsettled)) s.unsettled.push_back(leaf);
   marks = kMarkChanged | kMarkUnsettled;
-  return const_cast<float*>(values);  // a leaf of a tree that this field may change
+  return const_cast<float*>(values);  // of a tree that this field may change
+}
+
+float* BoneField::OwnValues(const LeafIndex& leaf) {
+  const float* values = Read(leaf);
+  if (values == state_->outside || values == state_->inside) return nullptr;
+  return const_cast<float*>(values);  // of a tree that this field may change
 }
 
 std::span<const LeafIndex> BoneField::changed() const {

@@ -64,6 +64,8 @@ class BoneField {
   /// The leaf's own values to write to, null when the spare leaves are used up or the leaf is outside. Marks it
   /// changed.
   float* Write(const LeafIndex& leaf);
+  /// The leaf's own values, null unless its kind is kOwn. Who changes them calls Write() too.
+  float* OwnValues(const LeafIndex& leaf);
   /// Leaves marked since the last ClearChanged(), each once, in the order of the first mark.
   std::span<const LeafIndex> changed() const;
   void ClearChanged();

@@ -1,10 +1,8 @@
 #include "contact/rim.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <optional>
-
-#include "bone/grids.h"
 
 namespace kerf {
 namespace {
@@ -27,22 +25,15 @@ struct Sample {
 /// Looks at the bone from points of the rim.
 class Prober {
  public:
-  Prober(const Bone::Grids& grids, const RimMaterials& materials, const Pose& X_WT, double radius_mm,
-         const Vec3& feed_T)
-      : materials_(materials),
-        by_modulus_(grids.by_modulus),
-        phi_(grids.phi->constTree()),
-        region_(grids.region->constTree()),
+  Prober(const BoneField& field, const RimMaterials& materials, const Pose& X_WT, double radius_mm, const Vec3& feed_T)
+      : field_(field),
+        materials_(materials),
         X_WT_(X_WT),
-        h_(grids.voxel_mm()),
-        region_h_(grids.region_voxel_mm()),
+        h_(field.voxel_mm()),
+        region_h_(field.region_voxel_mm()),
         radius_mm_(radius_mm),
         u_(feed_T),
-        v_(-feed_T.y, feed_T.x, 0) {
-    if (!grids.modulus) return;
-    modulus_.emplace(grids.modulus->constTree());
-    region_per_modulus_ = region_h_ / grids.modulus->voxelSize()[0];
-  }
+        v_(-feed_T.y, feed_T.x, 0) {}
 
   Sample At(double theta) const {
     Sample sample;
@@ -50,31 +41,33 @@ class Prober {
     sample.e_T = std::cos(theta) * u_ + std::sin(theta) * v_;
     const double look_ahead = kLookAheadVoxels * h_;
     const Vec3 p_W = X_WT_.Point((radius_mm_ + look_ahead) * sample.e_T);
-    sample.distance = SampleTrilinear(phi_, p_W / h_);
+    sample.distance = field_.Sample(p_W / h_);
     // Whole where bone fills the look-ahead, none where the surface is reached: continuous on entering and leaving.
     sample.engagement = std::clamp(-sample.distance / look_ahead, 0.0, 1.0);
     if (sample.engagement == 0) return sample;
-    if (!FindMaterial(p_W / region_h_, sample)) {
+    if (!FindMaterial(p_W, sample)) {
       // Coarse region voxels with their centres outside the bone: look one further in.
-      FindMaterial(p_W / region_h_ + X_WT_.Vector(sample.e_T), sample);
+      FindMaterial(p_W + region_h_ * X_WT_.Vector(sample.e_T), sample);
     }
     return sample;
   }
 
  private:
-  /// The moduli at a point of the region grid's index space, interpolated between the voxels around it that have
-  /// material: an arc that crosses a border between tissues all at once would else feel a step. False when there are
-  /// none.
-  bool FindMaterial(const Vec3& p_vox, Sample& sample) const {
-    const double E_ct_MPa = modulus_ ? SampleModulus(*modulus_, region_per_modulus_ * p_vox) : 0;
+  /// The moduli at a point, interpolated between the region voxels around it that have material: an arc that crosses a
+  /// border between tissues all at once would else feel a step. False when there are none.
+  bool FindMaterial(const Vec3& p_W, Sample& sample) const {
+    const double E_ct_MPa = field_.ModulusAt(p_W);
     double sum = 0;
     double largest = 0;
     sample.region = 0;
     sample.E_MPa = 0;
     sample.E_star_MPa = 0;
-    ForEachRegionAround(region_, p_vox, [&](int id, double weight) {
+    std::array<BoneField::RegionShare, 8> shares;
+    const int count = field_.FindRegions(p_W, shares);
+    for (int i = 0; i < count; ++i) {
+      const auto& [id, weight] = shares[static_cast<std::size_t>(i)];
       sum += weight;
-      if (E_ct_MPa > 0 && by_modulus_[id]) {
+      if (E_ct_MPa > 0 && field_.by_modulus(id)) {
         sample.E_MPa += weight * E_ct_MPa;
         sample.E_star_MPa +=
             weight * CalcReducedModulus(materials_.steel_E_MPa, materials_.steel_nu, E_ct_MPa, materials_.nu[id]);
@@ -86,19 +79,15 @@ class Prober {
         largest = weight;
         sample.region = id;
       }
-    });
+    }
     if (!(sum > 0)) return false;
     sample.E_MPa /= sum;
     sample.E_star_MPa /= sum;
     return true;
   }
 
+  const BoneField& field_;
   const RimMaterials& materials_;
-  const std::array<bool, 256>& by_modulus_;
-  openvdb::FloatGrid::ConstAccessor phi_;
-  openvdb::Int32Grid::ConstAccessor region_;
-  std::optional<openvdb::FloatGrid::ConstUnsafeAccessor> modulus_;  // E from the CT, when it is used
-  double region_per_modulus_ = 1;                                   // ratio of voxel edges
   const Pose& X_WT_;
   double h_;
   double region_h_;
@@ -128,13 +117,13 @@ Rim::Rim(const DiscSaw& saw, const ToothForce& force, const RimMaterials& materi
       materials_(materials),
       half_samples_(std::max(32, saw.teeth * samples_per_pitch / 2)) {}
 
-RimLoad Rim::CalcLoad(const Bone& bone, const Pose& X_WT, const Vec3& v_T_mm_per_s, double passes_per_s) const {
+RimLoad Rim::CalcLoad(const BoneField& field, const Pose& X_WT, const Vec3& v_T_mm_per_s, double passes_per_s) const {
   RimLoad load;
   const Vec3 in_plane(v_T_mm_per_s.x, v_T_mm_per_s.y, 0);
   const double feed = glm::length(in_plane);
   if (!(feed > 0) || !(passes_per_s > 0)) return load;
   const double full_bite = feed / passes_per_s;
-  const Prober prober(bone.grids(), materials_, X_WT, radius_mm_, in_plane / feed);
+  const Prober prober(field, materials_, X_WT, radius_mm_, in_plane / feed);
 
   // Only the half of the rim that moves outwards can bite, so the integral over it has no edge of its own.
   const auto add_end = [&](const Sample& s, double teeth) {
@@ -149,7 +138,7 @@ RimLoad Rim::CalcLoad(const Bone& bone, const Pose& X_WT, const Vec3& v_T_mm_per
     load.E_sum_MPa += weight * s.E_MPa;
     load.bite_sum_mm += weight * bite;
   };
-  const double ring_mm = radius_mm_ + kLookAheadVoxels * bone.voxel_mm();
+  const double ring_mm = radius_mm_ + kLookAheadVoxels * field.voxel_mm();
   const auto add_interval = [&](const auto& self, const Sample& a, const Sample& b, int halvings) -> void {
     // A distance changes by at most 1 per mm: ends that are far enough from the bone have none between them.
     const double arc_mm = ring_mm * (b.theta - a.theta);

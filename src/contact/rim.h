@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "kerf/bone.h"
+#include "bone/field.h"
 #include "kerf/force.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
@@ -48,7 +48,7 @@ class Rim {
  public:
   Rim(const DiscSaw& saw, const ToothForce& force, const RimMaterials& materials, int samples_per_pitch);
 
-  RimLoad CalcLoad(const Bone& bone, const Pose& X_WT, const Vec3& v_T_mm_per_s, double passes_per_s) const;
+  RimLoad CalcLoad(const BoneField& field, const Pose& X_WT, const Vec3& v_T_mm_per_s, double passes_per_s) const;
 
  private:
   double radius_mm_;

@@ -1,44 +1,85 @@
-// Taking bone away where the saw has been.
+// Taking bone away where the tool has been.
 #pragma once
 
 #include <array>
 #include <memory>
 
-#include "kerf/bone.h"
+#include "bone/field.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
 
 namespace kerf {
 
-/// Removes what the disc sweeps, with sub-voxel precision: phi <- max(phi, -distance to the swept space). The rule does
-/// not depend on order and does nothing the second time; both hold bit for bit.
+/// Which part of the tool takes bone away.
+enum class CutWith {
+  kWholeTool,  // a tool that follows a path whatever stands in its way: its flats cut too
+  kEdge,  // a disc: only its rim, from three voxels inside it outwards; the flats are for the contact to hold. A ball:
+          // all of it
+};
+
+/// Removes what the tool sweeps, with sub-voxel precision: phi <- max(phi, -distance to the swept space). The rule does
+/// not depend on order and does nothing the second time; both hold bit for bit. Computed in float from each leaf's
+/// corner, so phi is right to about 4e-7 of the tool's radius.
 ///
-/// Only what a step can change is looked at: the leaves around the half of the rim that moves outwards. The flats of
-/// the disc change nothing while it moves in its own plane; when it has moved along its spindle or tilted, by more than
-/// kFlankTolerance voxels at the rim since they were last looked at, all leaves at the disc are.
+/// Work follows the newly swept shell: only leaves near the edge where it moves outwards are looked at, and of those
+/// only the rows of voxels that the step can change. The flats of a disc change nothing while it moves in its own
+/// plane; when it has moved along its spindle or tilted, by more than kFlankTolerance voxels at the rim since they were
+/// last looked at, all that cuts is. The result is the same bits at every vector width (removal/carve.h).
 class Cutter {
  public:
   static constexpr double kFlankTolerance = 0.01;  // of a voxel's edge
+  static constexpr double kEdgeVoxels = 3;         // how far the rim reaches inwards in kEdge
 
-  /// `removed_mm3_by_region[region]` grows with each cut. The bone must outlive the cutter and not be replaced.
-  Cutter(Bone& bone, const DiscSaw& saw);
+  /// The field must outlive the cutter. `old_leaves`: how many leaves of the bone's first surface can be cut into
+  /// before their old values must be accounted for (Refill(), CalcRemovedByRegion(); 2 kB each; leaves of pure bone
+  /// need none). `whole_voxels`: phi goes in steps of a voxel, as where a voxel is there or not: to show what that does
+  /// to the force. Allocates.
+  Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels = false, int old_leaves = 4096);
   ~Cutter();
   Cutter(Cutter&&) noexcept;
   Cutter& operator=(Cutter&&) noexcept;
 
-  /// Cuts from X_from to X_to, which must be near each other (see Simulation for the sub-steps). Returns the removed
-  /// volume, mm^3, which is exactly the loss of bone.CalcVolume() up to rounding. Tick-safe: not yet; a leaf that is
-  /// cut for the first time where a tile stood is allocated.
-  double Cut(const Pose& X_from, const Pose& X_to);
+  struct Result {
+    double removed_mm3 = 0;      // by occupancy: sum of clamp(1/2 - phi/h, 0, 1) h^3 before less after; see
+                                 // CalcRemovedByRegion for the exact one
+    bool out_of_leaves = false;  // some bone was left for want of spare or old leaves; cutting the same way again
+                                 // after Refill() takes it
+  };
+  /// Cuts from X_from to X_to, which must be near each other: CountSubsteps(). Tick-safe.
+  Result Cut(const Pose& X_from, const Pose& X_to);
 
-  /// The tool is taken away; the next cut may begin anywhere.
+  /// The tool is taken away; the next cut may begin anywhere. Tick-safe.
   void Lift();
 
-  const std::array<double, 256>& removed_mm3_by_region() const;
+  /// Volume gone since the start by region, mm^3: exactly the loss of bone.CalcVolume() up to rounding. Not tick-safe:
+  /// it looks at what has changed since it was last asked.
+  const std::array<double, 256>& CalcRemovedByRegion();
+  /// Makes room for the old values of all leaves again; the field's spare leaves are the caller's. Not tick-safe.
+  void Refill();
+  std::size_t CalcMemoryBytes() const;
+
+  /// What the last Cut() looked at, for who studies its speed.
+  struct Effort {
+    int listed_leaves = 0;  // near the edge, whatever the way
+    int leaves = 0;         // looked into
+    int rows = 0;           // of eight voxels, worked out
+    int changed_voxels = 0;
+    bool listed_anew = false;
+  };
+  const Effort& effort() const;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// How many steps the way from a to b must be cut in: in one the edge moves outwards by at most half a voxel, and no
+/// part of a disc along the spindle by more than a quarter of the thinner of disc and voxel: nothing is jumped over,
+/// and the force sees each layer. A whole number >= 1. Tick-safe.
+double CountSubsteps(const Pose& a, const Pose& b, const Tool& tool, double voxel_mm);
+
+/// Point of the way from a to b, t from 0 to 1: straight for the origin, at constant turning speed for the orientation.
+/// Tick-safe.
+Pose Interpolate(const Pose& a, const Pose& b, double t);
 
 }  // namespace kerf

@@ -10,6 +10,8 @@
 namespace kerf {
 namespace {
 
+constexpr std::size_t kTicksBetweenRefills = 1024;
+
 /// Rounding left over from turning a vector reads as zero.
 Vec3 WithoutNoise(Vec3 v) {
   for (int axis = 0; axis < 3; ++axis) v[axis] = std::abs(v[axis]) < 1e-12 ? 0 : v[axis];
@@ -51,14 +53,15 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       record.travel_mm = travel_mm;
       record.touched = touched;
       X_WT = record.X_WT;
-      result.removed_mm3 += record.out.removed_mm3;
       result.ticks.push_back(record);
+      if (k % kTicksBetweenRefills == 0) simulation.Refill();
       if (progress && k % 64 == 0) progress(static_cast<double>(result.ticks.size()) / static_cast<double>(total));
     }
   }
   result.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
   result.times = CalcTickTimes(std::move(times_us));
-  result.removed_mm3_by_region = simulation.removed_mm3_by_region();
+  result.removed_mm3_by_region = simulation.CalcRemovedByRegion();
+  for (const double mm3 : result.removed_mm3_by_region) result.removed_mm3 += mm3;
   result.bone = std::move(simulation).TakeBone();
   return result;
 }

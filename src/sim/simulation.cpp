@@ -12,28 +12,7 @@ namespace kerf {
 namespace {
 
 constexpr int kMaxSubsteps = 4096;
-
-/// Point of the way from a to b: straight for the centre, at constant turning speed for the orientation.
-Pose Interpolate(const Pose& a, const Pose& b, double t) {
-  Pose X;
-  X.R_AB = glm::normalize(glm::slerp(a.R_AB, b.R_AB, t));
-  X.p_AB = a.p_AB + t * (b.p_AB - a.p_AB);
-  return X;
-}
-
-/// So many that in one sub-step the rim moves outwards by at most half a voxel, and no part of the disc along the
-/// spindle by more than a quarter of the thinner of disc and voxel: nothing is jumped over, and the force sees each
-/// layer.
-double CountSubsteps(const Pose& a, const Pose& b, const DiscSaw& saw, double voxel_mm) {
-  const Vec3 normal_a = a.Vector({0, 0, 1});
-  const Vec3 normal_b = b.Vector({0, 0, 1});
-  const Vec3 move = b.p_AB - a.p_AB;
-  const double tilt = std::acos(std::clamp(glm::dot(normal_a, normal_b), -1.0, 1.0));
-  const double along = std::max(std::abs(glm::dot(move, normal_a)), std::abs(glm::dot(move, normal_b))) +
-                       tilt * (saw.radius_mm() + glm::length(move));
-  return std::max({1.0, std::ceil(glm::length(move) / (0.5 * voxel_mm)),
-                   std::ceil(along / (0.25 * std::min(saw.thickness_mm, voxel_mm)))});
-}
+constexpr int kSpareLeaves = 4096;
 
 }  // namespace
 
@@ -44,13 +23,15 @@ struct Simulation::State {
         saw(std::get<DiscSaw>(params.tool)),
         rim(saw, MakeToothForce(params.law, saw), MakeRimMaterials(bone.materials(), saw),
             params.rim_samples_per_pitch),
-        cutter(bone, saw),
+        field(bone, kSpareLeaves),
+        cutter(field, params.tool, CutWith::kWholeTool),
         X_WT(X_WT_start) {}
 
   Bone bone;
   SimulationParams params;
   DiscSaw saw;
   Rim rim;
+  BoneField field;
   Cutter cutter;
   Pose X_WT;  // last good pose
 };
@@ -68,13 +49,19 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 const Bone& Simulation::bone() const {
+  state_->field.Settle();
   return state_->bone;
 }
 Bone Simulation::TakeBone() && {
+  state_->field.Settle();
   return std::move(state_->bone);
 }
-const std::array<double, 256>& Simulation::removed_mm3_by_region() const {
-  return state_->cutter.removed_mm3_by_region();
+const std::array<double, 256>& Simulation::CalcRemovedByRegion() {
+  return state_->cutter.CalcRemovedByRegion();
+}
+void Simulation::Refill() {
+  state_->field.Refill(kSpareLeaves);
+  state_->cutter.Refill();
 }
 
 bool Simulation::SetDown(const Pose& X_WT) {
@@ -99,7 +86,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
     out.status = kTickSpindleStopped;
     return out;
   }
-  double substeps = CountSubsteps(X_from, in.X_WT, s.saw, s.bone.voxel_mm());
+  double substeps = CountSubsteps(X_from, in.X_WT, s.params.tool, s.field.voxel_mm());
   if (substeps > kMaxSubsteps) {
     out.status |= kTickSubstepsLimited;
     substeps = kMaxSubsteps;
@@ -114,7 +101,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
   for (int i = 1; i <= static_cast<int>(substeps); ++i) {
     const Pose X_b = i == static_cast<int>(substeps) ? in.X_WT : Interpolate(X_from, in.X_WT, i / substeps);
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
-    const RimLoad load = s.rim.CalcLoad(s.bone, X_a, v_T, passes_per_s);
+    const RimLoad load = s.rim.CalcLoad(s.field, X_a, v_T, passes_per_s);
     out.f_T_W_N += X_a.Vector(load.f_T_N);
     out.tau_TG_W_Nmm += X_a.Vector(glm::cross(-s.saw.p_TG_mm, load.f_T_N));
     out.thrust_sum_N += load.thrust_sum_N;
@@ -124,7 +111,13 @@ TickOutput Simulation::Tick(const TickInput& in) {
     for (std::size_t id = 0; id < thrust_by_region_N.size(); ++id) {
       thrust_by_region_N[id] += load.thrust_by_region_N[id];
     }
-    out.removed_mm3 += s.cutter.Cut(X_a, X_b);
+    Cutter::Result cut = s.cutter.Cut(X_a, X_b);
+    out.removed_mm3 += cut.removed_mm3;
+    while (cut.out_of_leaves) {
+      Refill();
+      cut = s.cutter.Cut(X_a, X_b);
+      out.removed_mm3 += cut.removed_mm3;
+    }
     X_a = X_b;
   }
 

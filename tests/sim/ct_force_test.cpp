@@ -110,9 +110,11 @@ TEST(CtForce, OfARampIsThatOfTheModulusWhereTheTeethAre) {
       bone, [](const Vec3& p) { return 2000 + 1000 * p.z / 3; }, 0.5);
   UseCtModulus(bone, LinearLaw(), true);
   SimulationParams params;
-  params.saw.diameter_mm = 200;
-  params.saw.teeth = 200;
-  const double R = params.saw.radius_mm();
+  DiscSaw saw;
+  saw.diameter_mm = 200;
+  saw.teeth = 200;
+  params.tool = saw;
+  const double R = saw.radius_mm();
   Simulation simulation(bone, params, DiscPose(Pose{}, {0, 0, 3.5 + R}));
   const auto ticks = Stroke(simulation, Pose{}, {0, 0, 3.5 + R}, {0, 0, -2.5 + R}, 10);
   const double sag = (R - std::sqrt(R * R - 36)) / 3;  // mean height of the arc above its lowest point

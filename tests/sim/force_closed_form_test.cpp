@@ -163,16 +163,18 @@ TEST(ForceClosedForm, LayeredPlateGivesEachLayersForceAndTheStepBetweenThem) {
   const Bone bone = MakeBone(field, Box3{Vec3(-6, -1.5, -4), Vec3(6, 1.5, 4)}, {0.1, 0.1, {}}, table);
 
   SimulationParams params;
-  params.saw.diameter_mm = 200;
-  params.saw.teeth = 200;
+  DiscSaw saw;
+  saw.diameter_mm = 200;
+  saw.teeth = 200;
+  params.tool = saw;
   params.law.Set("contact_radius_mm", 11);
-  const double R = params.saw.radius_mm();
+  const double R = saw.radius_mm();
   Simulation simulation(bone, params, DiscPose(Pose{}, {0, 0, 3.5 + R}));
   const double feed = 5;
   const std::vector<TickOutput> ticks = Stroke(simulation, Pose{}, {0, 0, 3.5 + R}, {0, 0, -3 + R}, feed);
   const double sag = R - std::sqrt(R * R - 25);  // 0.125 mm: the rim's ends are that much higher than its middle
-  const double bite = feed / (params.saw.teeth * 7500 / 60.0);
-  const double arc_teeth = 2 * std::asin(5 / R) * R / params.saw.pitch_mm();
+  const double bite = feed / (saw.teeth * 7500 / 60.0);
+  const double arc_teeth = 2 * std::asin(5 / R) * R / saw.pitch_mm();
   int checked = 0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double lowest =
@@ -241,13 +243,15 @@ TEST(ForceClosedForm, TorqueIsTheForcesMomentAboutTheGrip) {
   const Pose X_WB = BlockPoses(0.2)[5];
   const Bone bone = test::MakeBox(X_WB, {20, 2, 6}, 0.2);
   SimulationParams params;
-  params.saw.p_TG_mm = {3, -4, 80};
+  DiscSaw saw;
+  saw.p_TG_mm = {3, -4, 80};
+  params.tool = saw;
   Simulation simulation(bone, params, DiscPose(X_WB, {-12, 0, 12}));
   const auto ticks = Stroke(simulation, X_WB, {-12, 0, 12}, {0, 0, 12}, 50);
   const TickOutput& out = ticks.back();
   ASSERT_GT(out.engaged_teeth, 0.5);
   const Pose X_WT = DiscPose(X_WB, {0, 0, 12});
-  const Vec3 arm_W = X_WT.p_AB - X_WT.Point(params.saw.p_TG_mm);  // from the grip to the disc's centre
+  const Vec3 arm_W = X_WT.p_AB - X_WT.Point(saw.p_TG_mm);  // from the grip to the disc's centre
   const Vec3 expected = glm::cross(arm_W, out.f_T_W_N);
   EXPECT_NEAR(glm::length(out.tau_TG_W_Nmm - expected), 0, 1e-9 * glm::length(expected));
 }

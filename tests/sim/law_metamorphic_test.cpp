@@ -32,10 +32,12 @@ std::vector<TickOutput> Plunge(const Setting& setting) {
   bone.set_materials(test::OneRegionTable(24, setting.E_bone_MPa, 0.28));
   SimulationParams params;
   params.law = setting.law;
-  params.saw.teeth = setting.teeth;
-  params.saw.E_MPa = setting.E_saw_MPa;
+  DiscSaw saw;
+  saw.teeth = setting.teeth;
+  saw.E_MPa = setting.E_saw_MPa;
+  params.tool = saw;
   params.rim_samples_per_pitch = setting.rim_samples_per_pitch;
-  const double top = 1.5 + params.saw.radius_mm() + 0.1;
+  const double top = 1.5 + saw.radius_mm() + 0.1;
   Simulation simulation(bone, params, DiscPose(X_WB, {0, 0, top}));
   std::vector<TickOutput> ticks;
   for (int i = 1; i <= 160; ++i) {

@@ -24,6 +24,13 @@ Bone Block(const Pose& X_WB, double voxel_mm) {
   return test::MakeBox(X_WB, kBlockSize, voxel_mm);
 }
 
+/// All that was removed so far, exactly.
+double Removed(Simulation& simulation) {
+  const auto& by_region = simulation.CalcRemovedByRegion();
+  return std::accumulate(by_region.begin(), by_region.end(), 0.0);
+}
+
+/// By occupancy, tick by tick.
 double RemovedIn(const std::vector<TickOutput>& ticks) {
   return std::accumulate(ticks.begin(), ticks.end(), 0.0,
                          [](double sum, const TickOutput& t) { return sum + t.removed_mm3; });
@@ -41,7 +48,8 @@ double SlotVolume() {
 
 double CutSlot(Simulation& simulation, const Pose& X_WB) {
   const double z = CentreHeight(kDepth);
-  return RemovedIn(Stroke(simulation, X_WB, {-11.5, 0, z}, {11.5, 0, z}, 100));
+  Stroke(simulation, X_WB, {-11.5, 0, z}, {11.5, 0, z}, 100);
+  return Removed(simulation);
 }
 
 Simulation MakeSlotSimulation(const Pose& X_WB, double voxel_mm) {
@@ -64,9 +72,12 @@ TEST(RemovalClosedForm, PlungeVolumeIsWithinOnePercentAtATenthInEveryPose) {
     const Vec3 high(0, 0, top + kSaw.radius_mm() + 0.5);
     const Vec3 low(0, 0, top + kSaw.radius_mm() - kDepth);
     Simulation simulation(test::MakeBox(X_WB, size, 0.1), {}, DiscPose(X_WB, high));
-    const double removed = RemovedIn(Stroke(simulation, X_WB, high, low, 10));
+    const double by_occupancy = RemovedIn(Stroke(simulation, X_WB, high, low, 10));
     const double expected = kSaw.thickness_mm * SegmentArea(kSaw.radius_mm(), kDepth);
-    EXPECT_NEAR(removed / expected, 1, 0.01);
+    EXPECT_NEAR(Removed(simulation) / expected, 1, 0.01);
+    // What the ticks say is by occupancy, whose ramp is a voxel wide: between the layers of centres that a wall at 45
+    // degrees meets, 0.71 voxels apart, it does not add up to the same wherever the wall lies.
+    EXPECT_NEAR(by_occupancy / expected, 1, 0.04);
     // Lifting out again takes nothing.
     EXPECT_EQ(RemovedIn(Stroke(simulation, X_WB, low, high, 10)), 0);
   }
@@ -122,8 +133,6 @@ TEST(RemovalClosedForm, RemovedPlusRemainingIsInitial) {
       const double removed = CutSlot(simulation, X_WB);
       // The same cells are added up in another order: rounding only.
       EXPECT_NEAR(removed + simulation.bone().CalcVolume(), initial, 1e-9 * initial);
-      const auto& by_region = simulation.removed_mm3_by_region();
-      EXPECT_NEAR(std::accumulate(by_region.begin(), by_region.end(), 0.0), removed, 1e-9 * initial);
     }
   }
 }
@@ -213,7 +222,7 @@ TEST(RemovalClosedForm, JumpDoesNotTunnel) {
   // All that lies above the lowest rim line across the full width: z > 11 - sqrt(121 - x^2), over |x| < 2.
   const double top_area = 4 * 1.5;
   const double below = 11 * 4 - (2 * std::sqrt(121 - 4.0) + 121 * std::asin(2.0 / 11));
-  EXPECT_NEAR(out.removed_mm3, 6 * (top_area - below), 0.01 * 36);
+  EXPECT_NEAR(Removed(simulation), 6 * (top_area - below), 0.01 * 36);
   EXPECT_EQ(out.status, kTickOk);
 }
 

@@ -1,0 +1,47 @@
+// The innermost loop: one leaf of the bone, less what one step of the tool sweeps. Vectorised, the same bits at every
+// width.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kerf {
+
+/// One step of the tool, in its own frame at the end of the step; mm. The tool comes from `back` * `length`.
+struct CarveStep {
+  bool ball = false;          // else a disc, whose `back` has no z
+  bool whole_voxels = false;  // phi in steps of a voxel
+  bool new_only = false;      // leave out what the step before has carved as far: it ended where this one begins
+  float radius = 0;
+  float half_thickness = 0;  // of a disc
+  float edge_depth = 0;      // a disc cuts only so far inside its rim
+  float back[3] = {0, 0, 0};
+  float length = 0;
+  float flank_slack = 0;  // new_only: how far the flats may lie from where they cut last
+  float band = 0;
+  float voxel = 0;
+  float rounding = 0;       // what float arithmetic may be off by
+  float grid[3][3] = {{}};  // [i]: the step to the next voxel along axis i of the bone's grid
+};
+
+struct CarveLoss {
+  double voxels = 0;  // occupancy before less after
+  int rows = 0;       // of eight voxels, worked out
+  int changed = 0;    // voxels
+};
+
+/// phi <- max(phi, -distance to what the step sweeps) in a leaf: 512 values, mm, z fastest; `corner_T`: its lowest
+/// voxel. Tick-safe.
+CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values);
+
+/// The vector instruction sets that this machine has, widest first, in lower case ("avx3" is AVX-512).
+std::vector<std::string> VectorTargets();
+/// The one in use.
+std::string VectorTarget();
+/// Uses one of them from here on; "" for the best. For tests and for tools that know no wide vectors (valgrind).
+/// Throws Error when the machine does not have it. Not while a tick runs.
+void SetVectorTarget(std::string_view name);
+
+}  // namespace kerf
