@@ -12,9 +12,9 @@
 #include "contact/faces.h"
 #include "contact/step.h"
 #include "coupled/coupling.h"
-#include "coupled/plain_cutter.h"
 #include "kerf/error.h"
 #include "proximity/clearance.h"
+#include "removal/cutter.h"
 #include "tool/shape.h"
 
 namespace kerf {
@@ -102,7 +102,7 @@ struct CoupledSimulation::State {
         coupling(params.coupling),
         edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
         faces(field, shape, CalcThickness(params.tool), params.coupling.p_TC_mm),
-        cutter(field, params.tool),
+        cutter(field, params.tool, CutWith::kEdge),
         clearance(field, params.tool),
         solver(edge.size() + faces.size() + Faces::kPatches),
         X_WT(X_WT_start),
@@ -151,7 +151,7 @@ struct CoupledSimulation::State {
   Coupling coupling;
   Edge edge;
   Faces faces;
-  PlainCutter cutter;
+  Cutter cutter;
   Clearance clearance;
   StepProblem problem;
   StepSolver solver;
@@ -468,7 +468,8 @@ Bone CoupledSimulation::TakeBone() && {
   return std::move(state_->bone);
 }
 std::size_t CoupledSimulation::CalcMemoryBytes() const {
-  return state_->field.CalcMemoryBytes() + state_->clearance.CalcMemoryBytes() + sizeof(State);
+  return state_->field.CalcMemoryBytes() + state_->cutter.CalcMemoryBytes() + state_->clearance.CalcMemoryBytes() +
+         sizeof(State);
 }
 
 }  // namespace kerf

@@ -104,7 +104,6 @@ Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
   if (s.zone.ball) X_a.R_AB = X_b.R_AB = Quat(1, 0, 0, 0);  // whatever way it is turned
   // Where one cut goes on from the last, only what is new is looked at.
   const bool goes_on = s.X_last && s.X_last->p_AB == X_a.p_AB && s.X_last->R_AB == X_a.R_AB;
-  if (!goes_on) s.leaves.Forget();
   const bool new_only = goes_on && !s.FlanksMoved(X_b);
   const double way_mm = glm::length(X_b.p_AB - X_a.p_AB);
   if (!new_only || way_mm > 0) {

@@ -18,9 +18,6 @@ class EdgeLeaves {
   /// Makes the lists good for a step to X_WT over `length_mm` <= slack_mm() / 4. True when they were found anew.
   /// Tick-safe.
   bool Update(const Pose& X_WT, double length_mm);
-  /// Throws the lists away: the tool is elsewhere, or leaves may have been left out.
-  void Forget() { known_ = false; }
-
   double slack_mm() const { return slack_mm_; }
   /// Those that hold bone, or did when the list was made.
   const std::vector<LeafIndex>& edge() const { return edge_; }
