@@ -83,7 +83,7 @@ double DenseBone::CalcOccupancy_mm3() const {
   return sum * voxel_mm_ * voxel_mm_ * voxel_mm_;
 }
 
-DenseDifference DenseBone::Compare(const Bone& other) const {
+DenseDifference DenseBone::Compare(const Bone& other, double near_mm) const {
   if (other.voxel_mm() != voxel_mm_) {
     throw Error(
         fmt::format("bones with voxels of {} and {} mm can't be compared voxel by voxel", voxel_mm_, other.voxel_mm()));
@@ -92,8 +92,12 @@ DenseDifference DenseBone::Compare(const Bone& other) const {
   ForEachVoxel(other, lowest_, size_, [&](int x, int y, int z, float theirs) {
     const float ours = at(x, y, z);
     if (ours == theirs) return;
-    ++difference.voxels;
-    difference.max_phi_mm = std::max(difference.max_phi_mm, std::abs(static_cast<double>(theirs - ours)));
+    const double a = static_cast<double>(ours);
+    const double b = static_cast<double>(theirs);
+    if (std::min(std::abs(a), std::abs(b)) <= near_mm) {
+      ++difference.voxels;
+      difference.max_phi_mm = std::max(difference.max_phi_mm, std::abs(b - a));
+    }
     difference.volume_mm3 += CalcShare(theirs, voxel_mm_) - CalcShare(ours, voxel_mm_);
   });
   difference.volume_mm3 *= voxel_mm_ * voxel_mm_ * voxel_mm_;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "kerf/bone.h"
@@ -62,8 +63,9 @@ class DenseBone {
 
   /// Sum of clamp(1/2 - phi/h, 0, 1) h^3 over the box.
   double CalcOccupancy_mm3() const;
-  /// With the same voxels of a bone on the same grid.
-  DenseDifference Compare(const Bone& other) const;
+  /// With the same voxels of a bone on the same grid. phi is compared where one of the two is within `near_mm` of the
+  /// surface, the volume everywhere.
+  DenseDifference Compare(const Bone& other, double near_mm = std::numeric_limits<double>::infinity()) const;
   std::size_t CalcMemoryBytes() const { return phi_.capacity() * sizeof(float); }
 
  private:

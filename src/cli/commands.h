@@ -7,6 +7,7 @@ namespace kerf::cli {
 
 // Each adds its sub-command, with options and what to do, to the program.
 // Bad use: throw CLI::ValidationError (exit 2). Failure: throw kerf::Error (exit 1).
+void AddBenchCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);

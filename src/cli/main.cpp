@@ -51,6 +51,7 @@ int RunProgram(int argc, char** argv) {
     return fmt::format("kerf {} (commit {}; {})\nbuilt with {}", kerf::VersionString(), kerf::CommitString(),
                        kerf::CompilerString(), kerf::LibrariesString());
   });
+  kerf::cli::AddBenchCommand(app);
   kerf::cli::AddCheckCommand(app);
   kerf::cli::AddCompareCommand(app);
   kerf::cli::AddExportCommand(app);

@@ -17,7 +17,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A plate is asked again ahead of time when so many ticks like this one would use its clearance up: one in a tick, so
 /// that they don't all fall due together.
-constexpr double kTicksAhead = 80;
+constexpr double kTicksAhead = 40;
 constexpr double kLongTravel_mm = 1e5;
 
 /// The most that a point within `reach` of the origin of T moves from X_a to X_b, mm.

@@ -1,0 +1,19 @@
+// The cuts that the tick is measured on.
+#pragma once
+
+#include "bench/cut_case.h"
+
+namespace kerf {
+
+/// The saw of the paper 8 mm deep in a block that stands askew in the grid, so that disc, feed and faces are all tilted
+/// against the voxels.
+CutCase MakeDiscCut(double voxel_mm);
+/// The disc that iMSTK was measured with.
+CutCase MakeThickDiscCut();
+/// The peers' cut: a ball of 3 mm radius, 2 mm deep. `whole`: in their block of 256^3 voxels, else in a bar of it.
+CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole);
+/// The saw goes up through the left body of the generic mandible below the first molar. `whole`: with all of the
+/// mandible about it, else with a block of it.
+CutCase MakeMandibleCut(bool whole);
+
+}  // namespace kerf

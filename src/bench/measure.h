@@ -1,0 +1,68 @@
+// Clocks, percentiles and the machine that figures were measured on.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kerf/coupled.h"
+
+namespace kerf {
+
+/// Of a clock that only goes forward, ns.
+std::int64_t ReadClock_ns();
+
+/// Nearest-rank percentiles, microseconds; all 0 for none.
+struct Percentiles {
+  std::size_t count = 0;
+  double p50_us = 0;
+  double p99_us = 0;
+  double p999_us = 0;
+  double max_us = 0;
+};
+Percentiles CalcPercentiles(std::vector<double> times_us);
+
+/// Adds up the time between the stages of ticks.
+class StageClock : public TickObserver {
+ public:
+  static constexpr std::size_t kStages = static_cast<std::size_t>(TickStage::kEnd);
+
+  void Enter(TickStage stage) noexcept override;
+  void FinishTick() noexcept;
+  /// Mean over the ticks, by stage, us.
+  std::array<double, kStages> CalcMeans_us() const;
+
+ private:
+  std::array<std::int64_t, kStages> spent_ns_{};
+  std::size_t now_ = kStages;
+  std::int64_t since_ns_ = 0;
+  std::int64_t ticks_ = 0;
+};
+const char* NameOfStage(std::size_t stage);
+
+/// Holds the calling thread to one core while it stands.
+class PinnedToCore {
+ public:
+  /// Throws Error when there is no such core for this program.
+  explicit PinnedToCore(int core);
+  ~PinnedToCore();
+  PinnedToCore(const PinnedToCore&) = delete;
+  PinnedToCore& operator=(const PinnedToCore&) = delete;
+
+ private:
+  std::vector<unsigned char> before_;
+};
+
+struct MachineState {
+  std::string cpu;  // its model, as the system names it
+  int cores = 0;    // that this program may use
+  double load = 0;  // programs that wanted a core in the last minute, on average
+};
+MachineState LookAtMachine();
+/// Memory of this program that is in use, bytes.
+std::size_t ReadResidentBytes();
+
+}  // namespace kerf

@@ -1,0 +1,110 @@
+#include "bench/other_cases.h"
+
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "bench/cut_cases.h"
+#include "material/region_table.h"
+#include "models/block.h"
+#include "models/mandible.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kAbove_mm = 5;
+
+/// The saw `kAbove_mm` over the plane z = 0 at its nearest, on a circle of 10 mm radius at 40 mm/s, turning with it.
+Pose Hover(const DiscSaw& saw, double tilt, double t_s) {
+  const double angle = 4 * t_s;
+  const double lowest = saw.radius_mm() * std::sin(tilt) + 0.5 * saw.thickness_mm * std::cos(tilt);
+  return {glm::angleAxis(angle, Vec3(0, 0, 1)) * glm::angleAxis(tilt, Vec3(1, 0, 0)),
+          {10 * std::cos(angle), 10 * std::sin(angle), kAbove_mm + lowest}};
+}
+
+struct Footprint {
+  double bone_MB = 0;
+  double simulation_MB = 0;
+  double resident_MB = 0;  // what the program's memory grew by
+};
+
+Footprint Weigh(const std::function<Bone()>& make_bone) {
+  const std::size_t before = ReadResidentBytes();
+  Bone bone = make_bone();
+  Footprint footprint;
+  footprint.bone_MB = 1e-6 * static_cast<double>(bone.CalcMemoryBytes());
+  Pose above;
+  above.p_AB = bone.CalcBounds().upper + Vec3(50);
+  const CoupledSimulation simulation(std::move(bone), CoupledParams{}, above);
+  footprint.simulation_MB = 1e-6 * static_cast<double>(simulation.CalcMemoryBytes());
+  footprint.resident_MB = 1e-6 * (static_cast<double>(ReadResidentBytes()) - static_cast<double>(before));
+  return footprint;
+}
+
+}  // namespace
+
+BenchResult RunIdle(const BenchOptions& options) {
+  BenchResult result;
+  result.name = "idle";
+  result.title = "disc 22 x 0.25 mm, 5 mm from a block: flat, on edge, in between; 40 mm/s, 0.1 mm voxels";
+  if (options.progress) options.progress("idle: bone", 0);
+  BlockParams block;
+  block.size_mm = {60, 60, 8};
+  block.voxel_mm = 0.1;
+  CoupledParams params;
+  const auto saw = std::get<DiscSaw>(params.tool);
+  std::vector<double> times_us;
+  double asleep = 0;
+  StageClock clock;
+  CoupledSimulation simulation(MakeBlock(block, DefaultMandibleTable()), params, Hover(saw, 0, 0));
+  const PinnedToCore pinned(options.core);
+  const int in_turn = (options.ticks + 2) / 3;
+  for (const bool with_stages : {false, true}) {
+    for (const double tilt : {0.0, 0.5 * kPi, 0.25 * kPi}) {
+      simulation.SetDown(Hover(saw, tilt, 0));
+      for (int i = -100; i < in_turn; ++i) {  // a hundred to warm up
+        CoupledInput in;
+        in.X_WH = Hover(saw, tilt, 0.001 * i);
+        const std::int64_t start = ReadClock_ns();
+        const CoupledOutput out = simulation.Tick(in, with_stages ? &clock : nullptr);
+        const std::int64_t end = ReadClock_ns();
+        if (with_stages) clock.FinishTick();
+        if (with_stages || i < 0) continue;
+        times_us.push_back(1e-3 * static_cast<double>(end - start));
+        asleep += out.status & kCoupledAsleep ? 1 : 0;
+      }
+    }
+  }
+  result.times = CalcPercentiles(std::move(times_us));
+  result.figures.push_back({"ticks asleep", "%", 100 * asleep / static_cast<double>(result.times.count)});
+  const auto means = clock.CalcMeans_us();
+  result.stages_us.assign(means.begin(), means.end());
+  return result;
+}
+
+BenchResult RunMemory(const BenchOptions& options) {
+  BenchResult result;
+  result.name = "memory";
+  result.title = "bone and simulation in memory: whole mandible at 0.1 mm; block of 256^3 voxels";
+  if (options.progress) options.progress("memory: block", 0);
+  const Footprint block = Weigh(MakeBallCut(0.2, 10, true).make_bone);
+  if (options.progress) options.progress("memory: mandible", 0.2);
+  MandibleParams params;
+  params.voxel_mm = 0.1;
+  const Footprint mandible = Weigh([&params] { return MakeMandible(params, DefaultMandibleTable()); });
+  const double dense_MB = 1e-6 * sizeof(float) * 256 * 256 * 256;
+  result.figures = {{"mandible: bone", "MB", mandible.bone_MB},
+                    {"mandible: simulation", "MB", mandible.simulation_MB},
+                    {"mandible: resident memory grew by", "MB", mandible.resident_MB},
+                    {"block: bone", "MB", block.bone_MB},
+                    {"block: simulation", "MB", block.simulation_MB},
+                    {"block: resident memory grew by", "MB", block.resident_MB},
+                    {"block: dense float array", "MB", dense_MB}};
+  result.targets = {{"mandible, bone and simulation", "MB", 600, mandible.bone_MB + mandible.simulation_MB},
+                    {"mandible, resident", "MB", 600, mandible.resident_MB},
+                    {"block, bone and simulation / dense", "", 0.25, (block.bone_MB + block.simulation_MB) / dense_MB}};
+  return result;
+}
+
+}  // namespace kerf

@@ -1,0 +1,89 @@
+// kerf bench: how fast it is.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bench/tick_cases.h"
+#include "bench/tick_report.h"
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "files/files.h"
+#include "kerf/error.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> cases;
+  BenchOptions bench;
+  std::string output;
+  bool json = false;
+  bool markdown = false;
+};
+
+void Run(Options& options) {
+  if (!options.output.empty()) CheckWritable(options.output);
+  TickReport report;
+  report.machine = LookAtMachine();
+  report.core = options.bench.core;
+  report.ticks = options.bench.ticks;
+  {
+    std::unique_ptr<ProgressBar> bar;
+    std::string stage;
+    options.bench.progress = [&](const std::string& now, double fraction) {
+      if (now != stage) {
+        bar.reset();
+        bar = std::make_unique<ProgressBar>(now);
+        stage = now;
+      }
+      bar->Show(fraction);
+    };
+    report.results = RunTickCases(options.cases, options.bench);
+  }
+  for (const std::string& doubt : FindTickDoubts(report)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
+  const std::string text = options.json       ? FormatTickJson(report)
+                           : options.markdown ? FormatTickMarkdown(report)
+                                              : FormatTickTable(report);
+  if (options.output.empty()) {
+    fmt::print("{}", text);
+  } else {
+    WriteTextFile(options.output, text);
+  }
+}
+
+}  // namespace
+
+void AddBenchCommand(CLI::App& app) {
+  CLI::App* group = app.add_subcommand("bench", "Measure how fast kerf is, beside baselines of the same run");
+  group->require_subcommand(1);
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = group->add_subcommand(
+      "tick",
+      "Time whole ticks of the coupled simulation on one core, with the error and a hash of the result beside each "
+      "speed");
+  command
+      ->add_option(
+          "--case", options->cases,
+          fmt::format("Cases to run, separated by commas or by repeating the option. Default: all, which takes "
+                      "some minutes. They are: {}",
+                      fmt::join(NamesOfTickCases(), ", ")))
+      ->delimiter(',');
+  command
+      ->add_option("--ticks", options->bench.ticks,
+                   "Least number of ticks measured of each case, 1 to 10000000; a cut is begun again on a fresh bone "
+                   "until there are enough")
+      ->check(CLI::Range(1, 10000000))
+      ->capture_default_str();
+  command->add_option("--core", options->bench.core, "Core that the ticks are held to, from 0")
+      ->check(CLI::Range(0, 4095))
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
+  command->add_flag("--markdown", options->markdown, "Report as the Markdown tables of the README")->excludes(json);
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli
