@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <tuple>
 
 #include "kerf/error.h"
 
@@ -39,18 +40,26 @@ Vec3 NearestPoint(const FloatBox& box, const Vec3& p) {
           clamp(p.z, box.lower[2], box.upper[2])};
 }
 
+bool IsBefore(const Vec3& a, const Vec3& b) {
+  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+}
+
 struct DistanceQuery {
   const FloatBox* boxes;
   Vec3 p;
   double rounding_mm;  // by which Embree's single precision may be off
-  double best_mm = kInfinity;
+  double best_mm;
+  Vec3 best;
 };
 
 bool VisitForDistance(RTCPointQueryFunctionArguments* args) {
   auto& query = *static_cast<DistanceQuery*>(args->userPtr);
-  const double distance = glm::length(NearestPoint(query.boxes[args->primID], query.p) - query.p);
-  if (distance >= query.best_mm) return false;
+  const Vec3 nearest = NearestPoint(query.boxes[args->primID], query.p);
+  const double distance = glm::length(nearest - query.p);
+  // Of two equally near boxes the order in the hierarchy must not choose.
+  if (distance > query.best_mm || (distance == query.best_mm && !IsBefore(nearest, query.best))) return false;
   query.best_mm = distance;
+  query.best = nearest;
   args->query->radius = RoundUp(distance + query.rounding_mm);
   return true;
 }
@@ -61,7 +70,7 @@ struct PlateQuery {
   double reach_mm;  // of the plate from its centre
   double enough_mm;
   double rounding_mm;
-  double best_mm = kInfinity;
+  double best_mm;
 };
 
 bool VisitForPlate(RTCPointQueryFunctionArguments* args) {
@@ -157,13 +166,13 @@ BoxTree& BoxTree::operator=(BoxTree&&) noexcept = default;
 
 namespace {
 
-void Ask(RTCScene scene, const Vec3& p, RTCPointQueryFunction visit, void* query) {
+void Ask(RTCScene scene, const Vec3& p, double radius_mm, RTCPointQueryFunction visit, void* query) {
   RTCPointQuery embree_query;
   embree_query.x = static_cast<float>(p.x);
   embree_query.y = static_cast<float>(p.y);
   embree_query.z = static_cast<float>(p.z);
   embree_query.time = 0;
-  embree_query.radius = std::numeric_limits<float>::infinity();
+  embree_query.radius = RoundUp(radius_mm);
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
   rtcPointQuery(scene, &embree_query, &context, visit, query);
@@ -171,21 +180,21 @@ void Ask(RTCScene scene, const Vec3& p, RTCPointQueryFunction visit, void* query
 
 }  // namespace
 
-double BoxTree::CalcDistance(const Vec3& p_W) const {
-  if (state_->boxes.empty()) return kInfinity;
+BoxTree::Nearest BoxTree::FindNearest(const Vec3& p_W, double limit_mm) const {
+  if (state_->boxes.empty()) return {limit_mm, p_W};
   const Vec3 p = p_W - state_->middle_W;
-  DistanceQuery query{state_->boxes.data(), p, state_->CalcRounding(p)};
-  Ask(state_->scene, p, VisitForDistance, &query);
-  return query.best_mm;
+  DistanceQuery query{state_->boxes.data(), p, state_->CalcRounding(p), limit_mm, p};
+  Ask(state_->scene, p, limit_mm + query.rounding_mm, VisitForDistance, &query);
+  return {query.best_mm, query.best + state_->middle_W};
 }
 
-double BoxTree::CalcPlateBound(const Plate& plate, double enough_mm) const {
-  if (state_->boxes.empty()) return kInfinity;
+double BoxTree::CalcPlateBound(const Plate& plate, double limit_mm, double enough_mm) const {
+  if (state_->boxes.empty()) return limit_mm;
   const Vec3 p = plate.centre_W - state_->middle_W;
-  PlateQuery query{state_->boxes.data(), plate, std::hypot(plate.radius_mm, plate.half_thickness_mm), enough_mm,
-                   state_->CalcRounding(p)};
+  const double reach_mm = std::hypot(plate.radius_mm, plate.half_thickness_mm);
+  PlateQuery query{state_->boxes.data(), plate, reach_mm, enough_mm, state_->CalcRounding(p), limit_mm};
   query.plate.centre_W = p;
-  Ask(state_->scene, p, VisitForPlate, &query);
+  Ask(state_->scene, p, limit_mm + reach_mm + query.rounding_mm, VisitForPlate, &query);
   return query.best_mm;
 }
 

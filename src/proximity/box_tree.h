@@ -28,16 +28,22 @@ class BoxTree {
   BoxTree(BoxTree&&) noexcept;
   BoxTree& operator=(BoxTree&&) noexcept;
 
-  /// From a point to the nearest box, mm, 0 inside one; infinity when there are no boxes. Boxes are kept rounded
-  /// outwards, so it may be too small by up to 1e-6 of the bone's size. Tick-safe.
-  double CalcDistance(const Vec3& p_W) const;
+  struct Nearest {
+    double distance_mm = 0;  // 0 inside a box
+    Vec3 p_W{0};  // the box's point that is nearest; when there is none within the limit, the point asked for
+  };
+  /// The nearest box to a point, if it is within `limit_mm`; else that limit is the distance. The tighter the limit,
+  /// the quicker. Boxes are kept rounded outwards, so a distance may be too small by up to 1e-6 of the bone's size.
+  /// Tick-safe.
+  Nearest FindNearest(const Vec3& p_W, double limit_mm) const;
 
-  /// A lower bound of the distance from a plate to the nearest box, mm; negative where they may overlap. Each box is
-  /// replaced by the half space behind the plane through its point nearest to the plate's centre. Stops at the first
-  /// box that is at most `enough_mm` away and then returns some value that is at most `enough_mm`. Tick-safe.
-  double CalcPlateBound(const Plate& plate, double enough_mm) const;
+  /// A lower bound of the distance from a plate to the nearest box, mm; negative where they may overlap; `limit_mm` if
+  /// none is as near. Each box is replaced by the half space behind the plane through its point nearest to the plate's
+  /// centre. Stops at the first box that is at most `enough_mm` away and then returns some value that is at most
+  /// `enough_mm`. Tick-safe.
+  double CalcPlateBound(const Plate& plate, double limit_mm, double enough_mm) const;
 
-  /// From a point to the box around all of them: cheap, and a lower bound of CalcDistance(). Tick-safe.
+  /// From a point to the box around all of them: cheap, and a lower bound of the distance to the nearest. Tick-safe.
   double CalcDistanceToAll(const Vec3& p_W) const;
 
   std::size_t size() const;

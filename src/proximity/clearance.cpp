@@ -15,10 +15,12 @@ namespace kerf {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// A plate is asked again ahead of time when so many ticks like this one would use its clearance up: one in a tick, so
-/// that they don't all fall due together.
+/// What is known is refreshed ahead of time when so many ticks like this one would use it up: by one query in a tick,
+/// so that all plates don't fall due together.
 constexpr double kTicksAhead = 40;
+constexpr double kTicksApart = 8;
 constexpr double kLongTravel_mm = 1e5;
+constexpr double kFar_mm = 200;  // nobody needs to know more exactly
 
 /// The most that a point within `reach` of the origin of T moves from X_a to X_b, mm.
 double CalcMotion(const Pose& X_a, const Pose& X_b, double reach_mm) {
@@ -27,30 +29,63 @@ double CalcMotion(const Pose& X_a, const Pose& X_b, double reach_mm) {
   return glm::length(X_b.p_AB - X_a.p_AB) + 2 * half_sine * reach_mm;
 }
 
+/// What a query gave, and where on the tool's travel. How far it may have changed since is known from the travel.
+struct Answer {
+  double mm = kInfinity;  // infinity: not asked yet
+  double travel_mm = 0;
+
+  double CalcMost(double travel, double rate = 1) const { return mm + rate * (travel - travel_mm); }
+};
+
 }  // namespace
 
-/// Clearances are kept as `until`: the travel of the tool at which they are used up.
+/// Three kinds of query tell how far the tool is clear, cheapest first:
+/// - the tool as one ball;
+/// - one large ball free of bone that reaches round a disc from behind, as seen from the nearest bone: enough where the
+///   bone lies on one side, whatever the disc's tilt;
+/// - the plates that cover the disc, one by one.
+/// Clearances are kept for each plate as `until`: the travel of the tool at which it is used up.
 struct Clearance::State {
   State(const BoneField& field, const Tool& tool)
       : tree(MakeLeafBoxes(field)), plates(MakeCover(tool)), reach_mm(CalcReach(tool)) {
-    until.assign(std::max<std::size_t>(1, plates.size()), -kInfinity);
+    if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+      radius_mm = disc->radius_mm();
+      half_thickness_mm = 0.5 * disc->thickness_mm;
+    }
+    until.resize(std::max<std::size_t>(1, plates.size()));
+    plate_distance.resize(plates.size());
+    Forget();
   }
 
   double bound() const { return until[lowest] - travel; }
 
   void FindLowest() { lowest = static_cast<std::size_t>(std::min_element(until.begin(), until.end()) - until.begin()); }
-
-  /// Whether asking for the tool as one ball can tell of more than `bound_mm` of clearance.
-  bool CanBallTell(double bound_mm) const { return ball_mm + (travel - ball_travel) > bound_mm; }
-
-  /// One query for the whole tool as a ball.
-  void AskBall() {
-    const double to_all = tree.CalcDistanceToAll(X_WT.p_AB) - reach_mm;
-    // Far away, the box around all is good enough.
-    ball_mm = to_all > 2 * reach_mm + 20 ? to_all : tree.CalcDistance(X_WT.p_AB) - reach_mm;
-    ball_travel = travel;
-    for (double& u : until) u = std::max(u, travel + ball_mm);
+  void RaiseAll(double clear_mm) {
+    for (double& u : until) u = std::max(u, travel + clear_mm);
     FindLowest();
+  }
+
+  void AskBall() {
+    const double most = std::min(ball.CalcMost(travel) + reach_mm, tree.CalcDistanceToAll(X_WT.p_AB) + kFar_mm);
+    const BoxTree::Nearest nearest = tree.FindNearest(X_WT.p_AB, most);
+    to_bone_W = nearest.p_W - X_WT.p_AB;
+    ball = {nearest.distance_mm - reach_mm, travel};
+    RaiseAll(ball.mm);
+  }
+
+  void AskBehind() {
+    behind = {-kInfinity, travel};
+    const double distance = glm::length(to_bone_W);
+    if (!(distance > 0)) return;
+    // Far behind, the ball is as good as a half space but slow to find.
+    const double back_mm = 3 * radius_mm;
+    const Vec3 away_W = -to_bone_W / distance;
+    const double free_mm =
+        tree.FindNearest(X_WT.p_AB + back_mm * away_W, ball.CalcMost(travel) + reach_mm + back_mm).distance_mm;
+    const double axial = std::abs(glm::dot(away_W, X_WT.Vector({0, 0, 1})));
+    const double radial = std::sqrt(std::max(0.0, 1 - axial * axial));
+    behind.mm = free_mm - std::hypot(back_mm * radial + radius_mm, back_mm * axial + half_thickness_mm);
+    RaiseAll(behind.mm);
   }
 
   /// Asks for the plate with the lowest bound. False when it may be within `margin_mm`.
@@ -58,11 +93,13 @@ struct Clearance::State {
     const CoverPlate& plate = plates[lowest];
     const double plate_reach = std::hypot(plate.radius_mm, plate.half_thickness_mm);
     const Vec3 centre_W = X_WT.Point(plate.centre_T);
-    double clear_mm = tree.CalcDistance(centre_W) - plate_reach;
+    const double most = std::min(plate_distance[lowest].CalcMost(travel), tree.CalcDistanceToAll(centre_W) + kFar_mm);
+    plate_distance[lowest] = {tree.FindNearest(centre_W, most).distance_mm, travel};
+    double clear_mm = plate_distance[lowest].mm - plate_reach;
     // As a ball the plate may seem near where it is only turned towards the bone.
     if (clear_mm < margin_mm + plate_reach) {
       const Plate plate_W{centre_W, X_WT.Vector({0, 0, 1}), plate.radius_mm, plate.half_thickness_mm};
-      clear_mm = std::max(clear_mm, tree.CalcPlateBound(plate_W, margin_mm));
+      clear_mm = std::max(clear_mm, tree.CalcPlateBound(plate_W, plate_distance[lowest].mm, margin_mm));
     }
     if (clear_mm > margin_mm) {
       until[lowest] = std::max(until[lowest], travel + clear_mm);
@@ -74,43 +111,62 @@ struct Clearance::State {
     return true;
   }
 
-  bool IsClear(double margin_mm, double motion_mm) {
-    while (bound() <= margin_mm) {
-      if (CanBallTell(margin_mm)) {
-        AskBall();
-      } else if (plates.empty() || !AskLowestPlate(margin_mm)) {
-        return false;
-      }
-    }
-    // One ahead of time.
-    const double ahead_mm = kTicksAhead * motion_mm;
-    if (bound() - margin_mm < ahead_mm) {
-      if (CanBallTell(bound() + ahead_mm)) {
-        AskBall();
-      } else if (!plates.empty()) {
-        AskLowestPlate(margin_mm);
-      }
+  /// One query of the kind that may tell of more than `wanted_mm` of clearance. False when the tool may be within
+  /// `margin_mm`.
+  bool Ask(double wanted_mm, double margin_mm) {
+    if (ball.CalcMost(travel) > wanted_mm) {
+      AskBall();
+    } else if (plates.empty()) {
+      return bound() > margin_mm;
+    } else if (behind.CalcMost(travel, 2) > wanted_mm) {  // its centre moves, and the disc against it
+      AskBehind();
+    } else {
+      return AskLowestPlate(margin_mm);
     }
     return true;
+  }
+
+  /// At most one query, so that what is known lasts some ticks more.
+  bool LookAhead(double margin_mm, double motion_mm) {
+    const double ahead_mm = kTicksAhead * motion_mm;
+    if (bound() - margin_mm >= ahead_mm) return true;
+    // While the ball from behind tells enough, it is asked now and then, and the plates are not.
+    if (!plates.empty() && std::isfinite(behind.mm) && behind.mm - margin_mm > kTicksApart * motion_mm) {
+      if (travel - behind.travel_mm >= kTicksApart * motion_mm) AskBehind();
+      return true;
+    }
+    return Ask(bound() + ahead_mm, margin_mm);
+  }
+
+  bool IsClear(double margin_mm, double motion_mm) {
+    while (bound() <= margin_mm) {
+      if (!Ask(margin_mm, margin_mm)) return false;
+    }
+    return LookAhead(margin_mm, motion_mm);
   }
 
   /// Nothing is known.
   void Forget() {
     std::fill(until.begin(), until.end(), -kInfinity);
+    std::fill(plate_distance.begin(), plate_distance.end(), Answer{});
     travel = 0;
-    ball_mm = kInfinity;
-    ball_travel = 0;
+    ball = {};
+    behind = {};
   }
 
   BoxTree tree;
   std::vector<CoverPlate> plates;  // of a disc; none: the ball is all
   double reach_mm;
+  double radius_mm = 0;  // of a disc
+  double half_thickness_mm = 0;
   std::vector<double> until;
+  std::vector<Answer> plate_distance;  // from each plate's centre
   std::size_t lowest = 0;
-  double travel = 0;           // the sum of the tool's motions
-  double ball_mm = kInfinity;  // what the last query for the whole tool gave; infinity: not asked yet
-  double ball_travel = 0;
-  Pose X_WT;  // of the last call
+  double travel = 0;  // the sum of the tool's motions
+  Answer ball;
+  Answer behind;
+  Vec3 to_bone_W{0};  // from the tool's middle to the nearest box, when it was last asked for
+  Pose X_WT;          // of the last call
   bool near = false;
 };
 

@@ -60,11 +60,27 @@ TEST(BoxTree, DistanceIsThatOfBruteForce) {
     const BoxTree tree(boxes);
     for (int i = 0; i < 300; ++i) {
       const Vec3 p = middle + dice.Point(i % 3 ? 40 : 400);
-      const double distance = tree.CalcDistance(p);
+      const double distance = tree.FindNearest(p, kInfinity).distance_mm;
       const double expected = BruteForce(boxes, p);
       EXPECT_LE(distance, expected + 1e-12);
       EXPECT_NEAR(distance, expected, kRounding_mm) << "seed " << seed;
       EXPECT_LE(tree.CalcDistanceToAll(p), expected + 1e-9);
+    }
+  }
+}
+
+TEST(BoxTree, NearestPointLiesOnABoxAndWithinTheLimit) {
+  Dice dice(6);
+  const std::vector<Box3> boxes = RandomBoxes(dice, 100, {50, 0, 0});
+  const BoxTree tree(boxes);
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 p = Vec3(50, 0, 0) + dice.Point(50);
+    const double expected = BruteForce(boxes, p);
+    const BoxTree::Nearest nearest = tree.FindNearest(p, kInfinity);
+    EXPECT_NEAR(glm::length(nearest.p_W - p), expected, kRounding_mm);
+    EXPECT_LE(BruteForce(boxes, nearest.p_W), kRounding_mm);
+    for (const double limit : {0.5 * expected, expected + 0.1, 3.0}) {
+      EXPECT_NEAR(tree.FindNearest(p, limit).distance_mm, std::min(limit, expected), kRounding_mm);
     }
   }
 }
@@ -76,7 +92,7 @@ TEST(BoxTree, PlateBoundNeverExceedsTheDistanceOfThePlatesPoints) {
     const BoxTree tree(boxes);
     for (int i = 0; i < 50; ++i) {
       const Plate plate{dice.Point(40), dice.Direction(), dice.In(0.2, 6), dice.In(0, 0.5)};
-      const double bound = tree.CalcPlateBound(plate, -kInfinity);
+      const double bound = tree.CalcPlateBound(plate, kInfinity, -kInfinity);
       const Vec3 side =
           glm::normalize(glm::cross(plate.normal_W, std::abs(plate.normal_W.x) < 0.5 ? Vec3(1, 0, 0) : Vec3(0, 1, 0)));
       const Vec3 up = glm::cross(plate.normal_W, side);
@@ -101,7 +117,8 @@ TEST(BoxTree, PlateBoundIsExactBesideALargeFace) {
   for (const double degrees : {0.0, 10.0, 45.0, 80.0, 90.0}) {
     const double angle = degrees * kPi / 180;
     const Plate plate{{1, 2, 9}, {std::sin(angle), 0, std::cos(angle)}, 3, 0.25};
-    EXPECT_NEAR(tree.CalcPlateBound(plate, -kInfinity), 9 - 3 * std::sin(angle) - 0.25 * std::cos(angle), 1e-4);
+    EXPECT_NEAR(tree.CalcPlateBound(plate, kInfinity, -kInfinity), 9 - 3 * std::sin(angle) - 0.25 * std::cos(angle),
+                1e-4);
   }
 }
 
@@ -111,9 +128,9 @@ TEST(BoxTree, EnoughIsEnough) {
   const BoxTree tree(boxes);
   for (int i = 0; i < 200; ++i) {
     const Plate plate{dice.Point(40), dice.Direction(), 2, 0.1};
-    const double exact = tree.CalcPlateBound(plate, -kInfinity);
+    const double exact = tree.CalcPlateBound(plate, kInfinity, -kInfinity);
     for (const double enough : {-1.0, 0.5, 3.0, 20.0}) {
-      const double quick = tree.CalcPlateBound(plate, enough);
+      const double quick = tree.CalcPlateBound(plate, kInfinity, enough);
       if (exact > enough) {
         EXPECT_EQ(quick, exact);
       } else {
@@ -125,8 +142,8 @@ TEST(BoxTree, EnoughIsEnough) {
 
 TEST(BoxTree, WithoutBoxesNothingIsNear) {
   const BoxTree tree({});
-  EXPECT_EQ(tree.CalcDistance({1, 2, 3}), kInfinity);
-  EXPECT_EQ(tree.CalcPlateBound({{1, 2, 3}, {0, 0, 1}, 5, 1}, 0), kInfinity);
+  EXPECT_EQ(tree.FindNearest({1, 2, 3}, kInfinity).distance_mm, kInfinity);
+  EXPECT_EQ(tree.CalcPlateBound({{1, 2, 3}, {0, 0, 1}, 5, 1}, kInfinity, 0), kInfinity);
   EXPECT_EQ(tree.CalcDistanceToAll({1, 2, 3}), kInfinity);
 }
 
