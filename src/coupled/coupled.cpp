@@ -102,7 +102,7 @@ struct CoupledSimulation::State {
         coupling(params.coupling),
         edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
         faces(field, shape, CalcThickness(params.tool), params.coupling.p_TC_mm),
-        cutter(field, params.tool, CutWith::kEdge),
+        cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal),
         clearance(field, params.tool),
         solver(edge.size() + faces.size() + Faces::kPatches),
         X_WT(X_WT_start),
