@@ -20,7 +20,7 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
     : field_(field),
       materials_(bone, tool),
       p_TC_(p_TC_mm),
-      look_ahead_mm_(kEdgeLookAheadVoxels * field.voxel_mm()),
+      look_ahead_mm_(kLookAheadVoxels * field.voxel_mm()),
       region_step_mm_(bone.region_voxel_mm()),
       ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
       push_out_(shape.edge.size()) {

@@ -17,7 +17,7 @@ namespace kerf {
 /// the edge, so on it there is nothing to see. An engaged arc comes out too long by about look-ahead * (cos(alpha) -
 /// 1/2) / sin(alpha) where the rim crosses the surface at angle alpha from its lowest point: 0.5 % at 1.1 mm depth and
 /// 0.1 mm voxels.
-inline constexpr double kEdgeLookAheadVoxels = 0.25;
+inline constexpr double kLookAheadVoxels = 0.25;
 
 class Edge {
  public:

@@ -83,10 +83,10 @@ TriangleMesh MakeBallMesh(const BallBurr& ball) {
   for (int j = 1; j < kParallels; ++j) {
     const double colatitude = kPi * j / kParallels;
     for (int i = 0; i < meridians; ++i) {
-      const double longitude = 2 * kPi * i / meridians;
-      const double phase = ball.flutes * (longitude - kTwist * j / kParallels) / (2 * kPi);
+      const double longitude = 2 * kPi * i / meridians + kTwist * j / kParallels;  // points follow the flutes
+      const double phase = static_cast<double>(i * ball.flutes % meridians) / meridians;
       // A sharp edge in front, sloping off behind it; the grooves run out towards the poles.
-      const double groove = kGroove * std::sin(colatitude) * (phase - std::floor(phase));
+      const double groove = kGroove * std::sin(colatitude) * phase;
       const double r = radius * (1 - groove);
       mesh.points.emplace_back(r * std::sin(colatitude) * std::cos(longitude),
                                r * std::sin(colatitude) * std::sin(longitude), r * std::cos(colatitude));

@@ -4,15 +4,27 @@
 #include <cmath>
 #include <utility>
 
-#include "contact/rim.h"
+#include "contact/edge.h"
 #include "kerf/error.h"
 #include "removal/cutter.h"
+#include "tool/shape.h"
 
 namespace kerf {
 namespace {
 
 constexpr int kMaxSubsteps = 4096;
 constexpr int kSpareLeaves = 4096;
+constexpr double kNoFaces_mm = 1e3;  // the flats of a tool that follows its path meet nothing
+
+/// The tool frame's axes; the force is on the tool and acts at its origin: tooth forces point there.
+struct EdgeLoad {
+  Vec3 f_T_N{0};
+  double thrust_sum_N = 0;   // sum of the magnitudes
+  double engaged_teeth = 0;  // a real number; those that move outwards
+  double E_sum_MPa = 0;      // sums over the engaged teeth; divide by engaged_teeth for the mean
+  double bite_sum_mm = 0;
+  std::array<double, 256> thrust_by_region_N{};  // sums to thrust_sum_N
+};
 
 }  // namespace
 
@@ -20,21 +32,55 @@ struct Simulation::State {
   State(Bone the_bone, const SimulationParams& the_params, const Pose& X_WT_start)
       : bone(std::move(the_bone)),
         params(the_params),
-        saw(std::get<DiscSaw>(params.tool)),
-        rim(saw, MakeToothForce(params.law, saw), MakeRimMaterials(bone.materials(), saw),
-            params.rim_samples_per_pitch),
+        shape(MakeToolShape(params.tool, params.rim_samples_per_pitch, kNoFaces_mm, 0)),
         field(bone, kSpareLeaves),
+        edge(field, bone, params.tool, shape, Vec3(0)),
         cutter(field, params.tool, CutWith::kWholeTool),
-        X_WT(X_WT_start) {}
+        X_WT(X_WT_start) {
+    met.law = MakeToothForce(params.law, params.tool);
+    met.cutting.reserve(shape.edge.size());
+    angle_between_points = glm::length(shape.edge[1].e_T - shape.edge[0].e_T);
+  }
+
+  EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
 
   Bone bone;
   SimulationParams params;
-  DiscSaw saw;
-  Rim rim;
+  ToolShape shape;
   BoneField field;
+  Edge edge;
+  StepProblem met;              // what the teeth meet
+  double angle_between_points;  // neighbours on the edge, rad
   Cutter cutter;
   Pose X_WT;  // last good pose
 };
+
+/// Mean force over many tooth passages while the tool moves with velocity `v_T_mm_per_s`, not turning but about its
+/// spindle. Error: docs/physics.md. Tick-safe.
+EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s) {
+  met.passes_per_s = passes_per_s;
+  edge.FindTeeth(Probe(field, X), met);
+  EdgeLoad load;
+  const double feed = glm::length(v_T_mm_per_s - Vec3(0, 0, shape.edge_is_ring ? v_T_mm_per_s.z : 0));
+  if (!(feed > 0)) return load;
+  const double inv_change = 1 / (feed * angle_between_points);
+  for (std::size_t i = 0; i < met.cutting.size(); ++i) {
+    const CuttingPoint& point = met.cutting[i];
+    const Vec3 e_T(point.row[0], point.row[1], point.row[2]);
+    const double speed = std::max(0.0, glm::dot(e_T, v_T_mm_per_s));
+    // Where the outward half of the edge ends within what the point stands for, a part of that.
+    const double outward = std::clamp(0.5 + glm::dot(e_T, v_T_mm_per_s) * inv_change, 0.0, 1.0);
+    const double teeth = outward * point.teeth;
+    const double force = point.teeth * met.ToothForceAt(speed, point.E_star_MPa);
+    load.f_T_N -= force * e_T;
+    load.thrust_sum_N += force;
+    load.thrust_by_region_N[static_cast<std::size_t>(edge.met()[i].region)] += force;
+    load.engaged_teeth += teeth;
+    load.E_sum_MPa += teeth * edge.met()[i].E_MPa;
+    load.bite_sum_mm += teeth * speed / passes_per_s;
+  }
+  return load;
+}
 
 Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start) {
   Validate(params.tool);
@@ -81,7 +127,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
     return out;
   }
   const Pose X_from = std::exchange(s.X_WT, in.X_WT);
-  const double passes_per_s = s.saw.teeth * std::abs(in.rpm) / 60;
+  const double passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
   if (passes_per_s == 0) {
     out.status = kTickSpindleStopped;
     return out;
@@ -94,6 +140,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
 
   // 2 engage and 3 remove, in turn, so that each sub-step meets the bone that the one before has left
   const double dt_s = in.dt_s / substeps;
+  const Vec3 p_TG_mm = CalcGrip(s.params.tool);
   double E_sum_MPa = 0;
   double bite_sum_mm = 0;
   std::array<double, 256> thrust_by_region_N{};
@@ -101,9 +148,9 @@ TickOutput Simulation::Tick(const TickInput& in) {
   for (int i = 1; i <= static_cast<int>(substeps); ++i) {
     const Pose X_b = i == static_cast<int>(substeps) ? in.X_WT : Interpolate(X_from, in.X_WT, i / substeps);
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
-    const RimLoad load = s.rim.CalcLoad(s.field, X_a, v_T, passes_per_s);
+    const EdgeLoad load = s.CalcLoad(X_a, v_T, passes_per_s);
     out.f_T_W_N += X_a.Vector(load.f_T_N);
-    out.tau_TG_W_Nmm += X_a.Vector(glm::cross(-s.saw.p_TG_mm, load.f_T_N));
+    out.tau_TG_W_Nmm += X_a.Vector(glm::cross(-p_TG_mm, load.f_T_N));
     out.thrust_sum_N += load.thrust_sum_N;
     out.engaged_teeth += load.engaged_teeth;
     E_sum_MPa += load.E_sum_MPa;

@@ -41,8 +41,8 @@ ToolShape MakeBallShape(const BallBurr& ball, int samples_per_pitch) {
   shape.passes_per_turn = ball.flutes;
   const double r = ball.radius_mm();
   // About as far apart along the meridian as round the equator.
-  const int meridians = std::max(16, 2 * samples_per_pitch);
-  const int parallels = std::max(8, samples_per_pitch);
+  const int meridians = std::max(32, 4 * samples_per_pitch);
+  const int parallels = std::max(16, 2 * samples_per_pitch);
   for (int j = 0; j < parallels; ++j) {
     const double colatitude = kPi * (j + 0.5) / parallels;
     for (int i = 0; i < meridians; ++i) {

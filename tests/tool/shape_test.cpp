@@ -81,7 +81,7 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
     for (const EdgePoint& p : shape.edge) sum += p.teeth * std::max(0.0, p.e_T.x);
     error[i] = std::abs(sum / exact - 1);
   }
-  EXPECT_LT(error[0], 0.02);          // midpoint rule, 8 x 16 points
+  EXPECT_LT(error[0], 0.005);         // midpoint rule, 16 x 32 points
   EXPECT_LT(error[1], error[0] / 8);  // second order would be 16
 }
 
