@@ -70,7 +70,8 @@ TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
   // hertz_constant_bite is the law of the slab's corrected reading, and down to 11 mm the block's half arc is the one
   // that the slab counts teeth on. So the sums of the tooth forces agree. The first 0.5 mm and the layers' border are
   // left out: the grid's edge there, and a slab's layer border is sharp. At 0.2 mm voxels the free edge in the disc's
-  // middle is rounded by up to 0.14 mm, of an arc of 3.4 mm and more; half a percent is left for all else.
+  // middle is rounded by up to 0.14 mm, of an arc of 3.4 mm and more; and of a kerf 1.25 voxels wide the
+  // corners reach into what teeth look at: 1 % more.
   const Comparison c = CompareScene(Parse(kSlab + "[force]\nlaw = \"hertz_constant_bite\"\n"), {{}, 0.1, 1}, {});
   ASSERT_EQ(c.cases.size(), 3u);
   const CaseResult& voxel = c.cases[0];
@@ -80,7 +81,7 @@ TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
     const double h = c.grid.Centre(i);
     if (h < 0.5 || std::abs(h - 3) < 0.4 || h > 5.2) continue;
     const double arc_mm = 11 * std::acos(1 - h / 11);
-    EXPECT_NEAR(voxel.curve.thrust_N[i] / corrected.curve.thrust_N[i], 1, 0.14 / arc_mm + 0.005) << "at " << h;
+    EXPECT_NEAR(voxel.curve.thrust_N[i] / corrected.curve.thrust_N[i], 1, 0.14 / arc_mm + 0.01) << "at " << h;
     ++checked;
   }
   EXPECT_GT(checked, 30);
