@@ -23,8 +23,8 @@ struct CouplingParams {
   double damping_Ns_per_mm = 0;       // 0 to 1; against the velocity that is given with the handle
   double torsion_Nmm_per_rad = 5000;  // 1 to 1e7
   double torsion_damping_Nmms = 0;    // N mm s / rad, 0 to 1e4
-  double max_force_N = 40;            // the spring gives no more, however far the handle goes; 0.1 to 1e4
-  double max_torque_Nmm = 4000;       // 1 to 1e6
+  double max_force_N = 40;            // spring and damper give no more each, however far the handle goes; 0.1 to 1e4
+  double max_torque_Nmm = 4000;       // likewise; 1 to 1e6
 };
 
 /// How exactly a tick is worked out, most exact first. Each step down is cheaper.
@@ -87,13 +87,19 @@ struct CoupledOutput {
   double mean_bite_mm = 0;
   int main_region = 0;
   double removed_mm3 = 0;  // by occupancy of voxels: docs/physics.md
-  // Energy in this tick, mJ = N mm. hand + spindle = stored + cut + friction + damping + numerical
-  double hand_mJ = 0;     // done by the hand on the coupling
-  double spindle_mJ = 0;  // put in by the spindle through face friction: may push the hand
-  double stored_mJ = 0;   // gained by the coupling's springs
-  double cut_mJ = 0;      // each >= 0 from here on
+  // Energy in this tick, mJ = N mm: hand + spindle = stored + cut + friction + damping + numerical.
+  // By the hand on the coupling. The handle is taken to move first, with the tool held, and the tool then to follow:
+  // the work is what the springs gain in the first part. While nothing is touched both move as one, and it is 0.
+  double hand_mJ = 0;
+  // From the spindle into the tool's motion, where the faces' friction helps it along: may push the hand. What rubbing
+  // makes into heat of the spindle's own power is not counted.
+  double spindle_mJ = 0;
+  double stored_mJ = 0;  // gained by the springs of coupling and contact
+  double cut_mJ = 0;     // >= 0, as the next two
   double friction_mJ = 0;
   double damping_mJ = 0;
+  // Lost to steps of finite length. Less than 0 when uneven bone pushes a face out, which takes of what was lost
+  // before: cut + friction + numerical, summed since the start, is never below 0.
   double numerical_mJ = 0;
   int substeps = 0;
   int iterations = 0;  // most in one sub-step

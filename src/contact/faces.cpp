@@ -7,6 +7,8 @@ namespace kerf {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
+constexpr double kFrictionLag_s = 0.004;
+constexpr double kSlackVoxels = 0.01;
 
 }  // namespace
 
@@ -19,6 +21,7 @@ double CalcTravel(const Pose& from, const Pose& to, double reach_mm) {
 
 Faces::Faces(const BoneField& field, const ToolShape& shape, double thickness_mm, const Vec3& p_TC_mm)
     : half_mm_(0.5 * thickness_mm),
+      slack_mm_(kSlackVoxels * field.voxel_mm()),
       voxel_mm_(field.voxel_mm()),
       reach_mm_(shape.reach_mm),
       p_TC_(p_TC_mm),
@@ -54,7 +57,8 @@ void Faces::Find(const Pose& X_WT, const Probe& probe, double reach_mm, double f
       continue;
     }
     const double z = half_mm_ + in_mm;
-    double depth[2] = {-in_mm - probe.Distance({pair.x, pair.y, -z}), -in_mm - probe.Distance({pair.x, pair.y, z})};
+    double depth[2] = {-slack_mm_ - in_mm - probe.Distance({pair.x, pair.y, -z}),
+                       -slack_mm_ - in_mm - probe.Distance({pair.x, pair.y, z})};
     const double deepest = std::max(depth[0], depth[1]);
     if (deepest < -reach_mm) clear_until_mm_[j] = travelled_mm_ + (-deepest - reach_mm) / kSteepest;
     const double squeeze = std::min(depth[0], depth[1]);
@@ -91,7 +95,14 @@ double Faces::SetDepths(StepProblem& problem, bool may_rise) {
 }
 
 double Faces::Remember(const StepProblem& problem, const Twist& u, double share) {
-  for (Patch& patch : patches_) patch = {};
+  // The friction of the next step goes by forces that follow these with a lag: a tool that friction throws off the wall
+  // and that falls back without it would else do so in every tick.
+  const double fresh = 1 - std::exp(-share * problem.tau_s / kFrictionLag_s);
+  for (Patch& patch : patches_) {
+    patch.force_N *= 1 - fresh;
+    patch.x_N *= 1 - fresh;
+    patch.y_N *= 1 - fresh;
+  }
   double sum = 0;
   for (std::size_t n = 0; n < found_.size(); ++n) {
     const FlatPoint& flat = problem.flats[n];
@@ -103,7 +114,7 @@ double Faces::Remember(const StepProblem& problem, const Twist& u, double share)
     if (!(at_end > 0)) continue;
     const Pair& pair = pairs_[static_cast<std::size_t>(found_[n].point / 2)];
     Patch& patch = patches_[static_cast<std::size_t>(pair.patch + (flat.side > 0 ? kSectors * kRings : 0))];
-    const double force = problem.flat_stiffness_N_per_mm * at_end;
+    const double force = fresh * problem.flat_stiffness_N_per_mm * at_end;
     patch.force_N += force;
     patch.x_N += force * pair.x;
     patch.y_N += force * pair.y;

@@ -53,6 +53,7 @@ class Faces {
   static constexpr int kRings = kPatches / 2 / kSectors;
 
   double half_mm_;
+  double slack_mm_;  // let out on each side
   double voxel_mm_;
   double reach_mm_;  // of the tool
   Vec3 p_TC_;
