@@ -23,7 +23,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-using Floats = hn::CappedTag<float, 8>;  // a row of a leaf, or a part of one
+using Floats = hn::CappedTag<float, 16>;  // two neighbouring rows of a leaf, or a part of them
 using V = hn::Vec<Floats>;
 using M = hn::Mask<Floats>;
 constexpr Floats kFloats;
@@ -204,75 +204,121 @@ HWY_INLINE V Share(V phi, V per_voxel) {
   return hn::Min(hn::Max(share, hn::Zero(kFloats)), Splat(1));
 }
 
+/// A value for each lane from that of its row: `first` for the lower eight, `second` for the upper.
+HWY_INLINE V OfRows(const float* rows, int row, int part) {
+  constexpr std::size_t kLanes = hn::MaxLanes(kFloats);
+  if constexpr (kLanes == 2 * kRow) {
+    return hn::IfThenElse(hn::FirstN(kFloats, kRow), Splat(rows[row]), Splat(rows[row + 1]));
+  } else {
+    return Splat(rows[row + part / kRow]);
+  }
+}
+
 template <typename Swept>
 CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* HWY_RESTRICT values) {
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
+  constexpr int kPair = 2 * kRow;
   const Swept swept(s);
-  // Offsets of the voxels along a row, and of the rows along y, as products: the same for whatever part of a row.
-  alignas(64) float along_row[3][kRow];
-  alignas(64) float across[3][kRow];
-  for (int axis = 0; axis < 3; ++axis) {
-    for (int i = 0; i < kRow; ++i) {
-      along_row[axis][i] = static_cast<float>(i) * s.grid[2][axis];
-      across[axis][i] = static_cast<float>(i) * s.grid[1][axis];
-    }
-  }
-  // First which rows: eight at a time by their middles.
+  // Where the rows begin, and the voxels of two rows from there: each a sum of the same terms at every width.
   alignas(64) float rows[3][kRow * kRow];
+  alignas(64) float along[3][kPair];
+  for (int axis = 0; axis < 3; ++axis) {
+    float across[kRow];
+    for (int y = 0; y < kRow; ++y) across[y] = static_cast<float>(y) * s.grid[1][axis];
+    for (int x = 0; x < kRow; ++x) {
+      const float base = corner[static_cast<std::size_t>(axis)] + static_cast<float>(x) * s.grid[0][axis];
+      for (int y = 0; y < kRow; ++y) rows[axis][kRow * x + y] = base + across[y];
+    }
+    for (int i = 0; i < kPair; ++i) along[axis][i] = static_cast<float>(i % kRow) * s.grid[2][axis];
+  }
+  // First which rows, by their middles.
   std::uint64_t active = 0;
   const V middle_x = Splat(kHalfRow * s.grid[2][0]);
   const V middle_y = Splat(kHalfRow * s.grid[2][1]);
   const V middle_z = Splat(kHalfRow * s.grid[2][2]);
-  for (int x = 0; x < kRow; ++x) {
-    const V base_x = Splat(corner[0] + static_cast<float>(x) * s.grid[0][0]);
-    const V base_y = Splat(corner[1] + static_cast<float>(x) * s.grid[0][1]);
-    const V base_z = Splat(corner[2] + static_cast<float>(x) * s.grid[0][2]);
-    for (int y = 0; y < kRow; y += kLanes) {
-      const V row_x = hn::Add(base_x, hn::Load(kFloats, across[0] + y));
-      const V row_y = hn::Add(base_y, hn::Load(kFloats, across[1] + y));
-      const V row_z = hn::Add(base_z, hn::Load(kFloats, across[2] + y));
-      const int row = kRow * x + y;
-      hn::Store(row_x, kFloats, rows[0] + row);
-      hn::Store(row_y, kFloats, rows[1] + row);
-      hn::Store(row_z, kFloats, rows[2] + row);
-      const M may = swept.MayChange(hn::Add(row_x, middle_x), hn::Add(row_y, middle_y), hn::Add(row_z, middle_z));
-      std::uint8_t bits[8] = {};
-      hn::StoreMaskBits(kFloats, may, bits);
-      active |= static_cast<std::uint64_t>(bits[0]) << row;
-    }
+  for (int row = 0; row < kRow * kRow; row += kLanes) {
+    const M may = swept.MayChange(hn::Add(hn::Load(kFloats, rows[0] + row), middle_x),
+                                  hn::Add(hn::Load(kFloats, rows[1] + row), middle_y),
+                                  hn::Add(hn::Load(kFloats, rows[2] + row), middle_z));
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(kFloats, may, bits);
+    active |= static_cast<std::uint64_t>(bits[0] | bits[1] << 8) << row;
   }
   // Then their voxels.
   CarveLoss loss;
   loss.rows = std::popcount(active);
-  alignas(64) float lost[kRow] = {};
+  alignas(64) float lost[kPair] = {};
   const V band = Splat(s.band);
   const V per_voxel = Splat(1 / s.voxel);
-  for (; active != 0; active &= active - 1) {
-    const int row = std::countr_zero(active);
-    const V row_x = Splat(rows[0][row]);
-    const V row_y = Splat(rows[1][row]);
-    const V row_z = Splat(rows[2][row]);
-    for (int z = 0; z < kRow; z += kLanes) {
-      V depth = swept.Depth(hn::Add(row_x, hn::Load(kFloats, along_row[0] + z)),
-                            hn::Add(row_y, hn::Load(kFloats, along_row[1] + z)),
-                            hn::Add(row_z, hn::Load(kFloats, along_row[2] + z)));
+  std::uint64_t pairs = (active | active >> 1) & 0x5555555555555555u;
+  for (; pairs != 0; pairs &= pairs - 1) {
+    const int row = std::countr_zero(pairs);
+    const auto of_pair = static_cast<unsigned>(active >> row) & 3u;
+    for (int part = 0; part < kPair; part += kLanes) {
+      if (kLanes <= kRow && !(of_pair >> (part / kRow) & 1u)) continue;
+      V depth = swept.Depth(hn::Add(OfRows(rows[0], row, part), hn::Load(kFloats, along[0] + part)),
+                            hn::Add(OfRows(rows[1], row, part), hn::Load(kFloats, along[1] + part)),
+                            hn::Add(OfRows(rows[2], row, part), hn::Load(kFloats, along[2] + part)));
       if (s.whole_voxels) {
         depth = hn::Mul(hn::Add(hn::Floor(hn::Mul(depth, per_voxel)), Splat(0.5f)), Splat(s.voxel));
       }
-      float* HWY_RESTRICT part = values + kRow * row + z;
-      const V old = hn::LoadU(kFloats, part);
+      float* HWY_RESTRICT voxels = values + kRow * row + part;
+      const V old = hn::LoadU(kFloats, voxels);
       const V now = hn::Min(depth, band);
-      const M grown = hn::Gt(now, old);
+      M grown = hn::Gt(now, old);
+      if constexpr (kLanes == kPair) {
+        // A row that is not looked at stays as it is, as where rows go one by one.
+        static constexpr std::uint8_t kLanesOf[4][8] = {{0, 0}, {0xff, 0}, {0, 0xff}, {0xff, 0xff}};
+        grown = hn::And(grown, hn::LoadMaskBits(kFloats, kLanesOf[of_pair]));
+      }
       if (hn::AllFalse(kFloats, grown)) continue;
-      const V phi = hn::Max(old, now);
-      hn::StoreU(phi, kFloats, part);
+      const V phi = hn::IfThenElse(grown, now, old);
+      hn::StoreU(phi, kFloats, voxels);
       loss.changed += static_cast<int>(hn::CountTrue(kFloats, grown));
       const V less = hn::Sub(Share(old, per_voxel), Share(phi, per_voxel));
-      hn::Store(hn::Add(hn::Load(kFloats, lost + z), less), kFloats, lost + z);
+      hn::Store(hn::Add(hn::Load(kFloats, lost + part), less), kFloats, lost + part);
     }
   }
   for (const float part : lost) loss.voxels += static_cast<double>(part);
   return loss;
+}
+
+/// Which of the leaves from the first on may have a voxel in the zone; a bit each.
+void Cull(const LeafCull& c, const float* x, const float* y, const float* z, int count, std::uint64_t* near) {
+  constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
+  const V outer = Splat(c.outer);
+  const V inner = Splat(c.inner);
+  const V half_leaf2 = Splat(c.half_leaf2);
+  const auto project = [](const float(&e)[3], V px, V py, V pz) {
+    return hn::Add(hn::Add(hn::Mul(Splat(e[0]), px), hn::Mul(Splat(e[1]), py)), hn::Mul(Splat(e[2]), pz));
+  };
+  for (int first = 0; first < count; first += 64) {
+    std::uint64_t found = 0;
+    for (int i = first; i < first + 64 && i < count; i += kLanes) {
+      const V px = hn::Load(kFloats, x + i);
+      const V py = hn::Load(kFloats, y + i);
+      const V pz = hn::Load(kFloats, z + i);
+      V qx = hn::Add(project(c.axes[0], px, py, pz), Splat(c.origin[0]));
+      V qy = hn::Add(project(c.axes[1], px, py, pz), Splat(c.origin[1]));
+      V qz = hn::Add(project(c.axes[2], px, py, pz), Splat(c.origin[2]));
+      M may = hn::Le(project(c.back, qx, qy, qz), Splat(c.behind));
+      may = hn::And(may, hn::Le(hn::Abs(qz), Splat(c.axial)));
+      qz = hn::Mul(qz, Splat(c.axial_counts));
+      const V distance = hn::Max(hn::Sqrt(hn::Add(hn::Add(Square(qx), Square(qy)), Square(qz))), Splat(c.least));
+      V extent = hn::Zero(kFloats);
+      for (const auto& half_edge : c.half_edges) extent = hn::Add(extent, hn::Abs(project(half_edge, qx, qy, qz)));
+      extent = hn::Div(extent, distance);
+      may = hn::And(may, hn::Le(hn::Sub(distance, extent), outer));
+      // A voxel at s from the middle is at most distance + s.e + |s|^2 / (2 distance) from the axis.
+      const V furthest = hn::Add(hn::Add(distance, extent), hn::Div(half_leaf2, hn::Add(distance, distance)));
+      may = hn::And(may, hn::Ge(furthest, inner));
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(kFloats, may, bits);
+      found |= static_cast<std::uint64_t>(bits[0] | bits[1] << 8) << (i - first);
+    }
+    if (count - first < 64) found &= (std::uint64_t{1} << (count - first)) - 1;
+    near[first / 64] = found;
+  }
 }
 
 CarveLoss CarveDisc(const CarveStep& step, const std::array<float, 3>& corner, float* values) {
@@ -280,6 +326,9 @@ CarveLoss CarveDisc(const CarveStep& step, const std::array<float, 3>& corner, f
 }
 CarveLoss CarveBall(const CarveStep& step, const std::array<float, 3>& corner, float* values) {
   return Carve<Ball>(step, corner, values);
+}
+void CullLeaves(const LeafCull& cull, const float* x, const float* y, const float* z, int count, std::uint64_t* near) {
+  Cull(cull, x, y, z, count, near);
 }
 
 }  // namespace
@@ -293,6 +342,7 @@ namespace {
 
 HWY_EXPORT(CarveDisc);
 HWY_EXPORT(CarveBall);
+HWY_EXPORT(CullLeaves);
 
 std::string NameOf(std::int64_t target) {
   std::string name = hwy::TargetName(target);
@@ -316,6 +366,10 @@ std::int64_t chosen_target = 0;
 CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values) {
   if (step.ball) return HWY_DYNAMIC_DISPATCH(CarveBall)(step, corner_T, values);
   return HWY_DYNAMIC_DISPATCH(CarveDisc)(step, corner_T, values);
+}
+
+void FindLeaves(const LeafCull& cull, const LeafMiddles& middles, int count, std::uint64_t* near) {
+  HWY_DYNAMIC_DISPATCH(CullLeaves)(cull, middles.x, middles.y, middles.z, count, near);
 }
 
 std::vector<std::string> VectorTargets() {

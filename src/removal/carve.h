@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,6 +36,32 @@ struct CarveLoss {
 /// phi <- max(phi, -distance to what the step sweeps) in a leaf: 512 values, mm, z fastest; `corner_T`: its lowest
 /// voxel. Tick-safe.
 CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values);
+
+/// Which leaves come near a zone about the tool's edge. Lengths in mm.
+struct LeafCull {
+  float axes[3][3];        // [i]: the tool frame's axis i in the frame of the middles
+  float origin[3];         // of the middles' frame, in the tool frame
+  float half_edges[3][3];  // [i]: from a leaf's middle to its outermost voxels along the grid's axis i, tool frame
+  float half_leaf2;        // square of the same to its corner
+  float back[3];           // leaves behind the step are left out: middles whose way along this is more than
+  float behind;            // this
+  float axial;             // and those with |z| above this
+  float axial_counts;      // 0: the distance is to the tool's axis (a disc); 1: to its centre (a ball)
+  float inner;             // some voxel at least so far from it
+  float outer;             // and some at most so far
+  float least;             // a small distance
+};
+
+/// Middles of leaves, in float; the arrays are aligned to 64 bytes and may be read up to a multiple of 16.
+struct LeafMiddles {
+  const float* x;
+  const float* y;
+  const float* z;
+};
+
+/// Sets a bit in `near` for each of the first `count` leaves that may have a voxel in the zone; never wrong when it
+/// says no. Tick-safe.
+void FindLeaves(const LeafCull& cull, const LeafMiddles& middles, int count, std::uint64_t* near);
 
 /// The vector instruction sets that this machine has, widest first, in lower case ("avx3" is AVX-512).
 std::vector<std::string> VectorTargets();

@@ -45,7 +45,7 @@ struct Cutter::State {
         h(field.voxel_mm()),
         zone(MakeZone(tool, field, with)),
         whole_voxels(the_whole_voxels),
-        leaves(field, MakeEdgeZone(zone, h), zone.depth_mm == kAll),
+        leaves(field, MakeEdgeZone(zone, h)),
         ledger(field, old_leaves) {}
 
   void CutPiece(const Pose& X_from, const Pose& X_to, bool new_only, Result& result);
@@ -125,19 +125,16 @@ Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
 
 void Cutter::State::CutPiece(const Pose& X_from, const Pose& X_to, bool new_only, Result& result) {
   const Sweep sweep(zone, X_from, X_to, h, kFlankTolerance * h, new_only, whole_voxels);
-  effort.listed_anew |= leaves.Update(X_to, sweep.length_mm);
-  effort.listed_leaves += static_cast<int>(leaves.edge().size());
-  for (const LeafIndex& leaf : leaves.edge()) CutLeaf(sweep, leaf, result);
-  if (new_only) return;
-  effort.listed_leaves += static_cast<int>(leaves.inner().size());
-  for (const LeafIndex& leaf : leaves.inner()) CutLeaf(sweep, leaf, result);
+  effort.listed_anew |= leaves.Update(X_to, sweep.length_mm, !new_only && zone.depth_mm == kAll);
+  LeafList& list = leaves.list();
+  effort.listed_leaves += static_cast<int>(list.size());
+  list.ForEachNear(sweep.MakeCull(list.origin_W()), [&](const LeafIndex& leaf) { CutLeaf(sweep, leaf, result); });
 }
 
 void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result) {
-  if (!sweep.MayChange(sweep.places.Middle(leaf))) return;
   const BoneField::LeafKind kind = field.kind(leaf);
   if (kind == BoneField::LeafKind::kOutside) return;
-  const Vec3 p_T = sweep.places.Corner(leaf);
+  const Vec3 p_T = sweep.grid.Corner(leaf);
   const std::array<float, 3> corner_T = {static_cast<float>(p_T.x), static_cast<float>(p_T.y),
                                          static_cast<float>(p_T.z)};
   ++effort.leaves;
