@@ -17,7 +17,7 @@ namespace kerf {
 enum class BenchBaseline { kNone, kOpenVdb, kDense };
 
 struct BenchOptions {
-  int ticks = 5000;  // at least so many are measured, 1 to 10^7
+  int ticks = 5000;  // so many are measured, 1 to 10^7; rounded up to whole cuts where it takes more than one
   int core = 0;
   int baseline_ticks = 30;  // of OpenVDB, which takes its time
   std::function<void(const std::string& what, double fraction)> progress;
@@ -38,8 +38,10 @@ struct CutCase {
   double measured_mm = 0;  // of the way, from there on
   bool flat_top = true;    // false: how much the tool sweeps has no closed form
   BenchBaseline baseline = BenchBaseline::kNone;
-  Vec3 dense_middle_B{0};    // of a cube along the grid's axes that is compared with the dense reference
-  double dense_edge_mm = 0;  // of that cube; 0: nothing is
+  bool dense_all = false;    // compare the whole bone with the dense reference
+  Vec3 dense_offset_B{0};    // or else a cube along the grid's axes: from the tool's middle, half way through the
+                             // measured ticks, to that of the cube
+  double dense_edge_mm = 0;  // of that cube; 0: nothing is compared
   int spare_leaves = 4096;
 };
 
@@ -68,7 +70,8 @@ struct BaselineTimes {
 struct BenchResult {
   std::string name;
   std::string title;
-  Percentiles times;                      // of whole ticks; count 0 when nothing was timed
+  Percentiles times;                      // of whole ticks, none left out; count 0 when nothing was timed
+  Percentiles undisturbed;                // of those in which the system did not take the core away
   std::optional<BaselineTimes> baseline;  // of the same run
   std::vector<BenchFigure> figures;
   std::vector<BenchTarget> targets;
@@ -80,8 +83,36 @@ struct BenchResult {
   const BenchFigure* Find(const std::string& figure) const;
 };
 
+/// Times ticks, one after the other.
+class TickTimer {
+ public:
+  /// The times of `work`, which is one tick, are kept.
+  template <typename Work>
+  void Time(Work&& work) {
+    const long interruptions = CountInterruptions();
+    const std::int64_t start = ReadClock_ns();
+    work();
+    const std::int64_t end = ReadClock_ns();
+    all_us_.push_back(1e-3 * static_cast<double>(end - start));
+    if (CountInterruptions() == interruptions) undisturbed_us_.push_back(all_us_.back());
+  }
+  void Reserve(std::size_t ticks) {
+    all_us_.reserve(ticks);
+    undisturbed_us_.reserve(ticks);
+  }
+  /// Into times and undisturbed.
+  void Finish(BenchResult& result) const {
+    result.times = CalcPercentiles(all_us_);
+    result.undisturbed = CalcPercentiles(undisturbed_us_);
+  }
+
+ private:
+  std::vector<double> all_us_;
+  std::vector<double> undisturbed_us_;
+};
+
 /// Leads the handle along the cut, the tool tied to it by a stiff coupling, and times every tick of it from the end of
-/// the warm-up on; anew on a fresh bone until there are enough ticks. Throws Error when the tool gets stuck.
+/// the warm-up on; anew on a fresh bone until there are enough ticks. Throws Error when two passes differ.
 BenchResult RunCut(const CutCase& cut, const BenchOptions& options);
 
 }  // namespace kerf

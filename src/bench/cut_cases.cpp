@@ -41,11 +41,11 @@ CutCase MakeDiscCut(double voxel_mm) {
   block.voxel_mm = voxel_mm;
   cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
   cut.X_BT_start = HoldDisc({-34.5, 0, 3});
-  cut.warm_up_mm = 12;
+  cut.warm_up_mm = 14;
   cut.measured_mm = 26;
   cut.baseline = BenchBaseline::kOpenVdb;
-  // Across one wall of the kerf and its floor, half way.
-  cut.dense_middle_B = {-8, 0.1, -7.8};
+  // Across one wall of the kerf and its floor.
+  cut.dense_offset_B = {0, 0.1, -10.8};
   cut.dense_edge_mm = 28 * voxel_mm;
   cut.spare_leaves = voxel_mm < 0.08 ? 16384 : 4096;
   return cut;
@@ -58,9 +58,9 @@ CutCase MakeThickDiscCut() {
   cut.tool = DiscSaw{.diameter_mm = 20, .thickness_mm = 1};
   cut.feed_mm_per_s = 10;
   cut.X_BT_start = HoldDisc({-34, 0, 5});
-  cut.warm_up_mm = 12;
+  cut.warm_up_mm = 14;
   cut.baseline = BenchBaseline::kNone;
-  cut.dense_middle_B = {-8, 0.5, -4.8};
+  cut.dense_offset_B = {0, 0.5, -9.8};
   return cut;
 }
 
@@ -73,18 +73,20 @@ CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole) {
   cut.rpm = 30000;
   cut.feed_mm_per_s = feed_mm_per_s;
   BlockParams block;
-  block.size_mm = whole ? Vec3(51.2) : Vec3(51.2, 10, 7);
+  block.size_mm = whole ? Vec3(250 * voxel_mm) : Vec3(50, 10, 7);
   block.voxel_mm = voxel_mm;
+  // An array of 256^3 also holds the three voxels of the band on each side.
+  if (whole) cut.X_WB.p_AB = voxel_mm * Vec3(127.5, 127.5, 252.5);
+  block.X_WB = cut.X_WB;
   cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
   cut.X_BT_start = HoldBall({-29, 0, 1});
   cut.warm_up_mm = 7;
   cut.measured_mm = feed_mm_per_s < 2 ? 5 : 25;
   if (whole && feed_mm_per_s == 10) {
     cut.baseline = BenchBaseline::kDense;
-    cut.dense_middle_B = {0, 0, -25.5};
-    cut.dense_edge_mm = 255.5 * voxel_mm;
+    cut.dense_all = true;
   } else {
-    cut.dense_middle_B = {-20, 0, -1.5};
+    cut.dense_offset_B = {0, 0, -2.5};
     cut.dense_edge_mm = 28 * voxel_mm;
   }
   return cut;
@@ -113,7 +115,7 @@ CutCase MakeMandibleCut(bool whole) {
     cut.make_bone = [params, middle = marks.first_molar] {
       const MandibleShape parent(params);
       const auto box = [middle](const Vec3& p_W) {
-        const Vec3 q = glm::abs(p_W - middle) - Vec3(22);
+        const Vec3 q = glm::abs(p_W - middle) - Vec3(16);
         return glm::length(glm::max(q, Vec3(0))) + std::min(std::max({q.x, q.y, q.z}), 0.0);
       };
       SolidField solid;
@@ -126,7 +128,7 @@ CutCase MakeMandibleCut(bool whole) {
       };
       solid.region = [&](const Vec3& p_W) { return parent.RegionAt(p_W); };
       solid.is_distance = false;
-      return MakeBone(solid, Box3{middle - 24.0, middle + 24.0}, {params.voxel_mm, params.voxel_mm, {}},
+      return MakeBone(solid, Box3{middle - 18.0, middle + 18.0}, {params.voxel_mm, params.voxel_mm, {}},
                       DefaultMandibleTable());
     };
   }

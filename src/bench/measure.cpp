@@ -1,7 +1,9 @@
 #include "bench/measure.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sched.h>
+#include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -19,6 +21,12 @@ std::int64_t ReadClock_ns() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   return std::int64_t{1000000000} * now.tv_sec + now.tv_nsec;
+}
+
+long CountInterruptions() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_nivcsw;
 }
 
 Percentiles CalcPercentiles(std::vector<double> times_us) {
@@ -39,18 +47,25 @@ Percentiles CalcPercentiles(std::vector<double> times_us) {
 
 void StageClock::Enter(TickStage stage) noexcept {
   const std::int64_t now = ReadClock_ns();
-  if (now_ < kStages) spent_ns_[now_] += now - since_ns_;
+  if (now_ < kStages) in_tick_ns_[now_] += now - since_ns_;
   now_ = static_cast<std::size_t>(stage);
   since_ns_ = now;
 }
 void StageClock::FinishTick() noexcept {
   Enter(TickStage::kEnd);
-  ++ticks_;
+  const long interruptions = CountInterruptions();
+  const bool undisturbed = interruptions == interruptions_;
+  interruptions_ = interruptions;
+  for (std::size_t i = 0; i < kStages; ++i) {
+    if (undisturbed) sum_ns_[i] += in_tick_ns_[i];
+    in_tick_ns_[i] = 0;
+  }
+  if (undisturbed) ++ticks_;
 }
 std::array<double, StageClock::kStages> StageClock::CalcMeans_us() const {
   std::array<double, kStages> means{};
   for (std::size_t i = 0; i < kStages; ++i) {
-    if (ticks_ > 0) means[i] = 1e-3 * static_cast<double>(spent_ns_[i]) / static_cast<double>(ticks_);
+    if (ticks_ > 0) means[i] = 1e-3 * static_cast<double>(sum_ns_[i]) / static_cast<double>(ticks_);
   }
   return means;
 }
@@ -94,6 +109,7 @@ MachineState LookAtMachine() {
 }
 
 std::size_t ReadResidentBytes() {
+  malloc_trim(0);  // what is free but kept is not in use
   std::ifstream file("/proc/self/statm");
   std::size_t total = 0;
   std::size_t resident = 0;

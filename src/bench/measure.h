@@ -15,6 +15,9 @@ namespace kerf {
 /// Of a clock that only goes forward, ns.
 std::int64_t ReadClock_ns();
 
+/// How often the system has taken the core from this thread so far.
+long CountInterruptions();
+
 /// Nearest-rank percentiles, microseconds; all 0 for none.
 struct Percentiles {
   std::size_t count = 0;
@@ -25,21 +28,24 @@ struct Percentiles {
 };
 Percentiles CalcPercentiles(std::vector<double> times_us);
 
-/// Adds up the time between the stages of ticks.
+/// Adds up the time between the stages of ticks; leaves out ticks in which the system took the core away.
 class StageClock : public TickObserver {
  public:
   static constexpr std::size_t kStages = static_cast<std::size_t>(TickStage::kEnd);
 
   void Enter(TickStage stage) noexcept override;
+  /// The tick is over, and the next begins with the next Enter().
   void FinishTick() noexcept;
   /// Mean over the ticks, by stage, us.
   std::array<double, kStages> CalcMeans_us() const;
 
  private:
-  std::array<std::int64_t, kStages> spent_ns_{};
+  std::array<std::int64_t, kStages> in_tick_ns_{};
+  std::array<std::int64_t, kStages> sum_ns_{};
   std::size_t now_ = kStages;
   std::int64_t since_ns_ = 0;
   std::int64_t ticks_ = 0;
+  long interruptions_ = CountInterruptions();
 };
 const char* NameOfStage(std::size_t stage);
 

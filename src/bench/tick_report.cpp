@@ -33,8 +33,9 @@ double TimesFaster(const BenchResult& r) {
 /// The errors beside the speed.
 std::string ShowErrors(const BenchResult& r) {
   std::vector<std::string> errors;
-  if (const BenchFigure* f = r.Find("removed / swept"))
-    errors.push_back(fmt::format("removed {:.2f} % of swept", f->value));
+  if (const BenchFigure* f = r.Find("removed less swept")) {
+    errors.push_back(fmt::format("removed {:+.3f} % of swept", f->value));
+  }
   if (const BenchFigure* f = r.Find("phi against dense at the surface, at most")) {
     errors.push_back(fmt::format("{} voxels from dense", Show(f->value)));
   }
@@ -71,6 +72,7 @@ ordered_json TimesJson(const Percentiles& p) {
 ordered_json ResultJson(const BenchResult& r) {
   ordered_json json = {{"name", r.name}, {"title", r.title}};
   json["tick"] = r.times.count > 0 ? TimesJson(r.times) : ordered_json(nullptr);
+  json["undisturbed"] = r.times.count > 0 ? TimesJson(r.undisturbed) : ordered_json(nullptr);
   json["baseline"] = nullptr;
   if (r.baseline) {
     json["baseline"] = {{"what", r.baseline->what}};
@@ -130,6 +132,11 @@ std::string FormatTickTable(const TickReport& report) {
   text += "\n";
   for (const BenchResult& r : report.results) {
     text += fmt::format("{}: {}\n", r.name, r.title);
+    if (r.undisturbed.count < r.times.count) {
+      text += fmt::format("  others took the core in {} ticks; of the rest p50 {} us, p99 {} us, max {} us\n",
+                          r.times.count - r.undisturbed.count, Show(r.undisturbed.p50_us), Show(r.undisturbed.p99_us),
+                          Show(r.undisturbed.max_us));
+    }
     if (r.baseline) text += fmt::format("  baseline: {}, {} ticks\n", r.baseline->what, r.baseline->times.count);
     for (const BenchTarget& t : r.targets) {
       text += fmt::format("  {:<7} {} {} {}: {}\n", t.met() ? "met" : "MISSED", t.what,

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/vec3.hpp>
 
-#include "bench/dense_bone.h"
 #include "bone/grids.h"
 
 namespace kerf {
@@ -19,38 +19,60 @@ using Leaf = FloatGrid::TreeType::LeafNodeType;
 
 constexpr int kLeafEdge = 8;
 
-double CalcToolDistance(const Tool& tool, const Pose& X_WT, const Vec3& p_W) {
-  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
-    return CalcDiscSweepDistance(p_W, X_WT, X_WT, disc->radius_mm(), disc->thickness_mm);
+/// Distance to the tool where it stands, in single precision; p in the tool frame.
+struct ToolDistance {
+  explicit ToolDistance(const Tool& tool) : radius(static_cast<float>(CalcReach(tool))) {
+    if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+      is_disc = true;
+      radius = static_cast<float>(disc->radius_mm());
+      half_thickness = static_cast<float>(0.5 * disc->thickness_mm);
+    }
   }
-  return CalcBallSweepDistance(p_W, X_WT.p_AB, X_WT.p_AB, CalcReach(tool));
-}
+  float operator()(const glm::vec3& p) const {
+    if (!is_disc) return std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z) - radius;
+    const float radial = std::sqrt(p.x * p.x + p.y * p.y) - radius;
+    const float axial = std::abs(p.z) - half_thickness;
+    if (radial > 0 && axial > 0) return std::sqrt(radial * radial + axial * axial);
+    return std::max(radial, axial);
+  }
+  bool is_disc = false;
+  float radius;
+  float half_thickness = 0;
+};
 
 FloatGrid::Ptr MakeToolGrid(const Tool& tool, const Pose& X_WT, double voxel_mm) {
   const FloatGrid::Ptr grid = MakePhiGrid(voxel_mm);
-  const double band = static_cast<double>(grid->background());
+  const float band = grid->background();
   const double leaf_mm = kLeafEdge * voxel_mm;
-  const double reach = CalcReach(tool) + band;
+  const double reach = CalcReach(tool) + static_cast<double>(band);
+  const ToolDistance distance(tool);
   // From the middle of a leaf's voxels to its furthest voxel.
-  const double half_diagonal = 0.5 * std::sqrt(3.0) * (kLeafEdge - 1) * voxel_mm;
+  const auto half_diagonal = static_cast<float>(0.5 * std::sqrt(3.0) * (kLeafEdge - 1) * voxel_mm);
+  // A step along the grid's axes, and from a leaf's lowest voxel to its middle, in the tool frame.
+  const glm::vec3 dx(voxel_mm * X_WT.InverseVector({1, 0, 0}));
+  const glm::vec3 dy(voxel_mm * X_WT.InverseVector({0, 1, 0}));
+  const glm::vec3 dz(voxel_mm * X_WT.InverseVector({0, 0, 1}));
+  const glm::vec3 to_middle = 0.5f * (kLeafEdge - 1) * (dx + dy + dz);
   const auto first = glm::floor((X_WT.p_AB - reach) / leaf_mm);
   const auto last = glm::floor((X_WT.p_AB + reach) / leaf_mm);
   for (int x = static_cast<int>(first.x); x <= static_cast<int>(last.x); ++x) {
     for (int y = static_cast<int>(first.y); y <= static_cast<int>(last.y); ++y) {
       for (int z = static_cast<int>(first.z); z <= static_cast<int>(last.z); ++z) {
-        const Vec3 lowest = leaf_mm * Vec3(x, y, z);
-        const Vec3 middle = lowest + 0.5 * (kLeafEdge - 1) * voxel_mm;
-        if (std::abs(CalcToolDistance(tool, X_WT, middle)) > band + half_diagonal) continue;
-        auto* leaf = new Leaf(Coord(kLeafEdge * x, kLeafEdge * y, kLeafEdge * z), static_cast<float>(band), false);
-        for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
-          const Coord local = Leaf::offsetToLocalCoord(i);
-          const Vec3 p_W = lowest + voxel_mm * Vec3(local.x(), local.y(), local.z());
-          const double d = CalcToolDistance(tool, X_WT, p_W);
-          if (std::abs(d) < band) {
-            leaf->setValueOn(i, static_cast<float>(d));
-          } else {
-            leaf->setValueOff(i, static_cast<float>(std::copysign(band, d)));
+        const glm::vec3 corner(X_WT.InversePoint(leaf_mm * Vec3(x, y, z)));
+        if (std::abs(distance(corner + to_middle)) > band + half_diagonal) continue;
+        auto* leaf = new Leaf(Coord(kLeafEdge * x, kLeafEdge * y, kLeafEdge * z), band, false);
+        float* values = leaf->buffer().data();
+        for (int i = 0; i < kLeafEdge; ++i) {
+          for (int j = 0; j < kLeafEdge; ++j) {
+            const glm::vec3 row = corner + static_cast<float>(i) * dx + static_cast<float>(j) * dy;
+            for (int k = 0; k < kLeafEdge; ++k) {
+              *values++ = std::clamp(distance(row + static_cast<float>(k) * dz), -band, band);
+            }
           }
+        }
+        values = leaf->buffer().data();
+        for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+          if (std::abs(values[i]) < band) leaf->setValueOn(i);
         }
         grid->tree().addLeaf(leaf);
       }

@@ -16,9 +16,9 @@ class VdbCut {
   explicit VdbCut(Bone bone);
   ~VdbCut();
 
-  /// Makes a level set of the tool where it is, of the bone's voxels and band, by filling the leaves at its surface,
-  /// and takes it away by openvdb::tools::csgDifference(). The library's own makers of level sets (of spheres, of
-  /// meshes) take longer. The bone is left unpruned, which is the cheaper way too.
+  /// Makes a level set of the tool where it is, of the bone's voxels and band, by filling the leaves at its surface in
+  /// single precision, and takes it away by openvdb::tools::csgDifference(). The library's own makers of level sets (of
+  /// spheres, of meshes) take longer. The bone is left unpruned, which is the quicker way too.
   void Cut(const Tool& tool, const Pose& X_WT);
 
   const Bone& bone() const { return bone_; }

@@ -12,6 +12,7 @@
 #include "cli/progress.h"
 #include "files/files.h"
 #include "kerf/error.h"
+#include "removal/carve.h"
 
 namespace kerf::cli {
 namespace {
@@ -19,6 +20,7 @@ namespace {
 struct Options {
   std::vector<std::string> cases;
   BenchOptions bench;
+  std::string width;
   std::string output;
   bool json = false;
   bool markdown = false;
@@ -26,7 +28,14 @@ struct Options {
 
 void Run(Options& options) {
   if (!options.output.empty()) CheckWritable(options.output);
+  try {
+    CheckTickCases(options.cases);
+  } catch (const Error& e) {
+    throw CLI::ValidationError("--case", e.what());
+  }
+  SetVectorTarget(options.width);
   TickReport report;
+  report.vector_width = VectorTarget();
   report.machine = LookAtMachine();
   report.core = options.bench.core;
   report.ticks = options.bench.ticks;
@@ -72,14 +81,22 @@ void AddBenchCommand(CLI::App& app) {
                       fmt::join(NamesOfTickCases(), ", ")))
       ->delimiter(',');
   command
-      ->add_option("--ticks", options->bench.ticks,
-                   "Least number of ticks measured of each case, 1 to 10000000; a cut is begun again on a fresh bone "
-                   "until there are enough")
+      ->add_option(
+          "--ticks", options->bench.ticks,
+          "Ticks measured of each case, 1 to 10000000; where a cut is too short it is done again on fresh bones, "
+          "as a whole")
       ->check(CLI::Range(1, 10000000))
       ->capture_default_str();
   command->add_option("--core", options->bench.core, "Core that the ticks are held to, from 0")
       ->check(CLI::Range(0, 4095))
       ->capture_default_str();
+  command
+      ->add_option(
+          "--width", options->width,
+          fmt::format("Vector instructions that the removal uses; the bone comes out the same with each. Default: "
+                      "the widest that this machine has. It has: {}",
+                      fmt::join(VectorTargets(), ", ")))
+      ->check(CLI::IsMember(VectorTargets()));
   command->add_option("-o,--output", options->output, "File for the report instead of stdout");
   CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
   command->add_flag("--markdown", options->markdown, "Report as the Markdown tables of the README")->excludes(json);

@@ -1,0 +1,54 @@
+// kerf bench as a user runs it.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using BenchCommand = test::ProgramTest;
+
+TEST_F(BenchCommand, PrintsJsonOfTheCaseAskedFor) {
+  const auto result = Kerf("bench tick --case ball-0.3 --ticks 20 --json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  ASSERT_EQ(json["cases"].size(), 1u);
+  EXPECT_EQ(json["cases"][0]["name"], "ball-0.3");
+  EXPECT_EQ(json["cases"][0]["tick"]["ticks"], 20);
+}
+
+TEST_F(BenchCommand, SameHashAtEachWidth) {
+  std::string hash;
+  for (const char* width : {"ssse3", "scalar"}) {
+    const auto result = Kerf(std::string("bench tick --case ball-0.3 --ticks 20 --json --width ") + width);
+    if (result.code == 2) GTEST_SKIP() << "this machine has no " << width;
+    ASSERT_EQ(result.code, 0) << result.err;
+    const auto json = nlohmann::json::parse(result.out);
+    EXPECT_EQ(json["machine"]["vector_width"], width);
+    if (!hash.empty()) EXPECT_EQ(json["cases"][0]["bone_hash"], hash);
+    hash = json["cases"][0]["bone_hash"];
+  }
+}
+
+TEST_F(BenchCommand, WritesTheReportToAFile) {
+  const auto result = Kerf("bench tick --case idle --ticks 30 --markdown -o bench.md");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(test::Slurp(folder_ / "bench.md").find("<!-- kerf bench tick --markdown -->"), 0u);
+}
+
+TEST_F(BenchCommand, RefusesWhatIsNotThere) {
+  const auto unknown = Kerf("bench tick --case idel");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_NE(unknown.err.find("there is no case \"idel\"; the nearest is \"idle\""), std::string::npos) << unknown.err;
+  EXPECT_EQ(Kerf("bench tick --width avx9").code, 2);
+  EXPECT_EQ(Kerf("bench tick --ticks 0").code, 2);
+  EXPECT_EQ(Kerf("bench").code, 2);
+  ExpectRefusal(Kerf("bench tick --case idle --ticks 5 --core 4000"),
+                "this program can't be held to core 4000; choose one of those that it may use");
+}
+
+}  // namespace
+}  // namespace kerf
