@@ -113,13 +113,14 @@ TEST(BenchTick, FiveMillimetresAwayTheToolSleeps) {
 }
 
 TEST(BenchTick, ToolThatDoesNotFollowIsSaid) {
-  CutCase cut = MakeBallCut(0.3, 10, false);
-  cut.rpm = 0;  // it does not cut, and is stopped by the bone
+  CutCase cut = MakeDiscCut(0.2);
+  cut.rpm = 0;           // it does not cut, and is stopped by the bone
+  cut.warm_up_mm = 1.2;  // a little after it has met it
   const BenchResult r = RunCut(cut, FewTicks(50));
   EXPECT_THAT(r.note, testing::StartsWith("the tool fed at "));
   TickReport report;
   report.results = {r};
-  EXPECT_THAT(FindTickDoubts(report), testing::ElementsAre("ball-0.3: " + r.note));
+  EXPECT_THAT(FindTickDoubts(report), testing::ElementsAre("disc-0.2: " + r.note));
 }
 
 TEST(BenchTick, CasesAreChosenByName) {
