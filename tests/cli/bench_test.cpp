@@ -27,8 +27,9 @@ TEST_F(BenchCommand, SameHashAtEachWidth) {
     ASSERT_EQ(result.code, 0) << result.err;
     const auto json = nlohmann::json::parse(result.out);
     EXPECT_EQ(json["machine"]["vector_width"], width);
-    if (!hash.empty()) EXPECT_EQ(json["cases"][0]["bone_hash"], hash);
-    hash = json["cases"][0]["bone_hash"];
+    const std::string this_hash = json["cases"][0]["bone_hash"];
+    EXPECT_TRUE(hash.empty() || hash == this_hash);
+    hash = this_hash;
   }
 }
 
