@@ -54,19 +54,14 @@ class Disc {
         row_x_(Splat(kHalfRow * s.grid[2][0])),
         row_y_(Splat(kHalfRow * s.grid[2][1])),
         new_only_(s.new_only) {
-    const float along = std::abs(kHalfRow * s.grid[2][2]);
-    const float across = kHalfRow * std::sqrt(s.grid[2][0] * s.grid[2][0] + s.grid[2][1] * s.grid[2][1]);
-    row_z_ = Splat(along);
-    row_xy_ = Splat(across);
-    const float half_radius = 0.5f * s.radius;
-    half_radius_ = Splat(half_radius);
-    // A distance to a point or segment bends by at most 1 / distance.
-    bend_ = Splat(half_radius > 2 * across ? 0.5f * across * across / (half_radius - across) : across);
+    row_z_ = Splat(std::abs(kHalfRow * s.grid[2][2]));
+    row_xy_ = Splat(s.row_mm);
+    half_radius_ = Splat(0.5f * s.radius);
+    bend_ = Splat(s.bend_mm);
     const float reach = s.band + s.rounding;
     reach2_ = Splat(reach * reach);
     slack_ = Splat(s.length + s.flank_slack + s.rounding);
-    behind_ = Splat(s.length + s.rounding +
-                    std::abs(s.back[0] * kHalfRow * s.grid[2][0] + s.back[1] * kHalfRow * s.grid[2][1]));
+    behind_ = Splat(s.behind_mm);
   }
 
   /// Which of the rows with their middles at these points hold a voxel that the step may change.
@@ -147,9 +142,7 @@ class Ball {
         inner_(Splat(-(s.band + s.length + s.rounding))),
         least_(Splat(1e-3f * s.radius)),
         new_only_(s.new_only) {
-    behind_ =
-        Splat(s.length + s.rounding +
-              std::abs(kHalfRow * (s.back[0] * s.grid[2][0] + s.back[1] * s.grid[2][1] + s.back[2] * s.grid[2][2])));
+    behind_ = Splat(s.behind_mm);
   }
 
   HWY_INLINE M MayChange(V x, V y, V z) const {
@@ -219,17 +212,18 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
   constexpr int kLanes = static_cast<int>(hn::MaxLanes(kFloats));
   constexpr int kPair = 2 * kRow;
   const Swept swept(s);
-  // Where the rows begin, and the voxels of two rows from there: each a sum of the same terms at every width.
+  // Where the rows begin.
+  using Row = hn::CappedTag<float, kRow>;
+  constexpr Row kRowTag;
   alignas(64) float rows[3][kRow * kRow];
-  alignas(64) float along[3][kPair];
   for (int axis = 0; axis < 3; ++axis) {
-    float across[kRow];
-    for (int y = 0; y < kRow; ++y) across[y] = static_cast<float>(y) * s.grid[1][axis];
     for (int x = 0; x < kRow; ++x) {
       const float base = corner[static_cast<std::size_t>(axis)] + static_cast<float>(x) * s.grid[0][axis];
-      for (int y = 0; y < kRow; ++y) rows[axis][kRow * x + y] = base + across[y];
+      for (int y = 0; y < kRow; y += static_cast<int>(hn::MaxLanes(kRowTag))) {
+        hn::Store(hn::Add(hn::Set(kRowTag, base), hn::Load(kRowTag, s.across[axis] + y)), kRowTag,
+                  rows[axis] + kRow * x + y);
+      }
     }
-    for (int i = 0; i < kPair; ++i) along[axis][i] = static_cast<float>(i % kRow) * s.grid[2][axis];
   }
   // First which rows, by their middles.
   std::uint64_t active = 0;
@@ -256,9 +250,9 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
     const auto of_pair = static_cast<unsigned>(active >> row) & 3u;
     for (int part = 0; part < kPair; part += kLanes) {
       if (kLanes <= kRow && !(of_pair >> (part / kRow) & 1u)) continue;
-      V depth = swept.Depth(hn::Add(OfRows(rows[0], row, part), hn::Load(kFloats, along[0] + part)),
-                            hn::Add(OfRows(rows[1], row, part), hn::Load(kFloats, along[1] + part)),
-                            hn::Add(OfRows(rows[2], row, part), hn::Load(kFloats, along[2] + part)));
+      V depth = swept.Depth(hn::Add(OfRows(rows[0], row, part), hn::Load(kFloats, s.along[0] + part)),
+                            hn::Add(OfRows(rows[1], row, part), hn::Load(kFloats, s.along[1] + part)),
+                            hn::Add(OfRows(rows[2], row, part), hn::Load(kFloats, s.along[2] + part)));
       if (s.whole_voxels) {
         depth = hn::Mul(hn::Add(hn::Floor(hn::Mul(depth, per_voxel)), Splat(0.5f)), Splat(s.voxel));
       }
@@ -362,6 +356,19 @@ std::int64_t AllTargets() {
 std::int64_t chosen_target = 0;
 
 }  // namespace
+
+void CarveStep::Prepare() {
+  constexpr float kHalfRow = 3.5f;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int i = 0; i < 8; ++i) across[axis][i] = static_cast<float>(i) * grid[1][axis];
+    for (int i = 0; i < 16; ++i) along[axis][i] = static_cast<float>(i % 8) * grid[2][axis];
+  }
+  row_mm = kHalfRow * std::sqrt(grid[2][0] * grid[2][0] + grid[2][1] * grid[2][1]);
+  // A distance bends by at most 1 / distance; used where that is at least half a radius.
+  bend_mm = 0.5f * radius > 2 * row_mm ? 0.5f * row_mm * row_mm / (0.5f * radius - row_mm) : row_mm;
+  const float way = back[0] * grid[2][0] + back[1] * grid[2][1] + back[2] * grid[2][2];
+  behind_mm = length + rounding + kHalfRow * std::abs(way);
+}
 
 CarveLoss CarveLeaf(const CarveStep& step, const std::array<float, 3>& corner_T, float* values) {
   if (step.ball) return HWY_DYNAMIC_DISPATCH(CarveBall)(step, corner_T, values);

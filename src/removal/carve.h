@@ -25,6 +25,13 @@ struct CarveStep {
   float voxel = 0;
   float rounding = 0;       // what float arithmetic may be off by
   float grid[3][3] = {{}};  // [i]: the step to the next voxel along axis i of the bone's grid
+  /// Works out what follows from the above, the same for all leaves.
+  void Prepare();
+  alignas(64) float across[3][8] = {{}};  // [i]: from a leaf's first row to the next ones along y, tool axis i
+  alignas(64) float along[3][16] = {{}};  // from a row's first voxel to the others, twice over
+  float row_mm = 0;                       // half a row's length, of a disc in its plane
+  float bend_mm = 0;    // by how much at most a row's end lies farther out than along the tangent at its middle
+  float behind_mm = 0;  // the middles of rows with a voxel that is not behind the start lie below this
 };
 
 struct CarveLoss {

@@ -108,6 +108,7 @@ struct Sweep {
       step.back[axis] = static_cast<float>(back[axis]);
       for (int i = 0; i < 3; ++i) step.grid[i][axis] = static_cast<float>(grid.step_T(i)[axis]);
     }
+    step.Prepare();
   }
 
   /// The leaves that the step may change.
