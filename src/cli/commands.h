@@ -16,6 +16,7 @@ void AddInfoCommand(CLI::App& app);
 void AddPaperCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddImportCommand(CLI::App& app);
+void AddLoopCommand(CLI::App& app);
 void AddMaterialsCommand(CLI::App& app);
 void AddModelCommand(CLI::App& app);
 void AddSceneCommand(CLI::App& app);

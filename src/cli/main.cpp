@@ -59,6 +59,7 @@ int RunProgram(int argc, char** argv) {
   kerf::cli::AddInfoCommand(app);
   kerf::cli::AddPaperCommand(app);
   kerf::cli::AddRunCommand(app);
+  kerf::cli::AddLoopCommand(app);
   kerf::cli::AddImportCommand(app);
   kerf::cli::AddModelCommand(app);
   kerf::cli::AddSceneCommand(app);

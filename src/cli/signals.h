@@ -1,10 +1,16 @@
 // What the program does when it is told to end.
 #pragma once
 
+#include <atomic>
+
 namespace kerf::cli {
 
 /// From now on a signal that ends the program (SIGHUP, SIGINT, SIGTERM; those that are ignored stay so) removes what is
 /// half written first, and a file that grows beyond the process's limit fails to be written (SIGXFSZ).
 void HandleSignals();
+
+/// From now on the first SIGINT, SIGTERM or SIGHUP (those that are ignored stay so) sets this to true, for work that
+/// ends itself safely; a second one is handled as before.
+const std::atomic<bool>& CatchInterrupt();
 
 }  // namespace kerf::cli

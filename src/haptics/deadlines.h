@@ -9,8 +9,8 @@ namespace kerf {
 /// Times are nanoseconds of one clock. Tick-safe; has no clock of its own.
 ///
 /// A tick that is not begun before the next one is due is missed: it is skipped and counted, never run late and in a
-/// row with others. Nor do two ticks begin less than half a period apart: after one that began late, the next waits for
-/// the next but one deadline.
+/// row with others. Nor do two ticks begin less than a quarter of a period apart: after one that began later than that,
+/// the next waits for the next but one deadline.
 class Deadlines {
  public:
   /// `period_ns` > 0.
@@ -41,7 +41,7 @@ class Deadlines {
   }
   /// The tick is over: finds the next deadline, after `now_ns`.
   void End(std::int64_t now_ns) {
-    const std::int64_t earliest_ns = std::max(now_ns + 1, began_ns_ + period_ns_ / 2);
+    const std::int64_t earliest_ns = std::max(now_ns + 1, began_ns_ + period_ns_ / 4);
     const std::int64_t ahead_ns = std::max(earliest_ns - due_ns_, period_ns_);
     due_ns_ += (ahead_ns + period_ns_ - 1) / period_ns_ * period_ns_;
   }

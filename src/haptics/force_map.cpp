@@ -86,8 +86,8 @@ double ForceMap::Channel::CalcThermalPeak(double warming, double& load) const {
   return std::min(allowed, std::sqrt(heat + room / warming));
 }
 
-bool ForceMap::Channel::Calc(const Vec3& wanted, double gain, double knee, double dt_s, double thermal_s,
-                             ForceMapOutput& out, std::uint32_t limited_bit) {
+bool ForceMap::Channel::Calc(const Vec3& wanted, double gain, double knee, double dt_s, double slew_dt_s,
+                             double thermal_s, ForceMapOutput& out, std::uint32_t limited_bit) {
   if (!(peak > 0)) return false;
   double load = 0;
   const double warming = -std::expm1(-dt_s / thermal_s);
@@ -106,7 +106,7 @@ bool ForceMap::Channel::Calc(const Vec3& wanted, double gain, double knee, doubl
     target = LimitLength(target, bent);
   }
   const Vec3 step = target - last;
-  const double most = slew_per_s * dt_s;
+  const double most = slew_per_s * std::min(dt_s, slew_dt_s);
   if (CalcLength(step) > most) {
     out.status |= kForceMapSlewLimited;
     target = last + LimitLength(step, most);
@@ -127,7 +127,8 @@ void ForceMap::Reset() {
   force_.last = torque_.last = Vec3{0};
 }
 
-ForceMapOutput ForceMap::Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, double dt_s, bool fault) {
+ForceMapOutput ForceMap::Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, double dt_s, bool fault,
+                              double slew_dt_s) {
   ForceMapOutput out;
   ++counts_.ticks;
   const bool time_ok = dt_s > 0 && std::isfinite(dt_s);
@@ -144,10 +145,11 @@ ForceMapOutput ForceMap::Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, 
   ramp_s_done_ = std::min(ramp_s_done_ + dt, params_.ramp_in_s);
   out.ramp = params_.ramp_in_s > 0 ? SmoothStep(ramp_s_done_ / params_.ramp_in_s) : 1;
   if (out.ramp < 1) out.status |= kForceMapRampIn;
-  if (force_.Calc(f_sim_W_N, out.ramp, params_.knee, dt, params_.thermal_s, out, kForceMapForceLimited)) {
+  if (force_.Calc(f_sim_W_N, out.ramp, params_.knee, dt, slew_dt_s, params_.thermal_s, out, kForceMapForceLimited)) {
     out.f_H_W_N = force_.last;
   }
-  if (torque_.Calc(tau_sim_W_Nmm, out.ramp, params_.knee, dt, params_.thermal_s, out, kForceMapTorqueLimited)) {
+  if (torque_.Calc(tau_sim_W_Nmm, out.ramp, params_.knee, dt, slew_dt_s, params_.thermal_s, out,
+                   kForceMapTorqueLimited)) {
     out.tau_H_W_Nmm = torque_.last;
   }
   if ((out.status & (kForceMapForceLimited | kForceMapTorqueLimited)) != 0) ++counts_.limited;

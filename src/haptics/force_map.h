@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "devices/device.h"
 #include "kerf/geometry.h"
@@ -52,8 +53,10 @@ class ForceMap {
   /// Throws Error naming the first value out of range.
   ForceMap(const DeviceProfile& profile, const ForceMapParams& params = {});
 
-  /// One tick of dt_s (held to at most 0.1 s). Tick-safe.
-  ForceMapOutput Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, double dt_s, bool fault = false);
+  /// One tick of dt_s (held to at most 0.1 s). The slew is that of `slew_dt_s` when that is shorter: after missed ticks
+  /// the force still changes by no more than in one tick. Tick-safe.
+  ForceMapOutput Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, double dt_s, bool fault = false,
+                      double slew_dt_s = std::numeric_limits<double>::infinity());
   /// As after the start. Tick-safe.
   void Reset();
 
@@ -80,8 +83,8 @@ class ForceMap {
     double heat = 0;  // weighted mean square
 
     double CalcThermalPeak(double warming, double& load) const;
-    bool Calc(const Vec3& wanted, double gain, double knee, double dt_s, double thermal_s, ForceMapOutput& out,
-              std::uint32_t limited_bit);
+    bool Calc(const Vec3& wanted, double gain, double knee, double dt_s, double slew_dt_s, double thermal_s,
+              ForceMapOutput& out, std::uint32_t limited_bit);
     void Zero(double dt_s, double thermal_s);
   };
 

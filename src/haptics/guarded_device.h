@@ -20,8 +20,8 @@ struct ForceCounts {
   std::uint64_t bad_poses = 0;    // samples whose pose was not valid
 };
 
-/// Elapse(), Read() and Write() are the loop's, Trip() is the watchdog's. After Trip() the device has zero force, and gets zero
-/// from every Write() until the loop has taken note with TakeTripped() and begun its ramp.
+/// Elapse(), Read() and Write() are the loop's, Trip() is the watchdog's. After Trip() the device has zero force, and
+/// gets zero from every Write() until the loop has taken note with TakeTripped() and begun its ramp.
 class GuardedDevice final : public Device {
  public:
   /// The device must outlive this.

@@ -125,7 +125,7 @@ void HapticLoop::RunThread() {
   if (running()) Finish(LoopEnd::kAsked);
 }
 
-void HapticLoop::RunHere(std::int64_t ticks, const std::function<void()>& between) {
+void HapticLoop::RunHere(std::int64_t ticks, const std::function<bool()>& between) {
   grants_.scheduling = "The loop ran without a thread and without waiting.";
   grants_.memory = "Locking memory in RAM was not asked for.";
   start_ns_ = clock_.Now();
@@ -133,7 +133,7 @@ void HapticLoop::RunHere(std::int64_t ticks, const std::function<void()>& betwee
   beat_ns_.store(start_ns_);
   for (std::int64_t i = 0; i < ticks && running() && !stop_.load(); ++i) {
     TickOnce();
-    if (between) between();
+    if (between && !between()) break;
   }
   if (running()) Finish(LoopEnd::kAsked);
 }
@@ -217,6 +217,13 @@ void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
   state.leaves_waiting = publisher_.waiting();
   state_.Publish();
   exchange_times_.Add(clock_.Now() - before_ns);
+}
+
+bool HapticLoop::SendRest() {
+  MarkChanged();
+  if (publisher_.waiting() == 0) return false;
+  publisher_.Send(params_.leaf_ring);
+  return true;
 }
 
 /// The simulation forgets what it has told once all of it stands in line, and not before. When the line is full, the

@@ -89,8 +89,11 @@ class HapticLoop {
   /// Waits for the tick under way, makes the force zero, and ends the threads. Any number of times.
   void Stop();
   /// Runs `ticks` ticks in the calling thread, without priority, locked memory or watchdog; then as Stop(). For a
-  /// VirtualClock. `between` is called after each tick outside the heap guard; may be empty.
-  void RunHere(std::int64_t ticks, const std::function<void()>& between = {});
+  /// VirtualClock. `between` is called after each tick, outside the heap guard, and ends the run by false; may be
+  /// empty.
+  void RunHere(std::int64_t ticks, const std::function<bool()>& between = {});
+  /// After the end: sends changed leaves that still wait, as far as there is room. False when there were none.
+  bool SendRest();
   /// False once the loop has ended by itself.
   bool running() const { return end_.load() == LoopEnd::kNotYet; }
 

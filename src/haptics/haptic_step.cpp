@@ -71,7 +71,8 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
       ++counts_.bad_forces;
     }
   }
-  out.force = force_map_.Calc(out.coupled.f_H_W_N, out.coupled.tau_H_W_Nmm, in.dt_s, out.faults != kHapticOk);
+  out.force =
+      force_map_.Calc(out.coupled.f_H_W_N, out.coupled.tau_H_W_Nmm, in.dt_s, out.faults != kHapticOk, in.slew_dt_s);
   write_failed_ = !device.Write(out.force.f_H_W_N, out.force.tau_H_W_Nmm);
   if (write_failed_) {
     out.faults |= kHapticWriteFailed;

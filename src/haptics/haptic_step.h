@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "devices/device.h"
 #include "devices/velocity.h"
@@ -11,8 +12,9 @@
 namespace kerf {
 
 struct HapticStepInput {
-  double dt_s = 0.001;  // since the last step: what the simulation moves on by
-  double rpm = 7500;    // of the spindle
+  double dt_s = 0.001;                                         // since the last step: what the simulation moves on by
+  double slew_dt_s = std::numeric_limits<double>::infinity();  // if shorter, what the force's slew moves on by
+  double rpm = 7500;                                           // of the spindle
   bool force_off =
       false;  // the watchdog has bitten, or the operator wants no force: zero at once, ramped in afterwards
 };

@@ -34,7 +34,7 @@ struct SceneDevice {
 struct SceneHand {
   bool given = false;
   std::string model = "H3";
-  double push_N = 0;
+  double push_N = 5;
   double lead_mm = 15;
   double lift_mm_per_s = 20;
 };
@@ -85,7 +85,8 @@ template <typename V>
 void Describe(SceneHand& p, V&& visit) {
   visit("model", p.model, Choices{HandWords()},
         "mass, spring and damper of the hand: released, light pinch, pen grip, resting arm, power grip");
-  visit("push_N", p.push_N, Range{0, 200}, "besides its spring's pull, along a stroke while it is under way");
+  visit("push_N", p.push_N, Range{0, 200},
+        "at most, that it leans with into what it feels along a stroke, besides its spring's pull");
   visit("lead_mm", p.lead_mm, Range{0.1, 500}, "so far ahead of the handle the hand aims at most; then it waits");
   visit("lift_mm_per_s", p.lift_mm_per_s, Range{0.1, 1000}, "speed of going back and over to the next stroke");
 }

@@ -72,7 +72,10 @@ TEST(HapticLoop, BeginsTheForceAnewAfterAStandstill) {
   };
   HapticLoop loop(s.body, s.device, s.clock, s.params);
   std::vector<double> forces;
-  loop.RunHere(110, [&] { forces.push_back(s.inner.force_x_N); });
+  loop.RunHere(110, [&] {
+    forces.push_back(s.inner.force_x_N);
+    return true;
+  });
   EXPECT_EQ(s.body.ramps, 1);
   EXPECT_EQ(loop.counts().ramps, 1U);
   EXPECT_EQ(forces[99], 5);
@@ -159,6 +162,7 @@ TEST(HapticLoop, SendsEveryChangedLeafThoughLineAndRingAreShort) {
       mirror[message->index] = message->values;
       loop.leaves().Pop();
     }
+    return true;
   });
   ASSERT_EQ(mirror.size(), 150U);
   for (int leaf = 0; leaf < 150; ++leaf) {

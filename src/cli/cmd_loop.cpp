@@ -1,0 +1,125 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "cli/signals.h"
+#include "kerf/error.h"
+#include "scene/scene.h"
+#include "session/run_loop.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string scene;
+  std::string folder;
+  std::string hand;
+  std::optional<double> rate_hz;
+  LoopOptions loop;
+  bool json = false;
+};
+
+void PrintTimes(const LoopTimeSummary& t) {
+  fmt::print("  {:<9} p50 {:>7.1f}  p99 {:>7.1f}  p99.9 {:>7.1f}  max {:>8.1f} us{}\n", t.name, t.p50_us, t.p99_us,
+             t.p999_us, t.max_us,
+             t.name == "tick" || t.name == "lateness" ? "" : fmt::format("  in {} ticks", t.count));
+}
+
+void PrintSummary(const Scene& scene, const LoopSummary& s) {
+  fmt::print("{}\n", scene.title.empty() ? scene.name : scene.title);
+  fmt::print("  loop      {:.2f} s {} at {:g} Hz: {} ticks, {} missed (at most {} in a row)\n", s.simulated_s,
+             s.virtual_time ? "without the clock" : "live", s.rate_hz, s.counts.ticks, s.counts.missed,
+             s.counts.longest_gap);
+  if (!s.virtual_time) {
+    fmt::print("  system    {} {}\n", s.grants.scheduling, s.grants.memory);
+    PrintTimes(s.tick);
+    PrintTimes(s.lateness);
+    for (const LoopTimeSummary& stage : s.stages) PrintTimes(stage);
+  }
+  fmt::print("  device    {} in the hand {}: {:.3g} N for 1 N; coupling {:.4g} N/mm{}\n", s.device, s.hand,
+             s.force.scale, s.coupling.stiffness_N_per_mm,
+             s.coupling_lowered ? ", lowered to what the device bears" : "");
+  fmt::print("  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} of {:.4g} N a tick\n",
+             s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
+  fmt::print("  noise     {:.2f} mN above 20 Hz over all, {:.2f} mN while cutting\n", s.force.noise_above_20_Hz_mN,
+             s.force.quiet_noise_mN);
+  fmt::print("  faults    {} not finite, {} bad poses, {} ticks with a status, {} watchdog trips, {} ramps\n",
+             s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks,
+             s.watchdog_trips, s.counts.ramps);
+  for (const FidelityStep& step : s.fidelity_steps) {
+    fmt::print(
+        "  fidelity  at {:.2f} s from {} to {}: {}\n", step.time_s, kerf::ToString(step.from), kerf::ToString(step.to),
+        step.reason == FidelityReason::kOverrun
+            ? fmt::format("{:.0f} % of the ticks over budget, up to {:.0f} us", 100 * step.share_over, step.longest_us)
+            : std::string("calm"));
+  }
+  fmt::print("  removed   {:.3f} mm3 in {} strokes\n", s.removed_mm3, s.strokes);
+  fmt::print("  readers   {} leaves sent; a copy made from them is {}\n", s.leaves_sent,
+             s.mirror_identical ? "bit-identical" : "NOT the bone");
+  fmt::print("  state     bone {:016x}, force {:016x}\n", s.bone_hash, s.force_hash);
+}
+
+void Run(Options& options) {
+  Scene scene = ReadScene(options.scene);
+  if (!options.hand.empty()) scene.hand.model = options.hand;
+  if (options.rate_hz) scene.loop.rate_hz = *options.rate_hz;
+  if (!options.folder.empty()) CheckLoopInputsStay(scene, options.scene, options.folder);
+  options.loop.stop = &CatchInterrupt();
+  LoopSummary summary;
+  {
+    ProgressBar making("making the bone");
+    std::optional<ProgressBar> cutting;
+    summary = RunLoop(scene, options.loop, [&](const std::string& stage, double fraction) {
+      if (stage == "cutting") {
+        if (!cutting) cutting.emplace("cutting");
+        cutting->Show(fraction);
+      } else {
+        making.Show(fraction);
+      }
+    });
+  }
+  for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
+  if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder);
+  if (options.json) {
+    fmt::print("{}", FormatLoopJson(scene, summary));
+  } else {
+    PrintSummary(scene, summary);
+    if (!options.folder.empty())
+      fmt::print("  results   {}/: report.md loop.json forces.csv lateness.png force.png scene.toml\n", options.folder);
+  }
+  if (summary.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended by itself: {}", summary.failure));
+}
+
+}  // namespace
+
+void AddLoopCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "loop", "Run a scene live in a simulated hand on a simulated device, and tell how the loop kept its time");
+  command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')")->required();
+  command->add_option("--seconds", options->loop.seconds, "How long, s, 0.01 to 3600; Ctrl-C ends it earlier")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 3600.0));
+  command->add_option("--hand", options->hand, "The hand, H0 to H4, instead of the scene's [hand] model")
+      ->check(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}));
+  command
+      ->add_option("--rate-hz", options->rate_hz, "Ticks a second, 250 to 4000, instead of the scene's [loop] rate_hz")
+      ->check(CLI::Range(250.0, 4000.0));
+  command->add_option("-o,--output", options->folder,
+                      "Folder for a report, JSON, forces and pictures; made when missing; without it none are written");
+  command->add_flag("--virtual", options->loop.virtual_time,
+                    "Without the clock and without threads, as fast as it goes: the same bits each time");
+  command
+      ->add_option(
+          "--burn-us", options->loop.burn_us,
+          "Burn so many microseconds in each tick of the middle third, to see [loop] degrade work; 0 to 100000")
+      ->check(CLI::Range(0.0, 1e5));
+  command->add_flag("--json", options->json, "Print the summary as JSON");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,51 @@
+// The haptic step as the loop's body.
+#pragma once
+
+#include "haptics/guarded_device.h"
+#include "haptics/haptic_step.h"
+#include "haptics/loop_body.h"
+
+namespace kerf {
+
+/// Told before each tick, in the loop's thread: what moves with the loop but is no part of it, as a simulated hand.
+class BeforeTick {
+ public:
+  virtual ~BeforeTick() = default;
+  /// Tick-safe.
+  virtual void Advance(double dt_s) noexcept = 0;
+};
+
+struct StepBodyParams {
+  ForceMapParams force_map;
+  double rpm = 7500;
+  double period_s = 0.001;  // of the loop: the force's slew in a tick, however many were missed before it
+  double give_up_s = 1;     // a device that fails for so long ends the loop
+};
+
+class StepBody final : public LoopBody {
+ public:
+  /// All must outlive it; `before` may be null. Throws Error for a parameter of the force map out of range.
+  StepBody(CoupledSimulation& simulation, GuardedDevice& device, const StepBodyParams& params,
+           BeforeTick* before = nullptr);
+
+  bool Tick(double dt_s, TickObserver& observer, TickReport& report) override;
+  void RampIn() override { force_off_ = true; }
+  void SetFidelity(Fidelity fidelity) override { simulation_.SetFidelity(fidelity); }
+  int changed_count() const override { return simulation_.changed_count(); }
+  CoupledSimulation::ChangedLeaf changed(int i) const override { return simulation_.changed(i); }
+  void ClearChanged() override { simulation_.ClearChanged(); }
+
+  /// The loop's, or after its end.
+  const HapticStep& step() const { return step_; }
+
+ private:
+  CoupledSimulation& simulation_;
+  GuardedDevice& device_;
+  StepBodyParams params_;
+  BeforeTick* before_;
+  HapticStep step_;
+  bool force_off_ = false;
+  double failed_s_ = 0;
+};
+
+}  // namespace kerf

@@ -1,0 +1,314 @@
+#include "session/run_loop.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "core/hash.h"
+#include "core/high_pass.h"
+#include "devices/profiles.h"
+#include "devices/simulated_device.h"
+#include "files/files.h"
+#include "haptics/bone_mirror.h"
+#include "haptics/coupling_limits.h"
+#include "haptics/step_body.h"
+#include "kerf/error.h"
+#include "session/hand_motion.h"
+#include "session/make_bone.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kMostSpareLeaves = 1 << 16;
+constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
+constexpr double kNoiseFrom_Hz = 20;
+
+DeviceProfile ReadProfile(const SceneDevice& device) {
+  if (device.file.empty()) return FindDeviceProfile(device.profile);
+  return FindDeviceProfile(ParseDeviceProfiles(ReadTextFile(device.file, kMaxProfileBytes), device.file),
+                           device.profile);
+}
+
+/// Leaves set aside for cutting into pure bone: as many as the bone has room for, within reason.
+int CountSpareLeaves(const Bone& bone) {
+  const double leaf_mm = 8 * bone.voxel_mm();
+  const double whole = bone.CalcVolume() / (leaf_mm * leaf_mm * leaf_mm);
+  return static_cast<int>(std::clamp(1.1 * whole + 64, 256.0, static_cast<double>(kMostSpareLeaves)));
+}
+
+LoopTimeSummary Summarize(const std::string& name, const LogHistogram& times) {
+  return {name,
+          times.total(),
+          times.CalcPercentile_us(0.5),
+          times.CalcPercentile_us(0.99),
+          times.CalcPercentile_us(0.999),
+          times.max_us(),
+          times.CalcMean_us()};
+}
+
+/// Eight bars to an octave, from the first to the last that is not empty.
+std::vector<LoopBar> MakeBars(const LogHistogram& times) {
+  constexpr std::size_t kBuckets = 4;
+  std::vector<LoopBar> bars;
+  for (std::size_t i = 0; i + kBuckets <= LogHistogram::kBuckets; i += kBuckets) {
+    LoopBar bar;
+    bar.lower_us = LogHistogram::LowerEdge_us(i);
+    bar.upper_us = LogHistogram::UpperEdge_us(i + kBuckets - 1) + 0.001;
+    for (std::size_t k = i; k < i + kBuckets; ++k) bar.count += times.count(k);
+    if (bar.count > 0 || !bars.empty()) bars.push_back(bar);
+  }
+  while (!bars.empty() && bars.back().count == 0) bars.pop_back();
+  return bars;
+}
+
+/// Takes the loop's log as it comes.
+class Recorder {
+ public:
+  Recorder(const Vec3& p_TC_mm, int every, double ticks, LoopSummary& summary)
+      : p_TC_mm_(p_TC_mm), every_(static_cast<std::uint64_t>(std::max(every, 1))), summary_(summary) {
+    // In one go: in locked memory each page costs.
+    const auto n = static_cast<std::size_t>(ticks) + 64;
+    summary_.rows.reserve(n / every_ + 1);
+    for (auto& axis : force_) axis.reserve(n);
+    cutting_.reserve(n);
+  }
+
+  void Drain(SpscRing<LoopSample>& samples) {
+    while (const LoopSample* sample = samples.Peek()) {
+      Take(*sample);
+      samples.Pop();
+    }
+  }
+
+  void Finish(double dt_s) {
+    summary_.force_hash = hash_;
+    LoopForceSummary& force = summary_.force;
+    double sum = 0;
+    for (const auto& axis : force_) sum += std::pow(CalcRms(axis, 0, axis.size(), dt_s), 2);
+    force.noise_above_20_Hz_mN = 1000 * std::sqrt(sum);
+    const auto window = static_cast<std::size_t>(std::lround(1 / dt_s));
+    std::vector<double> quiet;
+    for (std::size_t begin = 0; begin + window <= cutting_.size(); begin += window) {
+      const auto first = cutting_.begin() + static_cast<std::ptrdiff_t>(begin);
+      if (std::find(first, first + static_cast<std::ptrdiff_t>(window), false) !=
+          first + static_cast<std::ptrdiff_t>(window))
+        continue;
+      double square = 0;
+      for (const auto& axis : force_) square += std::pow(CalcRms(axis, begin, window, dt_s), 2);
+      quiet.push_back(1000 * std::sqrt(square));
+    }
+    if (!quiet.empty()) {
+      std::nth_element(quiet.begin(), quiet.begin() + static_cast<std::ptrdiff_t>(quiet.size() / 2), quiet.end());
+      force.quiet_noise_mN = quiet[quiet.size() / 2];
+    }
+  }
+
+ private:
+  static double CalcRms(const std::vector<double>& x, std::size_t begin, std::size_t count, double dt_s) {
+    return CalcHighPassRms(std::span(x).subspan(begin, count), dt_s, kNoiseFrom_Hz);
+  }
+  void Mix(double value) { hash_ = MixHash(hash_ ^ std::bit_cast<std::uint64_t>(value)); }
+
+  void Take(const LoopSample& s) {
+    const CoupledOutput& out = s.report.out;
+    // The device held its force over what was missed.
+    for (int k = 0; k < s.skipped && k < 10'000; ++k) Hold();
+    for (int axis = 0; axis < 3; ++axis) force_[static_cast<std::size_t>(axis)].push_back(s.report.f_device_N[axis]);
+    cutting_.push_back(out.engaged_teeth > 0);
+    for (int axis = 0; axis < 3; ++axis) {
+      Mix(s.report.f_device_N[axis]);
+      Mix(out.f_H_W_N[axis]);
+      Mix(out.X_WT.p_AB[axis]);
+    }
+    summary_.simulated_s = s.time_s;
+    summary_.force.largest_simulated_N = std::max(summary_.force.largest_simulated_N, glm::length(out.f_H_W_N));
+    summary_.hand_J += 1e-3 * out.hand_mJ;
+    summary_.spindle_J += 1e-3 * out.spindle_mJ;
+    summary_.cut_J += 1e-3 * out.cut_mJ;
+    summary_.friction_J += 1e-3 * out.friction_mJ;
+    removed_mm3_ += out.removed_mm3;
+    if (++ticks_ % every_ != 0) return;
+    LoopRow row;
+    row.time_s = s.time_s;
+    row.skipped = s.skipped;
+    row.p_WC_mm = s.report.X_WH.Point(p_TC_mm_);
+    row.p_WT_mm = out.X_WT.p_AB;
+    row.f_hand_N = out.f_H_W_N;
+    row.f_device_N = s.report.f_device_N;
+    row.thrust_N = static_cast<float>(out.thrust_sum_N);
+    row.engaged_teeth = static_cast<float>(out.engaged_teeth);
+    row.removed_mm3 = static_cast<float>(removed_mm3_);
+    row.tick_us = s.tick_us;
+    row.late_us = s.late_us;
+    row.fidelity = out.fidelity;
+    row.status = out.status;
+    summary_.rows.push_back(row);
+    removed_mm3_ = 0;
+  }
+  void Hold() {
+    for (auto& axis : force_) axis.push_back(axis.empty() ? 0 : axis.back());
+    cutting_.push_back(!cutting_.empty() && cutting_.back());
+  }
+
+  Vec3 p_TC_mm_;
+  std::uint64_t every_;
+  LoopSummary& summary_;
+  std::array<std::vector<double>, 3> force_;  // on the device, every deadline
+  std::vector<bool> cutting_;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t hash_ = 0;
+  double removed_mm3_ = 0;
+};
+
+/// All times and counts of a loop that is over.
+void SummarizeLoop(const HapticLoop& loop, const GuardedDevice& device, LoopSummary& s) {
+  s.end = loop.end();
+  s.failure = loop.failure();
+  s.grants = loop.grants();
+  s.counts = loop.counts();
+  s.device_counts = device.counts();
+  s.watchdog_trips = loop.watchdog_trips();
+  s.tick = Summarize("tick", loop.tick_times());
+  s.lateness = Summarize("lateness", loop.lateness());
+  for (std::size_t i = 0; i < kTickStages; ++i) {
+    const auto stage = static_cast<TickStage>(i);
+    if (loop.stage_times(stage).total() > 0) s.stages.push_back(Summarize(ToString(stage), loop.stage_times(stage)));
+  }
+  s.stages.push_back(Summarize("exchange", loop.exchange_times()));
+  s.tick_bars = MakeBars(loop.tick_times());
+  s.lateness_bars = MakeBars(loop.lateness());
+  s.fidelity_steps.assign(loop.governor().steps().begin(), loop.governor().steps().end());
+  s.fidelity_step_count = loop.governor().step_count();
+  s.force.largest_N = device.counts().largest_N;
+  s.force.largest_step_N = device.counts().largest_step_N;
+}
+
+LoopParams MakeLoopParams(const SceneLoop& scene, const LoopOptions& options) {
+  LoopParams params;
+  params.rate_hz = scene.rate_hz;
+  params.watchdog_ms = scene.watchdog_ms;
+  params.leaves_per_tick = scene.publish_leaves_per_tick;
+  params.governor.degrade = scene.degrade;
+  params.governor.budget_share = scene.budget_share;
+  params.governor.overrun_share = scene.overrun_share;
+  params.governor.calm_s = scene.calm_s;
+  params.burn_us = options.burn_us;
+  params.burn_from_s = options.seconds / 3;
+  params.burn_to_s = 2 * options.seconds / 3;
+  return params;
+}
+
+}  // namespace
+
+LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
+                    const std::function<void(const std::string&, double)>& progress) {
+  const auto show = [&](const char* stage, double fraction) {
+    if (progress) progress(stage, fraction);
+  };
+  if (scene.simulation.mode == SceneMode::kSlab) {
+    throw Error("[simulation] mode = \"slab\" has no tool in a hand; set mode = \"voxel\" for 'kerf loop'");
+  }
+  if (!(options.seconds >= 0.01 && options.seconds <= 3600)) {
+    throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to 3600", options.seconds));
+  }
+  LoopSummary s;
+  s.seconds = options.seconds;
+  s.rate_hz = scene.loop.rate_hz;
+  s.virtual_time = options.virtual_time;
+  const double period_s = 1 / scene.loop.rate_hz;
+  const DeviceProfile profile = ReadProfile(scene.device);
+  const HandModel hand = FindHandModel(scene.hand.model);
+  s.device = profile.name;
+  s.hand = hand.name;
+
+  StepBodyParams body_params;
+  body_params.rpm = scene.tool.rpm;
+  body_params.period_s = period_s;
+  body_params.force_map.expected_peak_N = scene.device.expected_peak_N;
+  body_params.force_map.expected_peak_torque_Nmm = scene.device.expected_peak_torque_Nmm;
+  body_params.force_map.slew_N_per_s = scene.device.slew_N_per_s;
+  body_params.force_map.ramp_in_s = scene.device.ramp_s;
+  s.force.slew_bound_N = scene.device.slew_N_per_s * period_s;
+
+  CoupledParams params = MakeCoupledParams(scene);
+  {
+    const ForceMap map(profile, body_params.force_map);
+    s.force.scale = map.force_scale();
+    params.coupling = LimitCoupling(
+        params.coupling,
+        CalcCouplingLimits(profile, hand, params.coupling, map.force_scale(), map.torque_scale(), period_s),
+        &s.coupling_lowered);
+  }
+  s.coupling = params.coupling;
+
+  const Path path = MakePath(scene);
+  Bone bone = MakeSceneBone(
+      scene, [&](double f) { show("making the bone", f); }, &s.material);
+  params.spare_leaves = CountSpareLeaves(bone);
+  Bone copy = bone;
+  const Vec3 p_TC_mm = params.coupling.p_TC_mm;
+  const Pose X_WT_start = path.CalcPose(0, 0);
+  CoupledSimulation simulation(std::move(bone), params, X_WT_start);
+  SimulatedDeviceOptions device_options;
+  device_options.p_TC_mm = p_TC_mm;
+  SimulatedDevice simulated(profile, hand, X_WT_start, device_options);
+  HandMotion motion(simulated, path, scene.hand, p_TC_mm);
+  GuardedDevice device(simulated);
+  StepBody body(simulation, device, body_params, &motion);
+
+  MonotonicClock monotonic;
+  VirtualClock stands_still;
+  LoopClock& clock = options.virtual_time ? static_cast<LoopClock&>(stands_still) : monotonic;
+  HapticLoop loop(body, device, clock, MakeLoopParams(scene.loop, options));
+  BoneMirror mirror(std::move(copy), loop.leaves());
+  Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, options.seconds * scene.loop.rate_hz, s);
+  const auto stopped = [&] { return options.stop != nullptr && options.stop->load(); };
+  const auto read = [&](double share) {
+    recorder.Drain(loop.samples());
+    s.leaves_sent += mirror.Update();
+    show("cutting", share);
+  };
+
+  auto began = std::chrono::steady_clock::now();
+  const auto elapsed_s = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  };
+  if (options.virtual_time) {
+    const auto ticks = static_cast<std::int64_t>(std::llround(options.seconds * scene.loop.rate_hz));
+    std::int64_t done = 0;
+    // Burnt time passes by ticks that are missed: the end is a moment, not a number of ticks.
+    const std::int64_t end_ns = std::llround(1e9 * options.seconds);
+    loop.RunHere(ticks, [&] {
+      if (++done % 64 == 0) read(static_cast<double>(done) / static_cast<double>(ticks));
+      return stands_still.Now() < end_ns && !stopped();
+    });
+  } else {
+    loop.Start();
+    began = std::chrono::steady_clock::now();  // locking the memory takes a while
+    while (loop.running() && !stopped() && elapsed_s() < options.seconds) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      read(elapsed_s() / options.seconds);
+    }
+    loop.Stop();
+  }
+  s.wall_s = elapsed_s();
+  // The tool rests: what still waits goes out.
+  while (loop.SendRest()) s.leaves_sent += mirror.Update();
+  read(1);
+
+  SummarizeLoop(loop, device, s);
+  recorder.Finish(period_s);
+  s.rounds = motion.rounds();
+  s.strokes = motion.strokes();
+  for (const double mm3 : simulation.CalcRemovedByRegion()) s.removed_mm3 += mm3;
+  s.bone_hash = simulation.bone().CalcHash();
+  s.mirror_identical = mirror.bone().CalcHash() == s.bone_hash;
+  return s;
+}
+
+}  // namespace kerf

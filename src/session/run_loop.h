@@ -1,0 +1,125 @@
+// `kerf loop`: a scene in a hand, live or as fast as it goes.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptics/haptic_loop.h"
+#include "scene/scene.h"
+#include "session/scene_material.h"
+
+namespace kerf {
+
+struct LoopOptions {
+  double seconds = 10;                      // 0.01 to 3600
+  bool virtual_time = false;                // without the clock and without threads: the same bits each time
+  double burn_us = 0;                       // fault injection: burnt in each tick of the middle third, 0 to 1e5
+  const std::atomic<bool>* stop = nullptr;  // ends the run early; may be null
+};
+
+/// A row of forces.csv.
+struct LoopRow {
+  double time_s = 0;
+  int skipped = 0;
+  Vec3 p_WC_mm{0};  // handle: the coupling's point as the device tells it
+  Vec3 p_WT_mm{0};  // tool
+  Vec3 f_hand_N{0};
+  Vec3 f_device_N{0};
+  float thrust_N = 0;
+  float engaged_teeth = 0;
+  float removed_mm3 = 0;  // in the tick
+  float tick_us = 0;
+  float late_us = 0;
+  Fidelity fidelity = Fidelity::kFull;
+  std::uint32_t status = 0;
+};
+
+struct LoopTimeSummary {
+  std::string name;
+  std::uint64_t count = 0;
+  double p50_us = 0;
+  double p99_us = 0;
+  double p999_us = 0;
+  double max_us = 0;
+  double mean_us = 0;
+};
+
+/// Bars of a histogram: times from `lower_us` to the next one's, and how many.
+struct LoopBar {
+  double lower_us = 0;
+  double upper_us = 0;
+  std::uint64_t count = 0;
+};
+
+struct LoopForceSummary {
+  double largest_N = 0;             // on the device
+  double largest_step_N = 0;        // from tick to tick, on the device
+  double slew_bound_N = 0;          // that the profile of forces allows in a tick
+  double largest_simulated_N = 0;   // on the hand, before it is scaled to the device
+  double noise_above_20_Hz_mN = 0;  // on the device, RMS over the whole run
+  double quiet_noise_mN = 0;        // median over the seconds in which the tool cut throughout
+  double scale = 1;                 // device N per simulation N
+};
+
+struct LoopSummary {
+  // asked for
+  double seconds = 0;
+  double rate_hz = 0;
+  bool virtual_time = false;
+  std::string device;
+  std::string hand;
+  bool coupling_lowered = false;  // to what the device bears
+  CouplingParams coupling;        // as used
+  // what happened
+  LoopEnd end = LoopEnd::kNotYet;
+  std::string failure;
+  RealtimeGrants grants;
+  LoopCounts counts;
+  ForceCounts device_counts;
+  long watchdog_trips = 0;
+  double simulated_s = 0;
+  double wall_s = 0;
+  LoopTimeSummary tick;
+  LoopTimeSummary lateness;
+  std::vector<LoopTimeSummary> stages;
+  std::vector<LoopBar> tick_bars;
+  std::vector<LoopBar> lateness_bars;
+  std::vector<FidelityStep> fidelity_steps;
+  long fidelity_step_count = 0;
+  LoopForceSummary force;
+  long rounds = 0;  // of the hand through the path
+  long strokes = 0;
+  double removed_mm3 = 0;  // exact
+  double hand_J = 0;
+  double spindle_J = 0;
+  double cut_J = 0;
+  double friction_J = 0;
+  std::uint64_t bone_hash = 0;
+  std::uint64_t force_hash = 0;   // of every tick's forces and poses
+  bool mirror_identical = false;  // a reader's copy of the bone, made from the published leaves, is the bone
+  std::size_t leaves_sent = 0;
+  MaterialSummary material;
+  std::vector<LoopRow> rows;  // every `forces_every_ticks`th
+};
+
+/// Builds the scene's bone and runs its tool in its hand for so long. `progress` gets a stage's name and 0..1. Throws
+/// Error: for slab mode, a device or hand that there is none of, parameters out of range.
+LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
+                    const std::function<void(const std::string&, double)>& progress);
+
+/// Stable keys with units.
+std::string FormatLoopJson(const Scene& scene, const LoopSummary& summary);
+/// A row a tick (or every so many); units in the header.
+std::string FormatLoopCsv(const LoopSummary& summary);
+/// For people, Markdown. `pictures`: with the pictures that WriteLoopReport makes.
+std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);
+/// report.md, loop.json, forces.csv, lateness.png, force.png and scene.toml (resolved) in `folder`, made when missing.
+/// Returns the names.
+std::vector<std::string> WriteLoopReport(const Scene& scene, const LoopSummary& summary, const std::string& folder);
+/// Throws Error when one of them would replace one of the run's own inputs.
+void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
+
+}  // namespace kerf
