@@ -12,11 +12,11 @@
 namespace kerf {
 
 struct HapticStepInput {
-  double dt_s = 0.001;                                         // since the last step: what the simulation moves on by
-  double slew_dt_s = std::numeric_limits<double>::infinity();  // if shorter, what the force's slew moves on by
-  double rpm = 7500;                                           // of the spindle
+  double dt_s = 0.001;  // since the last step: what the simulation moves on by
+  double rpm = 7500;    // of the spindle
   bool force_off =
       false;  // the watchdog has bitten, or the operator wants no force: zero at once, ramped in afterwards
+  double slew_dt_s = std::numeric_limits<double>::infinity();  // if shorter, what the force's slew moves on by
 };
 
 /// Bits of HapticStepOutput::faults: why there is no force in this tick.

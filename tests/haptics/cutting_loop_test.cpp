@@ -16,7 +16,7 @@
 #include "haptics/bone_mirror.h"
 #include "haptics/haptic_loop.h"
 #include "haptics/step_body.h"
-#include "material/atlas.h"
+#include "material/region_table.h"
 #include "models/block.h"
 
 namespace kerf {
