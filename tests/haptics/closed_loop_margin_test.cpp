@@ -148,5 +148,49 @@ TEST(ClosedLoopMargin, LettingGoGivesNoKick) {
   EXPECT_NEAR(saw.device.force_N().z, 5, 1);
 }
 
+// Six degrees of freedom: the hand tilts the stopped saw in its kerf. The walls turn it back, steadily, and let it go
+// when the tilt is taken back.
+TEST(ClosedLoopMargin, ATiltInTheKerfIsFeltAsASteadyTorque) {
+  HeldSawOptions options;
+  options.hand = "H3";
+  options.profile = FindDeviceProfile("virtuose_6d");
+  options.profile.friction_N = 0;
+  HeldSaw saw(options);
+  const Pose deep = test::Upright(Vec3(0, 0, 11 - 4));
+  Pose tilted = deep;
+  tilted.R_AB = glm::angleAxis(4 * test::kHalfPi / 90, Vec3(1, 0, 0)) * deep.R_AB;
+  saw.device.SetScript(IntentionScript(saw.start, {{.seconds = 3, .X_WH = deep},
+                                                   {.seconds = 2, .X_WH = deep},
+                                                   {.seconds = 1, .X_WH = tilted},
+                                                   {.seconds = 2, .X_WH = tilted},
+                                                   {.seconds = 1, .X_WH = deep},
+                                                   {.seconds = 1, .X_WH = deep}}));
+  std::vector<double> torque;
+  double largest_Nmm = 0;
+  for (int i = 0; i < 10000; ++i) {
+    const HapticStepOutput out = saw.Step(i < 5000 ? 7500 : 0);
+    torque.push_back(out.force.tau_H_W_Nmm.x);
+    largest_Nmm = std::max(largest_Nmm, glm::length(out.force.tau_H_W_Nmm));
+  }
+  const auto mean = [&](int from, int to) {
+    double sum = 0;
+    for (int i = from; i < to; ++i) sum += torque[static_cast<std::size_t>(i)] / (to - from);
+    return sum;
+  };
+  const double before = mean(4500, 5000);
+  const double held = mean(7000, 8000);
+  const double after = mean(9500, 10000);
+  const double noise = CalcHighPassRms(std::span(torque).subspan(7000, 1000), kDt_s, 20);
+  fmt::print("tilt of 4 degrees: {:.1f} N mm before, {:.1f} held ({:.3f} RMS above 20 Hz), {:.1f} after; most {:.0f}\n",
+             before, held, noise, after, largest_Nmm);
+  // Against the tilt. Were the disc held fast, hand and coupling in series would make 4 degrees * 2000 * 5000 / 7000 =
+  // 100 N mm; it gives way sideways too.
+  EXPECT_LT(held, -20);
+  EXPECT_GT(held, -100);
+  EXPECT_LE(largest_Nmm, options.profile.peak_torque_Nmm);
+  EXPECT_LT(noise, 0.01 * -held);
+  EXPECT_LT(std::abs(after), 0.1 * -held);
+}
+
 }  // namespace
 }  // namespace kerf
