@@ -19,6 +19,7 @@ enum class BenchBaseline { kNone, kOpenVdb, kDense };
 struct BenchOptions {
   int ticks = 5000;  // so many are measured, 1 to 10^7; rounded up to whole cuts where it takes more than one
   int core = 0;
+  bool realtime = false;    // ticks and baselines go before other programs
   int baseline_ticks = 30;  // of OpenVDB, which takes its time
   std::function<void(const std::string& what, double fraction)> progress;
 };

@@ -75,7 +75,7 @@ const char* NameOfStage(std::size_t stage) {
   return kNames.at(stage);
 }
 
-PinnedToCore::PinnedToCore(int core) : before_(sizeof(cpu_set_t)) {
+PinnedToCore::PinnedToCore(int core, bool realtime) : before_(sizeof(cpu_set_t)) {
   cpu_set_t set;
   CPU_ZERO(&set);
   bool possible = sched_getaffinity(0, sizeof(set), &set) == 0;
@@ -86,8 +86,21 @@ PinnedToCore::PinnedToCore(int core) : before_(sizeof(cpu_set_t)) {
   if (!possible || sched_setaffinity(0, sizeof(set), &set) != 0) {
     throw Error(fmt::format("this program can't be held to core {}; choose one of those that it may use", core));
   }
+  sched_param parameters{};
+  policy_before_ = sched_getscheduler(0);
+  sched_getparam(0, &parameters);
+  priority_before_ = parameters.sched_priority;
+  parameters.sched_priority = sched_get_priority_min(SCHED_FIFO);
+  if (realtime && sched_setscheduler(0, SCHED_FIFO, &parameters) != 0) {
+    std::memcpy(&set, before_.data(), sizeof(set));
+    sched_setaffinity(0, sizeof(set), &set);
+    throw Error("the system does not allow this program real time; leave it, or raise the limit (ulimit -r)");
+  }
 }
 PinnedToCore::~PinnedToCore() {
+  sched_param parameters{};
+  parameters.sched_priority = priority_before_;
+  sched_setscheduler(0, policy_before_, &parameters);
   cpu_set_t set;
   std::memcpy(&set, before_.data(), sizeof(set));
   sched_setaffinity(0, sizeof(set), &set);

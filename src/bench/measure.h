@@ -52,14 +52,17 @@ const char* NameOfStage(std::size_t stage);
 /// Holds the calling thread to one core while it stands.
 class PinnedToCore {
  public:
-  /// Throws Error when there is no such core for this program.
-  explicit PinnedToCore(int core);
+  /// `realtime`: before all programs that have not asked for that too, as the loop runs. Throws Error when there is no
+  /// such core for this program, or the system does not allow real time.
+  explicit PinnedToCore(int core, bool realtime = false);
   ~PinnedToCore();
   PinnedToCore(const PinnedToCore&) = delete;
   PinnedToCore& operator=(const PinnedToCore&) = delete;
 
  private:
   std::vector<unsigned char> before_;
+  int policy_before_ = 0;
+  int priority_before_ = 0;
 };
 
 struct MachineState {

@@ -174,7 +174,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   result.title = cut.title;
   show("bone", 0);
   const Bone fresh = cut.make_bone();
-  const PinnedToCore pinned(options.core);
+  const PinnedToCore pinned(options.core, options.realtime);
 
   TickTimer timer;
   timer.Reserve(static_cast<std::size_t>(passes) * static_cast<std::size_t>(in_pass));

@@ -34,10 +34,11 @@ double TimesFaster(const BenchResult& r) {
 std::string ShowErrors(const BenchResult& r) {
   std::vector<std::string> errors;
   if (const BenchFigure* f = r.Find("removed less swept")) {
-    errors.push_back(fmt::format("removed {:+.3f} % of swept", f->value));
+    errors.push_back(fmt::format("volume {:+.3f} %, by occupancy {:+.3f} %", f->value,
+                                 r.Find("removed by occupancy less swept")->value));
   }
   if (const BenchFigure* f = r.Find("phi against dense at the surface, at most")) {
-    errors.push_back(fmt::format("{} voxels from dense", Show(f->value)));
+    errors.push_back(fmt::format("phi {} voxels from dense", Show(f->value)));
   }
   return fmt::format("{}", fmt::join(errors, "; "));
 }
@@ -52,8 +53,8 @@ std::string ShowTargets(const BenchResult& r) {
 }
 
 std::string DescribeRun(const TickReport& report) {
-  return fmt::format("{}, core {}, {}; load {:.1f} before the run; commit {}", report.machine.cpu, report.core,
-                     report.vector_width, report.machine.load, CommitString());
+  return fmt::format("{}, core {}{}, {}; load {:.1f} before the run; commit {}", report.machine.cpu, report.core,
+                     report.realtime ? " in real time" : "", report.vector_width, report.machine.load, CommitString());
 }
 
 ordered_json Number(double value) {
@@ -109,7 +110,7 @@ constexpr const char* kPeers =
 
 std::vector<std::string> FindTickDoubts(const TickReport& report) {
   std::vector<std::string> doubts;
-  if (report.machine.load > 0.5) {
+  if (report.machine.load > 0.5 && !report.realtime) {
     doubts.push_back(fmt::format(
         "the machine was busy before the run (load {:.1f} on {} cores); the slowest ticks are others' doing",
         report.machine.load, report.machine.cores));
@@ -156,16 +157,21 @@ std::string FormatTickTable(const TickReport& report) {
 
 std::string FormatTickMarkdown(const TickReport& report) {
   std::string text = "<!-- kerf bench tick --markdown -->\n";
-  text += "| case | p50 us | p99 us | p99.9 us | max us | baseline p50 us | faster | error | target: measured |\n";
-  text += "|---|---|---|---|---|---|---|---|---|\n";
+  text +=
+      "| case | p50 us | p99 us | p99.9 us | max us | baseline p50 us | faster | error | bone | target: measured |\n";
+  text += "|---|---|---|---|---|---|---|---|---|---|\n";
   for (const BenchResult& r : report.results) {
     const auto time = [&](double us) { return r.times.count > 0 ? Show(us) : ""; };
-    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", r.title, time(r.times.p50_us),
+    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", r.title, time(r.times.p50_us),
                         time(r.times.p99_us), time(r.times.p999_us), time(r.times.max_us),
                         r.baseline ? fmt::format("{} ({})", Show(r.baseline->times.p50_us), r.baseline->what) : "",
-                        r.baseline ? Show(TimesFaster(r)) : "", ShowErrors(r), ShowTargets(r));
+                        r.baseline ? Show(TimesFaster(r)) : "", ShowErrors(r),
+                        r.hash != 0 ? fmt::format("`{:016x}`", r.hash) : "", ShowTargets(r));
   }
-  text += fmt::format("\n{}. {}\n\n", DescribeRun(report), kPeers);
+  text += fmt::format(
+      "\n{}. error: volume removed less volume swept, by the exact volume of the level set and by occupancy of voxels; "
+      "largest difference of phi near the surface from brute force. bone: hash of the bone after the cut. {}\n\n",
+      DescribeRun(report), kPeers);
   text += "Where the time goes, mean us of a tick (timing the stages adds a little):\n\n| case |";
   for (std::size_t i = 0; i < StageClock::kStages; ++i) text += fmt::format(" {} |", NameOfStage(i));
   text += "\n|---|";
@@ -185,11 +191,9 @@ std::string FormatTickJson(const TickReport& report) {
   json["kerf"] = VersionString();
   json["commit"] = CommitString();
   json["compiler"] = CompilerString();
-  json["machine"] = {{"cpu", report.machine.cpu},
-                     {"cores", report.machine.cores},
-                     {"load_before", Number(report.machine.load)},
-                     {"core", report.core},
-                     {"vector_width", report.vector_width}};
+  json["machine"] = {
+      {"cpu", report.machine.cpu}, {"cores", report.machine.cores}, {"load_before", Number(report.machine.load)},
+      {"core", report.core},       {"realtime", report.realtime},   {"vector_width", report.vector_width}};
   json["ticks_asked_for"] = report.ticks;
   json["cases"] = ordered_json::array();
   for (const BenchResult& r : report.results) json["cases"].push_back(ResultJson(r));

@@ -13,6 +13,7 @@ struct TickReport {
   std::vector<BenchResult> results;
   MachineState machine;  // before the run
   int core = 0;
+  bool realtime = false;
   int ticks = 0;             // asked for
   std::string vector_width;  // of the removal, as its instruction set is called
 };

@@ -38,6 +38,7 @@ void Run(Options& options) {
   report.vector_width = VectorTarget();
   report.machine = LookAtMachine();
   report.core = options.bench.core;
+  report.realtime = options.bench.realtime;
   report.ticks = options.bench.ticks;
   {
     std::unique_ptr<ProgressBar> bar;
@@ -90,6 +91,8 @@ void AddBenchCommand(CLI::App& app) {
   command->add_option("--core", options->bench.core, "Core that the ticks are held to, from 0")
       ->check(CLI::Range(0, 4095))
       ->capture_default_str();
+  command->add_flag("--realtime", options->bench.realtime,
+                    "Let the ticks and the baselines go before other programs (SCHED_FIFO), as the loop does");
   command
       ->add_option(
           "--width", options->width,

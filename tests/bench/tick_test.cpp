@@ -156,7 +156,9 @@ TickReport MadeUpReport() {
   cut.times = {5000, 40, 80, 90, 100};
   cut.undisturbed = {4999, 40, 79, 88, 90};
   cut.baseline = {"the library", {30, 8000, 9000, 9500, 9500}};
-  cut.figures = {{"removed less swept", "%", -0.25}, {"force on the hand, mean", "N", 12.5}};
+  cut.figures = {{"removed less swept", "%", -0.25},
+                 {"removed by occupancy less swept", "%", 0.125},
+                 {"force on the hand, mean", "N", 12.5}};
   cut.targets = {{"p99", "us", 100, 80}, {"times faster", "", 300, 200, true}};
   cut.stages_us = {1, 2, 3, 4, 5, 6};
   cut.hash = 0xabc;
@@ -177,6 +179,7 @@ TEST(TickReport, JsonHoldsErrorAndHashBesideTheSpeed) {
   EXPECT_EQ(json["machine"]["cpu"], "a processor");
   EXPECT_EQ(json["machine"]["vector_width"], "avx2");
   EXPECT_EQ(json["machine"]["core"], 1);
+  EXPECT_EQ(json["machine"]["realtime"], false);
   EXPECT_EQ(json["ticks_asked_for"], 5000);
   const auto& cut = json["cases"][0];
   EXPECT_EQ(cut["name"], "disc-0.1");
@@ -208,7 +211,7 @@ TEST(TickReport, TablesSayWhatWasMissed) {
   const std::string markdown = FormatTickMarkdown(report);
   EXPECT_THAT(markdown, testing::StartsWith("<!-- kerf bench tick --markdown -->\n"));
   EXPECT_THAT(markdown, testing::EndsWith("<!-- end -->\n"));
-  EXPECT_THAT(markdown, testing::HasSubstr("| removed -0.250 % of swept |"));
+  EXPECT_THAT(markdown, testing::HasSubstr("| volume -0.250 %, by occupancy +0.125 % | `0000000000000abc` |"));
   EXPECT_THAT(markdown, testing::HasSubstr("**missed** times faster at least 300: 200"));
   report.machine.load = 3;
   EXPECT_THAT(FindTickDoubts(report), testing::ElementsAre(testing::HasSubstr("the machine was busy")));
