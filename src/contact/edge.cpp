@@ -22,28 +22,46 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
       p_TC_(p_TC_mm),
       look_ahead_mm_(kLookAheadVoxels * field.voxel_mm()),
       region_step_mm_(bone.region_voxel_mm()),
+      reach_mm_(shape.reach_mm + look_ahead_mm_),
       ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
-      push_out_(shape.edge.size()) {
+      push_out_(shape.edge.size()),
+      force_N_(shape.edge.size()) {
   points_.reserve(shape.edge.size());
   for (const EdgePoint& p : shape.edge) {
     points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_TC_), p.teeth});
   }
+  if (ring_radius_mm_ > 0) spacing_mm_ = 1.01 * glm::length(points_[1].ahead_T - points_[0].ahead_T);
   distance_.resize(points_.size());
+  looked_at_mm_.resize(points_.size());
+  Forget();
   share_.resize(points_.size());
   met_.reserve(points_.size());
   found_.reserve(points_.size());
-  force_N_.resize(points_.size());
+}
+
+/// Lower bound of the distance of a look-ahead point, from when it was last looked at.
+double Edge::CalcBound(std::size_t i) const {
+  return distance_[i] - kSteepest * (travelled_mm_ - looked_at_mm_[i]);
+}
+
+void Edge::Look(const Probe& probe, std::size_t i) {
+  if (looked_at_mm_[i] == travelled_mm_) return;
+  distance_[i] = probe.Distance(points_[i].ahead_T);
+  looked_at_mm_[i] = travelled_mm_;
 }
 
 void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   problem.cutting.clear();
   met_.clear();
+  travelled_mm_ += std::max(CalcTravel(X_looked_, probe.X_WT(), reach_mm_), 1e-9);  // never nothing: bone may have gone
+  X_looked_ = probe.X_WT();
   const std::size_t stride = static_cast<std::size_t>(stride_);
+  const bool ring = ring_radius_mm_ > 0;
   for (std::size_t i = 0; i < points_.size(); i += stride) {
-    distance_[i] = probe.Distance(points_[i].ahead_T);
-    share_[i] = ring_radius_mm_ > 0 ? 0 : Engagement(distance_[i], look_ahead_mm_);
+    if (CalcBound(i) < 0.5 * spacing_mm_ * stride_) Look(probe, i);
+    share_[i] = ring ? 0 : Engagement(CalcBound(i), look_ahead_mm_);
   }
-  if (ring_radius_mm_ > 0) {
+  if (ring) {
     for (std::size_t a = 0; a < points_.size(); a += stride) {
       ShareInterval(probe, a, a + stride < points_.size() ? a + stride : 0);
     }
@@ -60,26 +78,34 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
 
 /// Adds to both ends their shares of what is engaged between neighbours a and b.
 void Edge::ShareInterval(const Probe& probe, std::size_t a, std::size_t b) {
+  // As far from the bone as both are from each other: none between them.
+  const double length = spacing_mm_ * stride_;
+  const double bound_a = CalcBound(a);
+  const double bound_b = CalcBound(b);
+  if (bound_a >= 0 && bound_b >= 0 && bound_a + bound_b >= length) return;
+  Look(probe, a);
+  Look(probe, b);
   const double d_a = distance_[a];
   const double d_b = distance_[b];
-  // Far inside its look-ahead, or as far from the bone as both are from each other.
-  if (d_a <= -look_ahead_mm_ && d_b <= -look_ahead_mm_) {
-    share_[a] += 0.5;
-    share_[b] += 0.5;
+  const double w_a = Engagement(d_a, look_ahead_mm_);
+  const double w_b = Engagement(d_b, look_ahead_mm_);
+  if (w_a > 0 && w_b > 0 && std::abs(w_a - w_b) <= kChange) {
+    share_[a] += w_a / 3 + w_b / 6;
+    share_[b] += w_a / 6 + w_b / 3;
     return;
   }
-  if (d_a >= 0 && d_b >= 0 && d_a + d_b >= glm::length(points_[b].ahead_T - points_[a].ahead_T)) return;
   Share(probe, points_[a], points_[b], 0, d_a, 1, d_b, 0, share_[a], share_[b]);
 }
 
 /// The same for a part of the interval, from t_a to t_b of it: engagement times each end's hat function, integrated.
 void Edge::Share(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
                  int halvings, double& share_a, double& share_b) const {
-  const double length = (t_b - t_a) * glm::length(b.ahead_T - a.ahead_T);
+  const double length = (t_b - t_a) * spacing_mm_ * stride_;
   const bool out = d_a >= 0 && d_b >= 0;
   if (out && d_a + d_b >= length) return;
   const bool changing = std::abs(Engagement(d_a, look_ahead_mm_) - Engagement(d_b, look_ahead_mm_)) > kChange;
-  if ((out || changing) && halvings < kMaxHalvings) {
+  // Between two ends in air one look is enough: a slot's walls are as near as that all the way.
+  if (out ? halvings < 1 : changing && halvings < kMaxHalvings) {
     const double t = 0.5 * (t_a + t_b);
     const Vec3 e = glm::normalize((1 - t) * a.e_T + t * b.e_T);
     const double d = probe.Distance((ring_radius_mm_ + look_ahead_mm_) * e);
@@ -87,6 +113,7 @@ void Edge::Share(const Probe& probe, const Point& a, const Point& b, double t_a,
     Share(probe, a, b, t, d, t_b, d_b, halvings + 1, share_a, share_b);
     return;
   }
+  if (out) return;
   // The distance is linear: engagement is linear between where it leaves 0 and where it reaches 1.
   double ends[4] = {t_a, t_b, t_b, t_b};
   if (d_a != d_b) {
@@ -183,9 +210,15 @@ double Edge::Remember(const StepProblem& problem, const Twist& u, double share) 
   return energy;
 }
 
-void Edge::Forget() {
+void Edge::Release() {
   push_out_.Forget();
   std::fill(force_N_.begin(), force_N_.end(), 0.0);
+}
+
+void Edge::Forget() {
+  Release();
+  travelled_mm_ = 0;
+  std::fill(looked_at_mm_.begin(), looked_at_mm_.end(), -1e9);
 }
 
 }  // namespace kerf

@@ -48,6 +48,9 @@ class Edge {
   /// Where the solids stand when `share` of the step has been made, for the next. Returns the energy in their springs.
   /// Tick-safe.
   double Remember(const StepProblem& problem, const Twist& u, double share);
+  /// Nothing is borne any more.
+  void Release();
+  /// Nor is anything known of distances: the tool was set down elsewhere, or there is more bone than before.
   void Forget();
 
   /// Every `stride`-th point stands for as many: less exact, cheaper. Tick-safe.
@@ -62,6 +65,8 @@ class Edge {
     Twist row;
     double teeth;
   };
+  double CalcBound(std::size_t i) const;
+  void Look(const Probe& probe, std::size_t i);
   void ShareInterval(const Probe& probe, std::size_t a, std::size_t b);
   void Share(const Probe& probe, const Point& a, const Point& b, double t_a, double d_a, double t_b, double d_b,
              int halvings, double& share_a, double& share_b) const;
@@ -72,11 +77,16 @@ class Edge {
   Vec3 p_TC_;
   double look_ahead_mm_;
   double region_step_mm_;  // how much further to look where the region grid is too coarse to have a material
+  double reach_mm_;        // of the look-ahead points from the tool's origin
   double ring_radius_mm_;  // 0: not a ring
   int stride_ = 1;
   std::vector<Point> points_;
-  std::vector<double> distance_;  // of the look-ahead points
-  std::vector<double> share_;     // engaged intervals beside each
+  double spacing_mm_ = 0;  // of a ring's look-ahead points, a little more
+  Pose X_looked_;
+  double travelled_mm_ = 0;           // by the tool's fastest point
+  std::vector<double> distance_;      // of the look-ahead points,
+  std::vector<double> looked_at_mm_;  // as they were when so much was travelled
+  std::vector<double> share_;         // engaged intervals beside each
   std::vector<Met> met_;
   PushOut push_out_;
   struct Found {

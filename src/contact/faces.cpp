@@ -12,18 +12,11 @@ constexpr double kSlackVoxels = 0.01;
 
 }  // namespace
 
-double CalcTravel(const Pose& from, const Pose& to, double reach_mm) {
-  // Half the chord between two unit quaternions (of the nearer sign) is the sine of a quarter of the angle.
-  const Quat d = glm::dot(from.R_AB, to.R_AB) < 0 ? from.R_AB + to.R_AB : from.R_AB - to.R_AB;
-  const double angle = 4 * std::asin(std::min(1.0, 0.5 * std::sqrt(glm::dot(d, d))));
-  return glm::length(to.p_AB - from.p_AB) + angle * reach_mm;
-}
-
 Faces::Faces(const BoneField& field, const ToolShape& shape, double thickness_mm, const Vec3& p_TC_mm)
     : half_mm_(0.5 * thickness_mm),
       slack_mm_(kSlackVoxels * field.voxel_mm()),
       voxel_mm_(field.voxel_mm()),
-      reach_mm_(shape.reach_mm),
+      tool_reach_mm_(shape.reach_mm),
       p_TC_(p_TC_mm),
       push_out_(shape.faces.size()),
       patches_(kPatches) {
@@ -38,14 +31,14 @@ Faces::Faces(const BoneField& field, const ToolShape& shape, double thickness_mm
   found_.reserve(2 * pairs_.size());
 }
 
-void Faces::Find(const Pose& X_WT, const Probe& probe, double reach_mm, double friction_coefficient,
-                 double spindle_rad_per_s, StepProblem& problem) {
+void Faces::Find(const Probe& probe, double reach_mm, double friction_coefficient, double spindle_rad_per_s,
+                 StepProblem& problem) {
   problem.flats.clear();
   found_.clear();
-  travelled_mm_ += CalcTravel(X_last_, X_WT, reach_mm_);
-  X_last_ = X_WT;
+  travelled_mm_ += CalcTravel(X_looked_, probe.X_WT(), tool_reach_mm_);
+  X_looked_ = probe.X_WT();
   // How far a cell of the grid can reach along the normal, less how far the wall is from the kerf's middle.
-  const Vec3 normal_W = X_WT.Vector({0, 0, 1});
+  const Vec3 normal_W = probe.X_WT().Vector({0, 0, 1});
   const double cell_mm = voxel_mm_ * (std::abs(normal_W.x) + std::abs(normal_W.y) + std::abs(normal_W.z));
   const double in_mm = std::max(0.0, cell_mm - half_mm_);
   for (std::size_t j = 0; j < pairs_.size(); j += static_cast<std::size_t>(stride_)) {

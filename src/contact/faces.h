@@ -25,8 +25,8 @@ class Faces {
 
   /// Fills problem.flats with the points that bone is within `reach_mm` of, and problem.frictions with what the flats
   /// bore last. Tick-safe.
-  void Find(const Pose& X_WT, const Probe& probe, double reach_mm, double friction_coefficient,
-            double spindle_rad_per_s, StepProblem& problem);
+  void Find(const Probe& probe, double reach_mm, double friction_coefficient, double spindle_rad_per_s,
+            StepProblem& problem);
   /// As Edge's.
   double SetDepths(StepProblem& problem, bool may_rise);
   double Remember(const StepProblem& problem, const Twist& u, double share);
@@ -55,14 +55,14 @@ class Faces {
   double half_mm_;
   double slack_mm_;  // let out on each side
   double voxel_mm_;
-  double reach_mm_;  // of the tool
+  double tool_reach_mm_;
   Vec3 p_TC_;
   int stride_ = 1;
   std::vector<Pair> pairs_;
   PushOut push_out_;
   std::vector<double> clear_until_mm_;  // travelled way up to which a pair surely has no bone near
-  double travelled_mm_ = 0;             // of the tool's fastest point
-  Pose X_last_;
+  Pose X_looked_;
+  double travelled_mm_ = 0;  // of the tool's fastest point
   struct Found {
     int point;
     double depth_mm;
@@ -70,9 +70,5 @@ class Faces {
   std::vector<Found> found_;  // beside each of StepProblem::flats
   std::vector<Patch> patches_;
 };
-
-/// A bound of how far any point of a ball of radius `reach_mm` about the tool's origin moves from one pose to another,
-/// mm. Tick-safe.
-double CalcTravel(const Pose& from, const Pose& to, double reach_mm);
 
 }  // namespace kerf

@@ -8,6 +8,10 @@
 
 namespace kerf {
 
+/// A bound of how far any point of a ball of radius `reach_mm` about the tool's origin moves from one pose to another,
+/// mm. Tick-safe.
+double CalcTravel(const Pose& from, const Pose& to, double reach_mm);
+
 /// A trilinear interpolation of distances changes by at most this per mm.
 inline constexpr double kSteepest = 1.7320508;
 
@@ -17,7 +21,10 @@ class Probe {
       : field_(field),
         R_(glm::mat3_cast(X_WT.R_AB) / field.voxel_mm()),
         t_(X_WT.p_AB / field.voxel_mm()),
-        h_(field.voxel_mm()) {}
+        h_(field.voxel_mm()),
+        X_WT_(X_WT) {}
+
+  const Pose& X_WT() const { return X_WT_; }
 
   Vec3 Voxel(const Vec3& p_T) const { return R_ * p_T + t_; }
   Vec3 World(const Vec3& p_T) const { return h_ * Voxel(p_T); }
@@ -31,6 +38,7 @@ class Probe {
   glm::dmat3 R_;
   Vec3 t_;
   double h_;
+  Pose X_WT_;
 };
 
 }  // namespace kerf

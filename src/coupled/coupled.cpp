@@ -22,8 +22,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-constexpr double kFaceSpacing_mm = 1.25;
-constexpr double kFlatStiffness_N_per_mm = 2000;   // of one point of a flat
+constexpr double kFaceSpacing_mm = 1.6;
+constexpr double kFlatStiffness_N_per_mm = 3000;   // of one point of a flat
 constexpr double kSolidStiffness_N_per_mm = 2000;  // of one point of a stopped edge
 constexpr double kCreep_mm_per_s = 0.02;  // of friction that sticks, and of a law with a force at the least bite
 constexpr double kStepVoxels = 0.5;       // way of the tool in one sub-step
@@ -181,7 +181,7 @@ bool CoupledSimulation::State::Accepts(const CoupledInput& in) const {
 /// Nothing holds the tool.
 void CoupledSimulation::State::Release() {
   u = {};
-  if (contact_mJ > 0) edge.Forget();
+  if (contact_mJ > 0) edge.Release();
   faces.Release();
   contact_mJ = 0;
 }
@@ -222,7 +222,7 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
                     problem);
   }
   if (is_disc) {
-    faces.Find(X_WT, probe, axial_mm, params.friction_coefficient, in.rpm * kPi / 30, problem);
+    faces.Find(probe, axial_mm, params.friction_coefficient, in.rpm * kPi / 30, problem);
   }
   if (problem.empty()) return;
   double energy_mJ = edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
