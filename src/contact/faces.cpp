@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kFrictionLag_s = 0.004;
-constexpr double kSlackVoxels = 0.01;
+constexpr double kSlackVoxels = 0.002;  // of play on each side
 
 }  // namespace
 

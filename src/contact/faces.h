@@ -20,8 +20,9 @@ class Faces {
  public:
   Faces(const BoneField& field, const ToolShape& shape, double thickness_mm, const Vec3& p_TC_mm);
 
-  /// How far inside the rim the outermost points must lie: the grid blurs the corner of the kerf's floor.
-  static double CalcRimMargin(double voxel_mm) { return 1.75 * voxel_mm; }
+  /// How far inside the rim the outermost points must lie: a little further than what the rim cuts of the walls when it
+  /// moves sideways (CutWith::kEdge). Shallower cuts than that have no hold on the flats.
+  static double CalcRimMargin(double voxel_mm) { return 3.25 * voxel_mm; }
 
   /// Fills problem.flats with the points that bone is within `reach_mm` of, and problem.frictions with what the flats
   /// bore last. Tick-safe.

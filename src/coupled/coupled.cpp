@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-constexpr double kFaceSpacing_mm = 1.6;
+constexpr double kFaceSpacing_mm = 1.4;
 constexpr double kFlatStiffness_N_per_mm = 3000;   // of one point of a flat
 constexpr double kSolidStiffness_N_per_mm = 2000;  // of one point of a stopped edge
 constexpr double kCreep_mm_per_s = 0.02;  // of friction that sticks, and of a law with a force at the least bite

@@ -19,10 +19,12 @@ ToolShape MakeDiscShape(const DiscSaw& disc, int samples_per_pitch, double face_
     shape.edge.push_back({disc.radius_mm() * e_T, e_T, static_cast<double>(disc.teeth) / count});
   }
   const double outermost = disc.radius_mm() - std::min(rim_margin_mm, 0.5 * disc.radius_mm());
-  const int rings = std::max(1, static_cast<int>(std::ceil(outermost / face_spacing_mm)));
+  // Twice as close along the radius as around: in a shallow kerf a few rings are all that holds the disc against
+  // tilting.
+  const int rings = std::max(1, static_cast<int>(std::ceil(outermost / (0.5 * face_spacing_mm))));
   for (int ring = rings; ring >= 1; --ring) {
     const double radius = outermost * ring / rings;
-    const int points = std::max(6, static_cast<int>(std::ceil(2 * kPi * radius / face_spacing_mm)));
+    const int points = std::max(6, static_cast<int>(std::ceil(2 * kPi * radius / (2 * face_spacing_mm))));
     for (int i = 0; i < points; ++i) {
       const double angle = 2 * kPi * (i + 0.5 * (ring % 2)) / points;
       for (const double side : {-1.0, 1.0}) {

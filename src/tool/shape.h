@@ -32,7 +32,8 @@ struct ToolShape {
   std::vector<FacePoint> faces;
 };
 
-/// `samples_per_pitch`: of the edge, 1 to 256. `face_spacing_mm` > 0: between neighbouring points of the flats.
+/// `samples_per_pitch`: of the edge, 1 to 256. `face_spacing_mm` > 0: of the flats' points, half of it along the
+/// radius and twice of it around.
 /// `rim_margin_mm` >= 0: how far inside the rim the outermost of them lie; a grid blurs the corner of the kerf's floor.
 ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm);
 
