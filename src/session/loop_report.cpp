@@ -200,15 +200,17 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
 std::string FormatLoopCsv(const LoopSummary& s) {
   std::string csv =
       "time_s,skipped,handle_x_mm,handle_y_mm,handle_z_mm,tool_x_mm,tool_y_mm,tool_z_mm,hand_x_N,hand_y_N,hand_z_N,"
-      "device_x_N,device_y_N,device_z_N,thrust_sum_N,engaged_teeth,removed_mm3,tick_us,late_us,fidelity,status\n";
+      "device_x_N,device_y_N,device_z_N,cut_N,face_N,friction_N,thrust_sum_N,engaged_teeth,removed_mm3,tick_us,late_us,"
+      "fidelity,status\n";
   csv.reserve(csv.size() + 200 * s.rows.size());
   for (const LoopRow& r : s.rows) {
     fmt::format_to(std::back_inserter(csv),
                    "{:.6f},{},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
-                   "{:.6g},{:.5g},{:.6g},{:.1f},{:.1f},{},{}\n",
+                   "{:.6g},{:.6g},{:.6g},{:.6g},{:.5g},{:.6g},{:.1f},{:.1f},{},{}\n",
                    r.time_s, r.skipped, r.p_WC_mm.x, r.p_WC_mm.y, r.p_WC_mm.z, r.p_WT_mm.x, r.p_WT_mm.y, r.p_WT_mm.z,
-                   r.f_hand_N.x, r.f_hand_N.y, r.f_hand_N.z, r.f_device_N.x, r.f_device_N.y, r.f_device_N.z, r.thrust_N,
-                   r.engaged_teeth, r.removed_mm3, r.tick_us, r.late_us, kerf::ToString(r.fidelity), r.status);
+                   r.f_hand_N.x, r.f_hand_N.y, r.f_hand_N.z, r.f_device_N.x, r.f_device_N.y, r.f_device_N.z, r.cut_N,
+                   r.face_N, r.friction_N, r.thrust_N, r.engaged_teeth, r.removed_mm3, r.tick_us, r.late_us,
+                   kerf::ToString(r.fidelity), r.status);
   }
   return csv;
 }

@@ -140,6 +140,9 @@ class Recorder {
     row.p_WT_mm = out.X_WT.p_AB;
     row.f_hand_N = out.f_H_W_N;
     row.f_device_N = s.report.f_device_N;
+    row.cut_N = static_cast<float>(glm::length(out.f_cut_W_N));
+    row.face_N = static_cast<float>(glm::length(out.f_face_W_N));
+    row.friction_N = static_cast<float>(glm::length(out.f_friction_W_N));
     row.thrust_N = static_cast<float>(out.thrust_sum_N);
     row.engaged_teeth = static_cast<float>(out.engaged_teeth);
     row.removed_mm3 = static_cast<float>(removed_mm3_);

@@ -28,6 +28,9 @@ struct LoopRow {
   Vec3 p_WT_mm{0};  // tool
   Vec3 f_hand_N{0};
   Vec3 f_device_N{0};
+  float cut_N = 0;  // on the tool, and the next two: magnitudes
+  float face_N = 0;
+  float friction_N = 0;
   float thrust_N = 0;
   float engaged_teeth = 0;
   float removed_mm3 = 0;  // in the tick

@@ -1,0 +1,79 @@
+// kerf loop from outside.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+using test::ProgramResult;
+using testing::HasSubstr;
+
+constexpr char kScene[] =
+    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\nvoxel_mm = 0.25\n"
+    "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n"
+    "[[path.stroke]]\nstart_mm = [0.0, 0.0, 6.5]\nend_mm = [0.0, 0.0, 0.5]\nfeed_mm_per_s = 6.0\n"
+    "disc_normal = [1.0, 0.0, 0.0]\n";
+
+class Loop : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    Write("s.toml", kScene);
+  }
+};
+
+TEST_F(Loop, WithoutTheClockTellsTheSameTwice) {
+  const ProgramResult a = Kerf("loop s.toml --seconds 1 --virtual --hand H2 --rate-hz 2000 --json");
+  ASSERT_EQ(a.code, 0) << a.err;
+  EXPECT_EQ(a.err, "");
+  const ProgramResult b = Kerf("loop s.toml --seconds 1 --virtual --hand H2 --rate-hz 2000 --json");
+  Json first = Json::parse(a.out);
+  Json second = Json::parse(b.out);
+  first["ticks"].erase("wall_s");
+  second["ticks"].erase("wall_s");
+  EXPECT_EQ(first, second);
+  EXPECT_EQ(first["hand"], "H2");
+  EXPECT_EQ(first["ticks"]["count"], 2000);
+  EXPECT_GT(first["removed_mm3"], 0.5);
+  EXPECT_EQ(first["force"]["not_finite"], 0);
+}
+
+TEST_F(Loop, LiveSaysWhatWasGrantedAndHowTimeWasKept) {
+  const ProgramResult result = Kerf("loop s.toml --seconds 0.3 -o out");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("SCHED_FIFO was "));
+  EXPECT_THAT(result.out, HasSubstr("emory"));
+  EXPECT_THAT(result.out, HasSubstr("p99.9"));
+  EXPECT_THAT(result.out, HasSubstr("lateness"));
+  EXPECT_THAT(result.out, HasSubstr("bit-identical"));
+  for (const char* name : {"report.md", "loop.json", "forces.csv", "lateness.png", "force.png", "scene.toml"}) {
+    EXPECT_TRUE(Exists(std::string("out/") + name)) << name;
+  }
+}
+
+TEST_F(Loop, RefusesWhatItCanNotTake) {
+  EXPECT_EQ(Kerf("loop s.toml --hand H7").code, 2);
+  EXPECT_EQ(Kerf("loop s.toml --rate-hz 5000").code, 2);
+  EXPECT_EQ(Kerf("loop s.toml --seconds 0").code, 2);
+  EXPECT_EQ(Kerf("loop none.toml").code, 1);
+  const ProgramResult over = Kerf("loop s.toml --seconds 0.1 --virtual -o .");
+  EXPECT_EQ(over.code, 0) << over.err;  // s.toml is not scene.toml
+  Write("scene.toml", kScene);
+  const ProgramResult same = Kerf("loop scene.toml --seconds 0.1 --virtual -o .");
+  EXPECT_EQ(same.code, 1);
+  EXPECT_THAT(same.err, HasSubstr("scene.toml"));
+}
+
+TEST_F(Loop, ControlCEndsItWithAReport) {
+  const ProgramResult result = KerfWithin("timeout --preserve-status -s INT 2", "loop s.toml --seconds 600");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("removed"));
+}
+
+}  // namespace
+}  // namespace kerf
