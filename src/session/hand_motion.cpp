@@ -13,6 +13,9 @@ constexpr double kGentle_s = 0.1;
 /// a wall.
 constexpr double kLean = 0.8;
 constexpr double kLean_s = 0.3;
+/// At the end of a stroke it waits for the tool to come there, to a share of `lead_mm`, but not for ever.
+constexpr double kThere = 0.1;
+constexpr double kPatience_s = 5;
 /// Of the path, either way, for the direction of a stroke.
 constexpr double kAhead_s = 0.01;
 
@@ -41,6 +44,7 @@ void HandMotion::EnterNextChain() noexcept {
   t_s_ = path_.segments()[next].start_s;
   X_from_ = X_aim_;
   share_ = 0;
+  waited_s_ = 0;
   phase_ = Phase::kOver;
 }
 
@@ -63,7 +67,8 @@ void HandMotion::Advance(double dt_s) noexcept {
         if (goes_on) {
           ++segment_;
         } else {
-          phase_ = Phase::kBack;
+          waited_s_ += dt_s;
+          if (lag_mm <= kThere * hand_.lead_mm || waited_s_ >= kPatience_s) phase_ = Phase::kBack;
         }
       }
       X_aim_ = path_.CalcPose(segment_, t_s_);

@@ -12,7 +12,8 @@
 namespace kerf {
 
 /// Strokes that go on from one another are one; the hand goes back the way it came before it sets down elsewhere. It
-/// waits when the handle lags behind, and leans into what it feels along a stroke. Deterministic.
+/// waits when the handle lags behind, at the end of a stroke too, and leans into what it feels along a stroke.
+/// Deterministic.
 class HandMotion final : public BeforeTick {
  public:
   /// The device must outlive it. `p_TC_mm`: the coupling's point, where the device holds the tool.
@@ -38,6 +39,7 @@ class HandMotion final : public BeforeTick {
   std::size_t first_ = 0;    // segment of the chain
   std::size_t segment_ = 0;  // of it, now
   double t_s_ = 0;           // path time
+  double waited_s_ = 0;      // at the end of a stroke
   double share_ = 0;         // of the way over
   Pose X_from_;              // of the way over
   Pose X_aim_;
