@@ -37,6 +37,7 @@ struct CutCase {
   Vec3 direction_B{1, 0, 0};
   double warm_up_mm = 0;   // of the way, until the tool is in the bone as far as it gets
   double measured_mm = 0;  // of the way, from there on
+  bool by_hand = false;    // a device's soft coupling, and a hand that trembles; else the tool is led stiffly
   bool flat_top = true;    // false: how much the tool sweeps has no closed form
   BenchBaseline baseline = BenchBaseline::kNone;
   bool dense_all = false;    // compare the whole bone with the dense reference

@@ -51,6 +51,18 @@ CutCase MakeDiscCut(double voxel_mm) {
   return cut;
 }
 
+CutCase MakeHandCut() {
+  CutCase cut = MakeDiscCut(0.1);
+  cut.name = "disc-0.1-hand";
+  cut.title = "the same by a trembling hand, through a coupling of 4 N/mm";
+  // The tool lags behind, and the thrust lifts it out a little.
+  cut.by_hand = true;
+  cut.flat_top = false;
+  cut.baseline = BenchBaseline::kNone;
+  cut.dense_edge_mm = 0;
+  return cut;
+}
+
 CutCase MakeThickDiscCut() {
   CutCase cut = MakeDiscCut(0.2);
   cut.name = "thick-disc-0.2";

@@ -8,6 +8,8 @@ namespace kerf {
 /// The saw of the paper 8 mm deep in a block that stands askew in the grid, so that disc, feed and faces are all tilted
 /// against the voxels.
 CutCase MakeDiscCut(double voxel_mm);
+/// The same at 0.1 mm, held as a device holds it, by a hand that trembles: the faces meet the walls of the kerf.
+CutCase MakeHandCut();
 /// The disc that iMSTK was measured with.
 CutCase MakeThickDiscCut();
 /// The peers' cut: a ball of 3 mm radius, 2 mm deep. `whole`: in their block of 256^3 voxels, else in a bar of it.

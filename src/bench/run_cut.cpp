@@ -37,6 +37,20 @@ double CalcSection(const Tool& tool, double height_mm) {
   return r * r * std::acos(h / r) - h * std::sqrt(r * r - h * h);
 }
 
+/// As a large desktop device holds a tool.
+CouplingParams MakeDeviceCoupling() {
+  CouplingParams coupling;
+  coupling.stiffness_N_per_mm = 4;
+  coupling.torsion_Nmm_per_rad = 5000;
+  coupling.max_force_N = 40;
+  return coupling;
+}
+
+/// A tremor of 9 Hz: 0.1 mm along the spindle, which the feed has none of, and 0.5 degrees of tilt about the feed.
+constexpr double kTremor_Hz = 9;
+constexpr double kTremor_mm = 0.1;
+constexpr double kTremor_rad = 0.5 * kPi / 180;
+
 double Sum(const std::array<double, 256>& by_region) {
   return std::accumulate(by_region.begin(), by_region.end(), 0.0);
 }
@@ -51,7 +65,13 @@ class Pass {
   }
   static Pose HandlePose(const CutCase& cut, int tick) {
     const Vec3 p_B = cut.X_BT_start.p_AB + cut.feed_mm_per_s * kTick_s * tick * cut.direction_B;
-    return {cut.X_WB.R_AB * cut.X_BT_start.R_AB, cut.X_WB.Point(p_B)};
+    Pose X_WH{cut.X_WB.R_AB * cut.X_BT_start.R_AB, cut.X_WB.Point(p_B)};
+    if (cut.by_hand) {
+      const double wave = std::sin(2 * kPi * kTremor_Hz * kTick_s * tick);
+      X_WH.p_AB += X_WH.Vector({0, 0, kTremor_mm * wave});
+      X_WH.R_AB = glm::normalize(glm::angleAxis(kTremor_rad * wave, cut.X_WB.Vector(cut.direction_B)) * X_WH.R_AB);
+    }
+    return X_WH;
   }
 
   CoupledOutput Tick(TickObserver* observer) {
@@ -72,7 +92,7 @@ class Pass {
   static CoupledParams MakeParams(const CutCase& cut) {
     CoupledParams params;
     params.tool = cut.tool;
-    params.coupling = MakeStiffCoupling();
+    params.coupling = cut.by_hand ? MakeDeviceCoupling() : MakeStiffCoupling();
     params.spare_leaves = cut.spare_leaves;
     return params;
   }

@@ -59,6 +59,7 @@ Entry BallCut(double voxel_mm, double feed_mm_per_s, bool whole, double p50_us, 
 const std::vector<Entry>& Entries() {
   static const std::vector<Entry> entries = {
       Cut(MakeDiscCut(0.1), 50, 100, 100),
+      Cut(MakeHandCut(), 50, 100, 0),
       Cut(MakeDiscCut(0.2), 0, 60, 0),
       Cut(MakeDiscCut(0.05), 0, 250, 0),
       BallCut(0.2, 10, true, 50, 150),

@@ -58,6 +58,14 @@ TEST(BenchTick, DiscsRemoveWhatTheySweepAndWhatTheDenseReferenceDoes) {
   ExpectGoodCut(RunCut(MakeThickDiscCut(), FewTicks(300)), 300, 10);
 }
 
+TEST(BenchTick, TremblingHandCutsWithoutReachingALimit) {
+  const BenchResult r = RunCut(MakeHandCut(), FewTicks(150));
+  EXPECT_EQ(r.times.count, 150u);
+  EXPECT_EQ(Figure(r, "ticks at a limit"), 0);
+  EXPECT_GT(Figure(r, "removed"), 0);
+  EXPECT_NE(r.hash, RunCut(MakeDiscCut(0.1), FewTicks(150)).hash);
+}
+
 TEST(BenchTick, BallRemovesTheSameOnEveryGridAndAtEveryFeed) {
   const int ticks = 300;
   double volume_mm3[3];
