@@ -96,6 +96,7 @@ double Faces::Remember(const StepProblem& problem, const Twist& u, double share)
     patch.x_N *= 1 - fresh;
     patch.y_N *= 1 - fresh;
   }
+  const double share_borne = CalcShareBorne(problem, u);
   double sum = 0;
   for (std::size_t n = 0; n < found_.size(); ++n) {
     const FlatPoint& flat = problem.flats[n];
@@ -107,12 +108,38 @@ double Faces::Remember(const StepProblem& problem, const Twist& u, double share)
     if (!(at_end > 0)) continue;
     const Pair& pair = pairs_[static_cast<std::size_t>(found_[n].point / 2)];
     Patch& patch = patches_[static_cast<std::size_t>(pair.patch + (flat.side > 0 ? kSectors * kRings : 0))];
-    const double force = fresh * problem.flat_stiffness_N_per_mm * at_end;
+    const double force = fresh * share_borne * problem.flat_stiffness_N_per_mm * at_end;
     patch.force_N += force;
     patch.x_N += force * pair.x;
     patch.y_N += force * pair.y;
   }
   return 0.5 * problem.flat_stiffness_N_per_mm * sum;
+}
+
+double Faces::CalcShareBorne(const StepProblem& problem, const Twist& u) const {
+  const auto depth = [&](const FlatPoint& p) {
+    return std::max(0.0, p.depth_mm + problem.tau_s * p.side * (u[2] + u[3] * p.y - u[4] * p.x));
+  };
+  double gross = 0, x = 0, y = 0;
+  for (const FlatPoint& p : problem.flats) {
+    const double d = depth(p);
+    gross += d;
+    x += d * p.x;
+    y += d * p.y;
+  }
+  if (!(gross > 0)) return 0;
+  x /= gross;
+  y /= gross;
+  double net = 0, moment_x = 0, moment_y = 0, spread = 0;
+  for (const FlatPoint& p : problem.flats) {
+    const double d = depth(p);
+    net += p.side * d;
+    moment_x += p.side * d * (p.y - y);
+    moment_y += p.side * d * (p.x - x);
+    spread += d * std::hypot(p.x - x, p.y - y);
+  }
+  const double turning = spread > 0 ? gross * std::hypot(moment_x, moment_y) / spread : 0;
+  return std::min(1.0, (std::abs(net) + turning) / gross);
 }
 
 void Faces::Release() {

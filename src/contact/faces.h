@@ -41,6 +41,11 @@ class Faces {
   std::size_t size() const { return 2 * pairs_.size(); }
 
  private:
+  /// How much of what the walls press with holds the disc against something, 0 to 1: their resultant and their couple.
+  /// The rest is the kerf's own unevenness squeezing a disc that is rigid here; a real one, some 10 N/mm stiff across
+  /// its rim, gives way to that. Friction goes by the former only.
+  double CalcShareBorne(const StepProblem& problem, const Twist& u) const;
+
   struct Pair {
     double x, y;  // tool frame, mm
     int patch;
