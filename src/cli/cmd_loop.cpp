@@ -40,9 +40,11 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
     PrintTimes(s.lateness);
     for (const LoopTimeSummary& stage : s.stages) PrintTimes(stage);
   }
-  fmt::print("  device    {} in the hand {}: {:.3g} N for 1 N; coupling {:.4g} N/mm{}\n", s.device, s.hand,
-             s.force.scale, s.coupling.stiffness_N_per_mm,
-             s.coupling_lowered ? ", lowered to what the device bears" : "");
+  fmt::print("  device    {} in the hand {}: {:.3g} N for 1 N\n", s.device, s.hand, s.force.scale);
+  fmt::print(
+      "  coupling  {:.4g} N/mm{}; the device bears {:.4g}, the sampled loop {:.4g}, the encoder's steps {:.4g}\n",
+      s.coupling.stiffness_N_per_mm, s.coupling_lowered ? ", lowered to what the device bears" : "",
+      s.limits.stiffness_N_per_mm, s.limits.sampled_stiffness_N_per_mm, s.limits.quantum_stiffness_N_per_mm);
   fmt::print("  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} of {:.4g} N a tick\n",
              s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
   fmt::print("  noise     {:.2f} mN above 20 Hz over all, {:.2f} mN while cutting\n", s.force.noise_above_20_Hz_mN,

@@ -148,7 +148,10 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"coupling",
        {{"stiffness_N_per_mm", s.coupling.stiffness_N_per_mm},
         {"damping_Ns_per_mm", s.coupling.damping_Ns_per_mm},
-        {"lowered_for_device", s.coupling_lowered}}},
+        {"lowered_for_device", s.coupling_lowered},
+        {"device_bears_N_per_mm", s.limits.stiffness_N_per_mm},
+        {"sampled_loop_holds_N_per_mm", s.limits.sampled_stiffness_N_per_mm},
+        {"encoder_steps_allow_N_per_mm", s.limits.quantum_stiffness_N_per_mm}}},
       {"end", ToString(s.end)},
       {"failure", s.failure},
       {"granted",
@@ -221,6 +224,11 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
                       s.device, s.simulated_s, s.virtual_time ? "without the clock" : "live", s.rate_hz);
   if (s.end != LoopEnd::kAsked) text += fmt::format("**The loop ended by itself: {}.**\n\n", s.failure);
   text += fmt::format("- {}\n- {}\n", s.grants.scheduling, s.grants.memory);
+  text += fmt::format(
+      "- Coupling {:.4g} N/mm{}; the device bears {:.4g} N/mm, a sampled loop with this hand holds {:.4g}, the "
+      "encoder's steps allow {:.4g}.\n",
+      s.coupling.stiffness_N_per_mm, s.coupling_lowered ? ", lowered to what the device bears" : "",
+      s.limits.stiffness_N_per_mm, s.limits.sampled_stiffness_N_per_mm, s.limits.quantum_stiffness_N_per_mm);
   text += fmt::format(
       "- {} ticks; {} deadlines missed, at most {} in a row; the watchdog made the force zero {} times, and {} times "
       "it began again from zero.\n",

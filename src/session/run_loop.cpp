@@ -15,7 +15,6 @@
 #include "devices/simulated_device.h"
 #include "files/files.h"
 #include "haptics/bone_mirror.h"
-#include "haptics/coupling_limits.h"
 #include "haptics/step_body.h"
 #include "kerf/error.h"
 #include "session/hand_motion.h"
@@ -242,10 +241,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   {
     const ForceMap map(profile, body_params.force_map);
     s.force.scale = map.force_scale();
-    params.coupling = LimitCoupling(
-        params.coupling,
-        CalcCouplingLimits(profile, hand, params.coupling, map.force_scale(), map.torque_scale(), period_s),
-        &s.coupling_lowered);
+    const auto limits = [&](const CouplingParams& coupling) {
+      return CalcCouplingLimits(profile, hand, coupling, map.force_scale(), map.torque_scale(), period_s);
+    };
+    params.coupling = LimitCoupling(params.coupling, limits(params.coupling), &s.coupling_lowered);
+    s.limits = limits(params.coupling);
   }
   s.coupling = params.coupling;
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "haptics/coupling_limits.h"
 #include "haptics/haptic_loop.h"
 #include "scene/scene.h"
 #include "session/scene_material.h"
@@ -76,6 +77,7 @@ struct LoopSummary {
   std::string hand;
   bool coupling_lowered = false;  // to what the device bears
   CouplingParams coupling;        // as used
+  CouplingLimits limits;          // of that coupling on this device in this hand
   // what happened
   LoopEnd end = LoopEnd::kNotYet;
   std::string failure;

@@ -150,6 +150,7 @@ TEST(HapticLoop, StepsDownWhileTimeIsBurntAndUpAfterwards) {
 TEST(HapticLoop, SendsEveryChangedLeafThoughLineAndRingAreShort) {
   Stage s;
   s.body.MakeLeaves(150);
+  s.body.changes_per_tick = 30;  // far more than are sent
   s.params.max_leaves_waiting = 20;
   s.params.leaf_ring = 8;
   s.params.leaves_per_tick = 4;
