@@ -25,7 +25,7 @@ Faces::Faces(const BoneField& field, const ToolShape& shape, double thickness_mm
     const double turn = std::atan2(p.y, p.x) / (2 * kPi) + 0.5;
     const int sector = std::min(static_cast<int>(turn * kSectors), kSectors - 1);
     const int ring = std::min(static_cast<int>(std::hypot(p.x, p.y) / shape.reach_mm * kRings), kRings - 1);
-    pairs_.push_back({p.x, p.y, ring * kSectors + sector});
+    pairs_.push_back({p.x, p.y, ring * kSectors + sector, shape.faces[i].while_stopped});
   }
   clear_until_mm_.resize(pairs_.size(), -1);
   found_.reserve(2 * pairs_.size());
@@ -44,7 +44,7 @@ void Faces::Find(const Probe& probe, double reach_mm, double friction_coefficien
   for (std::size_t j = 0; j < pairs_.size(); j += static_cast<std::size_t>(stride_)) {
     const int low = static_cast<int>(2 * j);
     const Pair& pair = pairs_[j];
-    if (travelled_mm_ < clear_until_mm_[j]) {
+    if (travelled_mm_ < clear_until_mm_[j] || (pair.while_stopped && spindle_rad_per_s != 0)) {
       push_out_.set_known_mm(low, 0);
       push_out_.set_known_mm(low + 1, 0);
       continue;

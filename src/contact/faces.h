@@ -23,6 +23,8 @@ class Faces {
   /// How far inside the rim the outermost points must lie: a little further than what the rim cuts of the walls when it
   /// moves sideways (CutWith::kEdge). Shallower cuts than that have no hold on the flats.
   static double CalcRimMargin(double voxel_mm) { return 3.25 * voxel_mm; }
+  /// The same while the spindle stands still and the rim cuts nothing: as far as the grid blurs the kerf's corner.
+  static double CalcStoppedMargin(double voxel_mm) { return 1.75 * voxel_mm; }
 
   /// Fills problem.flats with the points that bone is within `reach_mm` of, and problem.frictions with what the flats
   /// bore last. Tick-safe.
@@ -49,6 +51,7 @@ class Faces {
   struct Pair {
     double x, y;  // tool frame, mm
     int patch;
+    bool while_stopped;
   };
   /// Where friction is gathered: neighbours slip alike.
   struct Patch {

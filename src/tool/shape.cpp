@@ -8,7 +8,21 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-ToolShape MakeDiscShape(const DiscSaw& disc, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm) {
+void AddFaceRing(const DiscSaw& disc, double radius, double spacing_mm, double phase, bool while_stopped,
+                 ToolShape& shape) {
+  const int points = std::max(6, static_cast<int>(std::ceil(2 * kPi * radius / spacing_mm)));
+  for (int i = 0; i < points; ++i) {
+    const double angle = 2 * kPi * (i + phase) / points;
+    for (const double side : {-1.0, 1.0}) {
+      shape.faces.push_back({{radius * std::cos(angle), radius * std::sin(angle), side * 0.5 * disc.thickness_mm},
+                             {0, 0, side},
+                             while_stopped});
+    }
+  }
+}
+
+ToolShape MakeDiscShape(const DiscSaw& disc, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm,
+                        double stopped_margin_mm) {
   ToolShape shape;
   shape.passes_per_turn = disc.teeth;
   shape.edge_is_ring = true;
@@ -19,19 +33,13 @@ ToolShape MakeDiscShape(const DiscSaw& disc, int samples_per_pitch, double face_
     shape.edge.push_back({disc.radius_mm() * e_T, e_T, static_cast<double>(disc.teeth) / count});
   }
   const double outermost = disc.radius_mm() - std::min(rim_margin_mm, 0.5 * disc.radius_mm());
+  const double stopped = disc.radius_mm() - std::min(stopped_margin_mm, 0.5 * disc.radius_mm());
+  if (stopped > outermost) AddFaceRing(disc, stopped, face_spacing_mm, 0, true, shape);
   // Twice as close along the radius as around: in a shallow kerf a few rings are all that holds the disc against
   // tilting.
   const int rings = std::max(1, static_cast<int>(std::ceil(outermost / (0.5 * face_spacing_mm))));
   for (int ring = rings; ring >= 1; --ring) {
-    const double radius = outermost * ring / rings;
-    const int points = std::max(6, static_cast<int>(std::ceil(2 * kPi * radius / (2 * face_spacing_mm))));
-    for (int i = 0; i < points; ++i) {
-      const double angle = 2 * kPi * (i + 0.5 * (ring % 2)) / points;
-      for (const double side : {-1.0, 1.0}) {
-        shape.faces.push_back(
-            {{radius * std::cos(angle), radius * std::sin(angle), side * 0.5 * disc.thickness_mm}, {0, 0, side}});
-      }
-    }
+    AddFaceRing(disc, outermost * ring / rings, 2 * face_spacing_mm, 0.5 * (ring % 2), false, shape);
   }
   return shape;
 }
@@ -60,9 +68,10 @@ ToolShape MakeBallShape(const BallBurr& ball, int samples_per_pitch) {
 
 }  // namespace
 
-ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm) {
+ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm,
+                        double stopped_margin_mm) {
   const auto* disc = std::get_if<DiscSaw>(&tool);
-  ToolShape shape = disc ? MakeDiscShape(*disc, samples_per_pitch, face_spacing_mm, rim_margin_mm)
+  ToolShape shape = disc ? MakeDiscShape(*disc, samples_per_pitch, face_spacing_mm, rim_margin_mm, stopped_margin_mm)
                          : MakeBallShape(std::get<BallBurr>(tool), samples_per_pitch);
   shape.reach_mm = CalcReach(tool);
   return shape;

@@ -17,8 +17,9 @@ struct EdgePoint {
 
 /// A point of a face that does not cut.
 struct FacePoint {
-  Vec3 p_T{0};  // mm
-  Vec3 n_T{0};  // outward, unit length
+  Vec3 p_T{0};                 // mm
+  Vec3 n_T{0};                 // outward, unit length
+  bool while_stopped = false;  // it lies where the turning edge cuts: it holds only while the spindle stands still
 };
 
 struct ToolShape {
@@ -34,7 +35,9 @@ struct ToolShape {
 
 /// `samples_per_pitch`: of the edge, 1 to 256. `face_spacing_mm` > 0: of the flats' points, half of it along the
 /// radius and twice of it around.
-/// `rim_margin_mm` >= 0: how far inside the rim the outermost of them lie; a grid blurs the corner of the kerf's floor.
-ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm);
+/// `rim_margin_mm` >= 0: how far inside the rim the outermost of them lie, and `stopped_margin_mm` <= that those which
+/// hold only while the spindle stands still.
+ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm,
+                        double stopped_margin_mm);
 
 }  // namespace kerf

@@ -19,7 +19,7 @@ double SumTeeth(const ToolShape& shape) {
 TEST(ToolShape, DiscHasItsTeethEvenlyOnItsRim) {
   const DiscSaw disc;
   for (const int samples : {1, 3, 8, 256}) {
-    const ToolShape shape = MakeToolShape(disc, samples, 1, 0.15);
+    const ToolShape shape = MakeToolShape(disc, samples, 1, 0.15, 0.1);
     EXPECT_TRUE(shape.edge_is_ring);
     EXPECT_EQ(shape.passes_per_turn, 24);
     EXPECT_NEAR(SumTeeth(shape), 24, 1e-9);  // rounding of the sum
@@ -38,7 +38,7 @@ TEST(ToolShape, DiscHasItsTeethEvenlyOnItsRim) {
 TEST(ToolShape, FacesOfTheDiscLieOnBothFlatsWithinTheMarginAndNoFurtherApartThanAsked) {
   const DiscSaw disc;
   const double spacing = 0.9;
-  const ToolShape shape = MakeToolShape(disc, 8, spacing, 0.3);
+  const ToolShape shape = MakeToolShape(disc, 8, spacing, 0.3, 0.3);
   double outermost = 0;
   int above = 0;
   for (const FacePoint& p : shape.faces) {
@@ -50,10 +50,21 @@ TEST(ToolShape, FacesOfTheDiscLieOnBothFlatsWithinTheMarginAndNoFurtherApartThan
     for (const FacePoint& q : shape.faces) {
       if (&q != &p && q.n_T.z == p.n_T.z) nearest = std::min(nearest, glm::length(q.p_T - p.p_T));
     }
-    EXPECT_LE(nearest, spacing + 1e-9);
+    // Half a spacing to the next ring, and at most a whole one along it to the nearer of that ring's points.
+    EXPECT_LE(nearest, std::hypot(0.5, 1) * spacing + 1e-9);
   }
   EXPECT_NEAR(outermost, 10.7, 1e-9);
   EXPECT_EQ(2 * static_cast<std::size_t>(above), shape.faces.size());
+}
+
+TEST(ToolShape, FacesInTheCuttingRimAreForAStoppedSpindle) {
+  const ToolShape shape = MakeToolShape(DiscSaw{}, 8, 0.9, 0.3, 0.15);
+  int stopped = 0;
+  for (const FacePoint& p : shape.faces) {
+    EXPECT_EQ(p.while_stopped, std::hypot(p.p_T.x, p.p_T.y) > 10.7 + 1e-9);
+    stopped += p.while_stopped ? 1 : 0;
+  }
+  EXPECT_GT(stopped, 100);  // both sides of a ring of 68 mm at 0.9 mm
 }
 
 TEST(ToolShape, BallHasFlutesTimesTheirLengthOfEdge) {
@@ -62,7 +73,7 @@ TEST(ToolShape, BallHasFlutesTimesTheirLengthOfEdge) {
   ball.flutes = 10;
   ball.tooth_width_mm = 0.25;
   for (const int samples : {4, 8, 16, 64}) {
-    const ToolShape shape = MakeToolShape(ball, samples, 1, 0);
+    const ToolShape shape = MakeToolShape(ball, samples, 1, 0, 0);
     EXPECT_NEAR(SumTeeth(shape), 10 * M_PI * 3 / 0.25, 1e-6);
     EXPECT_TRUE(shape.faces.empty());
     for (const EdgePoint& p : shape.edge) EXPECT_NEAR(glm::length(p.p_T - 3.0 * p.e_T), 0, 1e-12);
@@ -76,7 +87,7 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
   const double exact = 2 * ball.flutes * ball.radius_mm() / (M_PI * ball.tooth_width_mm);
   double error[2];
   for (int i = 0; i < 2; ++i) {
-    const ToolShape shape = MakeToolShape(ball, i == 0 ? 8 : 32, 1, 0);
+    const ToolShape shape = MakeToolShape(ball, i == 0 ? 8 : 32, 1, 0, 0);
     double sum = 0;
     for (const EdgePoint& p : shape.edge) sum += p.teeth * std::max(0.0, p.e_T.x);
     error[i] = std::abs(sum / exact - 1);
