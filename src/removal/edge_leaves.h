@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "bone/field.h"
@@ -53,31 +54,44 @@ class LeafList {
 };
 
 /// Neighbour lists with slack, as Verlet's of molecules: a list of all leaves within `slack` of the zone about the edge
-/// stays good until the tool has moved by that much.
+/// stays good until the tool has moved by that much. The next list is made a little in each step before then, so that
+/// no step bears all of it.
 class EdgeLeaves {
  public:
   /// `zone`: what the edge changes at most. Allocates.
   EdgeLeaves(const BoneField& field, const EdgeZone& zone);
 
   /// Makes the list good for a step to X_WT over `length_mm` <= slack_mm() / 4; with `inner`, of the leaves further
-  /// inside the tool too. True when they were found anew. Tick-safe.
+  /// inside the tool too. True when it is a new one. Tick-safe.
   bool Update(const Pose& X_WT, double length_mm, bool inner);
 
   double slack_mm() const { return slack_mm_; }
   /// Those that hold bone, or did when the list was made.
-  LeafList& list() { return list_; }
-  std::size_t CalcMemoryBytes() const { return list_.CalcMemoryBytes(); }
+  LeafList& list() { return now_.list; }
+  std::size_t CalcMemoryBytes() const { return now_.list.CalcMemoryBytes() + next_.list.CalcMemoryBytes(); }
 
  private:
-  void Find(const Pose& X_WT);
+  struct Search {
+    bool begun = false;
+    bool inner = false;
+    bool inner_asked = false;  // since it was begun
+    Pose X_WT;                 // that the list is of
+    int thin = 2;
+    int row = 0;  // the next to be looked at
+    LeafList list;
+  };
+  bool Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double share) const;
+  void Begin(const Pose& X_WT, bool inner, Search& search) const;
+  bool Advance(Search& search, int rows) const;
+  void AddRow(Search& search, int i) const;
+  std::pair<int, int> Stretch(const Search& search, int axis) const;
+  std::pair<int, int> Clip(int axis, double middle_mm, double half_mm) const;
 
   const BoneField& field_;
   EdgeZone zone_;
   double slack_mm_;
-  bool known_ = false;
-  bool has_inner_ = false;
-  Pose X_listed_;
-  LeafList list_;
+  Search now_;
+  Search next_;
 };
 
 }  // namespace kerf
