@@ -11,6 +11,7 @@
 #include "kerf/bone.h"
 #include "kerf/force.h"
 #include "kerf/geometry.h"
+#include "kerf/paper.h"
 #include "kerf/tool.h"
 
 namespace kerf {
@@ -30,9 +31,9 @@ struct CouplingParams {
 /// How exactly a tick is worked out, most exact first. Each step down is cheaper.
 enum class Fidelity : std::uint8_t {
   kFull,    // all edge and face points, all of the band
-  kCoarse,  // every second point, fewer sub-steps
-  kSlab,    // the thin slab's law on the disc's plane, nothing looked up or removed; what the tool passed is removed on
-            // the way back
+  kCoarse,  // every second point, a quarter of the sub-steps
+  kSlab,    // a disc in a cut, turning: the thin slab's law on the disc's plane, nothing looked up or removed; what the
+            // tool passed is removed on the way back. Anything else: as kCoarse.
 };
 const char* ToString(Fidelity fidelity);
 
@@ -46,6 +47,7 @@ struct CoupledParams {
   int max_substeps = 24;              // in a tick, 1 to 4096
   bool whole_voxel_removal = false;   // for comparison: voxels go all at once, with the force steps that this makes
   int spare_leaves = 4096;            // see BoneField
+  PaperReading slab_reading = PaperReading::kCorrected;  // by which the slab's resistance goes with depth
 };
 
 struct CoupledInput {

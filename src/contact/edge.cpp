@@ -53,6 +53,7 @@ void Edge::Look(const Probe& probe, std::size_t i) {
 void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   problem.cutting.clear();
   met_.clear();
+  found_.clear();
   travelled_mm_ += std::max(CalcTravel(X_looked_, probe.X_WT(), reach_mm_), 1e-9);  // never nothing: bone may have gone
   X_looked_ = probe.X_WT();
   const std::size_t stride = static_cast<std::size_t>(stride_);

@@ -54,7 +54,11 @@ class Edge {
   void Forget();
 
   /// Every `stride`-th point stands for as many: less exact, cheaper. Tick-safe.
-  void set_stride(int stride) { stride_ = stride; }
+  void set_stride(int stride) {
+    if (stride != stride_) Release();  // other springs
+    stride_ = stride;
+  }
+  int stride() const { return stride_; }
   std::size_t size() const { return points_.size(); }
 
  private:

@@ -39,7 +39,10 @@ class Faces {
   void Forget();
   static constexpr int kPatches = 48;
 
-  void set_stride(int stride) { stride_ = stride; }
+  void set_stride(int stride) {
+    if (stride != stride_) Release();  // other springs
+    stride_ = stride;
+  }
   std::size_t size() const { return 2 * pairs_.size(); }
 
  private:

@@ -74,6 +74,7 @@ void StepProblem::Clear() {
   flats.clear();
   solids.clear();
   frictions.clear();
+  yields.clear();
 }
 
 double StepProblem::ToothForceAt(double speed, double E_star_MPa) const {
@@ -100,9 +101,13 @@ Twist StepProblem::CalcGradient(const Twist& u) const {
   for (const FrictionPoint& p : frictions) {
     const double a = Dot(p.row_a, u) + p.slip_a_mm_per_s;
     const double b = Dot(p.row_b, u) + p.slip_b_mm_per_s;
-    const double factor = p.limit_N / std::sqrt(a * a + b * b + friction_creep_mm_per_s * friction_creep_mm_per_s);
+    const double factor = p.limit_N / std::sqrt(a * a + b * b + creep_mm_per_s * creep_mm_per_s);
     AddTo(g, factor * a, p.row_a);
     AddTo(g, factor * b, p.row_b);
+  }
+  for (const YieldPoint& p : yields) {
+    const double speed = Dot(p.row, u);
+    if (speed > 0) AddTo(g, p.force_N * std::min(1.0, speed / creep_mm_per_s), p.row);
   }
   return g;
 }
@@ -120,16 +125,20 @@ double StepProblem::CalcValueWithoutCutting(const Twist& u) const {
     const double depth = std::max(0.0, p.depth_mm + tau_s * Dot(p.row, u));
     J += 0.5 * p.stiffness_N_per_mm * depth * depth / tau_s;
   }
+  for (const YieldPoint& p : yields) {
+    const double speed = std::max(0.0, Dot(p.row, u));
+    J += p.force_N * (speed < creep_mm_per_s ? 0.5 * speed * speed / creep_mm_per_s : speed - 0.5 * creep_mm_per_s);
+  }
   for (const FrictionPoint& p : frictions) {
     const double a = Dot(p.row_a, u) + p.slip_a_mm_per_s;
     const double b = Dot(p.row_b, u) + p.slip_b_mm_per_s;
-    J += p.limit_N * std::sqrt(a * a + b * b + friction_creep_mm_per_s * friction_creep_mm_per_s);
+    J += p.limit_N * std::sqrt(a * a + b * b + creep_mm_per_s * creep_mm_per_s);
   }
   return J;
 }
 
 StepSolver::StepSolver(std::size_t capacity) {
-  for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_}) {
+  for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
     speeds->at.reserve(capacity);
     speeds->along.reserve(capacity);
   }
@@ -144,6 +153,7 @@ void StepSolver::Follow(const StepProblem& problem, const Twist& p) {
     friction_a_.along[i] = Dot(problem.frictions[i].row_a, p);
     friction_b_.along[i] = Dot(problem.frictions[i].row_b, p);
   }
+  for (std::size_t i = 0; i < problem.yields.size(); ++i) yields_.along[i] = Dot(problem.yields[i].row, p);
 }
 
 /// d/d(alpha) J(u + alpha p); the speeds at u and along p are known.
@@ -173,12 +183,17 @@ double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const T
     const double depth = point.depth_mm + tau * (solids_.at[i] + alpha * solids_.along[i]);
     if (depth > 0) slope += point.stiffness_N_per_mm * depth * solids_.along[i];
   }
-  const double creep2 = problem.friction_creep_mm_per_s * problem.friction_creep_mm_per_s;
+  const double creep2 = problem.creep_mm_per_s * problem.creep_mm_per_s;
   for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
     const FrictionPoint& point = problem.frictions[i];
     const double a = friction_a_.at[i] + alpha * friction_a_.along[i] + point.slip_a_mm_per_s;
     const double b = friction_b_.at[i] + alpha * friction_b_.along[i] + point.slip_b_mm_per_s;
     slope += point.limit_N * (a * friction_a_.along[i] + b * friction_b_.along[i]) / std::sqrt(a * a + b * b + creep2);
+  }
+  for (std::size_t i = 0; i < problem.yields.size(); ++i) {
+    const double speed = yields_.at[i] + alpha * yields_.along[i];
+    if (speed > 0)
+      slope += problem.yields[i].force_N * std::min(1.0, speed / problem.creep_mm_per_s) * yields_.along[i];
   }
   return slope;
 }
@@ -225,7 +240,7 @@ double StepSolver::Search(const StepProblem& problem, const Twist& u, const Twis
 StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, double reach_mm, int max_iterations) {
   const StepCoupling& c = problem.coupling;
   const double tau = problem.tau_s;
-  const double creep2 = problem.friction_creep_mm_per_s * problem.friction_creep_mm_per_s;
+  const double creep2 = problem.creep_mm_per_s * problem.creep_mm_per_s;
   StepSolution solution;
   Twist& u = solution.u;
   u = start;
@@ -234,8 +249,10 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
   solids_.SetSize(problem.solids.size());
   friction_a_.SetSize(problem.frictions.size());
   friction_b_.SetSize(problem.frictions.size());
+  yields_.SetSize(problem.yields.size());
   Follow(problem, u);
-  for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_}) speeds->at.swap(speeds->along);
+  for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_})
+    speeds->at.swap(speeds->along);
 
   const auto gradient = [&](Matrix& H) {
     const Vec3 e = c.x_mm - tau * Linear(u);
@@ -309,6 +326,13 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
       AddOuter(H, factor * (1 - vb * vb * inv * inv), point.row_b);
       AddMixed(H, -factor * va * vb * inv * inv, point.row_a, point.row_b);
     }
+    for (std::size_t i = 0; i < problem.yields.size(); ++i) {
+      const YieldPoint& point = problem.yields[i];
+      const double speed = yields_.at[i];
+      if (!(speed > 0)) continue;
+      AddTo(g, point.force_N * std::min(1.0, speed / problem.creep_mm_per_s), point.row);
+      if (speed < problem.creep_mm_per_s) AddOuter(H, point.force_N / problem.creep_mm_per_s, point.row);
+    }
     const double tolerance_N = kForceTolerance * (1 + glm::length(force) + glm::length(torque) / reach_mm);
     solution.converged = std::abs(g[0]) + std::abs(g[1]) + std::abs(g[2]) <= tolerance_N &&
                          std::abs(g[3]) + std::abs(g[4]) + std::abs(g[5]) <= tolerance_N * reach_mm;
@@ -327,7 +351,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     const double alpha = Search(problem, u, p, slope);
     if (alpha == 0) break;
     AddTo(u, alpha, p);
-    for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_}) {
+    for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
       for (std::size_t i = 0; i < speeds->at.size(); ++i) speeds->at[i] += alpha * speeds->along[i];
     }
   }
@@ -336,7 +360,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
   // The best so far, scaled along itself to the least: u . gradient = 0.
   const Twist best = u;
   u = {};
-  for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_}) {
+  for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
     std::fill(speeds->at.begin(), speeds->at.end(), 0.0);
   }
   Follow(problem, best);

@@ -66,6 +66,12 @@ struct FrictionPoint {
   double limit_N = 0;                               // coefficient times normal force
 };
 
+/// A resistance of its own size, ramped as the law is: dissipates force * s at speed s = max(0, row . u).
+struct YieldPoint {
+  Twist row;
+  double force_N = 0;
+};
+
 /// J(u) = [U(x - tau u) + contact(depth + tau row.u)] / tau + damper(u_H - u) + cutting(u) + friction(u), in N mm/s:
 /// coupling and contact implicitly at the end of the step of length tau. All terms are convex, so there is one least.
 struct StepProblem {
@@ -78,14 +84,15 @@ struct StepProblem {
   double ramp_mm_per_s = 0;
   double cutting_share = 1;  // of the teeth's force, 0 to 1
   double flat_stiffness_N_per_mm = 0;
-  double friction_creep_mm_per_s = 0.02;  // below this friction sticks: F = limit v / sqrt(v^2 + creep^2)
+  double creep_mm_per_s = 0.02;  // below this friction sticks: F = limit v / sqrt(v^2 + creep^2); yields' ramp
   std::vector<CuttingPoint> cutting;
   std::vector<FlatPoint> flats;
   std::vector<SolidPoint> solids;
   std::vector<FrictionPoint> frictions;
+  std::vector<YieldPoint> yields;
 
   void Clear();
-  bool empty() const { return cutting.empty() && flats.empty() && solids.empty(); }
+  bool empty() const { return cutting.empty() && flats.empty() && solids.empty() && yields.empty(); }
 
   /// Force on one tooth at a speed outwards, N. Tick-safe.
   double ToothForceAt(double speed_mm_per_s, double E_star_MPa) const;
@@ -125,7 +132,7 @@ class StepSolver {
       along.resize(size);
     }
   };
-  Speeds cutting_, flats_, solids_, friction_a_, friction_b_;
+  Speeds cutting_, flats_, solids_, friction_a_, friction_b_, yields_;
 };
 
 }  // namespace kerf

@@ -12,6 +12,7 @@
 #include "contact/faces.h"
 #include "contact/step.h"
 #include "coupled/coupling.h"
+#include "coupled/slab_guide.h"
 #include "kerf/error.h"
 #include "proximity/clearance.h"
 #include "removal/cutter.h"
@@ -33,6 +34,10 @@ constexpr double kMarginVoxels = 1.5;  // nearer than that is near
 constexpr double kMostRpm = 1e6;
 constexpr double kMostSpeed = 1e6;  // of the handle, mm/s and rad/s
 constexpr double kMostReserve_mJ = 5;
+constexpr double kBlend_s = 0.2;      // from one law to the other
+constexpr int kCutsOfPath = 4;        // in a tick, of what the slab has passed
+constexpr double kLeastTeeth = 0.05;  // in a cut, to go on as a slab
+constexpr double kLeastThrust_N = 0.05;
 
 void CheckRange(const char* name, double value, double lower, double upper) {
   if (!(value >= lower && value <= upper)) {
@@ -105,16 +110,18 @@ struct CoupledSimulation::State {
         faces(field, shape, CalcThickness(params.tool), params.coupling.p_TC_mm),
         cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal),
         clearance(field, params.tool),
+        slab(is_disc ? std::get<DiscSaw>(params.tool) : DiscSaw{}, params.coupling.p_TC_mm, params.slab_reading),
         solver(edge.size() + faces.size() + Faces::kPatches),
         X_WT(X_WT_start),
         X_WH(X_WT_start) {
     problem.law = MakeToothForce(params.law, params.tool);
     problem.ramp_mm_per_s = CalcRamp(problem.law);
-    problem.friction_creep_mm_per_s = kCreep_mm_per_s;
+    problem.creep_mm_per_s = kCreep_mm_per_s;
     problem.cutting.reserve(edge.size());
-    problem.solids.reserve(edge.size());
+    problem.solids.reserve(edge.size() + 8);
+    problem.yields.reserve(1);
     problem.flats.reserve(faces.size());
-    problem.frictions.reserve(edge.size() + Faces::kPatches);
+    problem.frictions.reserve(edge.size() + Faces::kPatches + 1);
   }
 
   /// What a tick adds up over its sub-steps; times time, but for time itself.
@@ -128,6 +135,12 @@ struct CoupledSimulation::State {
   };
 
   bool Accepts(const CoupledInput& in) const;
+  void StepFidelity(const CoupledInput& in, CoupledOutput& out);
+  void CutPath(CoupledOutput& out);
+  void EndSlab() {
+    slab.End();
+    blend = looked_share = 1;
+  }
   void Release();
   /// Through air; what came of it.
   enum class Flight { kNear, kUnderWay, kThere };
@@ -155,8 +168,14 @@ struct CoupledSimulation::State {
   Cutter cutter;
   Clearance clearance;
   StepProblem problem;
+  SlabGuide slab;
+  PassedPath path;
   StepSolver solver;
-  Fidelity fidelity = Fidelity::kFull;
+  Fidelity fidelity = Fidelity::kFull;  // asked for
+  double blend = 1;                     // falls and rises with time; 0: the slab's law alone
+  double looked_share = 1;              // of the forces that come from looking at the bone; the rest is the slab's
+  Vec3 f_cut_T{0};                      // of the last sub-step
+  double teeth = 0;                     // likewise
 
   Pose X_WT;               // the tool
   Pose X_WH;               // last good handle pose
@@ -179,12 +198,52 @@ bool CoupledSimulation::State::Accepts(const CoupledInput& in) const {
          IsFinite(in.w_H_W_rad_per_s, kMostSpeed) && in.dt_s >= 1e-6 && in.dt_s <= 1 && std::abs(in.rpm) <= kMostRpm;
 }
 
+/// Takes the fidelity that is asked for, and passes from one law to the other.
+void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutput& out) {
+  const int stride = fidelity == Fidelity::kFull ? 1 : 2;
+  if (stride != edge.stride()) contact_mJ = 0;
+  edge.set_stride(stride);
+  faces.set_stride(stride);
+  const bool may = fidelity == Fidelity::kSlab && is_disc && in.rpm != 0;
+  if (may && !slab.active() && teeth > kLeastTeeth && glm::length(f_cut_T) > kLeastThrust_N) {
+    slab.Begin(X_WT, f_cut_T, teeth);
+  }
+  if (slab.active()) {
+    if (may && slab.CalcDepth(X_WT) > 0) {
+      blend = std::max(0.0, blend - in.dt_s / kBlend_s);
+    } else if (path.empty()) {
+      blend = std::min(1.0, blend + in.dt_s / kBlend_s);
+    }
+    looked_share = blend * blend * (3 - 2 * blend);  // without a corner at either end
+    if (blend == 1) EndSlab();
+  }
+  const bool is_slab = slab.active() && may && looked_share == 0;
+  if (!is_slab && !path.empty()) path.Record(X_WT, 0);
+  if (!is_slab && !path.empty()) CutPath(out);
+  if (slab.active() && !is_slab) out.status |= kCoupledBlending;
+  out.fidelity = is_slab ? Fidelity::kSlab : stride == 2 ? Fidelity::kCoarse : Fidelity::kFull;
+}
+
+/// Removes some of what the slab has passed.
+void CoupledSimulation::State::CutPath(CoupledOutput& out) {
+  Pose from, to;
+  cutter.Lift();
+  for (int n = 0; n < kCutsOfPath && path.Next(params.tool, h, from, to); ++n) {
+    const Cutter::Result cut = cutter.Cut(from, to);
+    out.removed_mm3 += cut.removed_mm3;
+    if (cut.out_of_leaves) out.status |= kCoupledLeavesUsedUp;
+  }
+  cutter.Lift();
+}
+
 /// Nothing holds the tool.
 void CoupledSimulation::State::Release() {
   u = {};
   if (contact_mJ > 0) edge.Release();
   faces.Release();
   contact_mJ = 0;
+  f_cut_T = Vec3(0);
+  teeth = 0;
 }
 
 /// Takes the tool as far towards the handle as there is surely no bone.
@@ -196,6 +255,7 @@ CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInpu
   const bool there = travel_mm <= way_mm;
   if (!there && way_mm < kStepVoxels * h) return Flight::kNear;  // no further than by a step
   Release();
+  EndSlab();
   X_WT = there ? in.X_WH : Interpolate(X_WT, in.X_WH, way_mm / travel_mm);
   coupling_mJ = coupling.CalcEnergy(X_WT, X_WH);
   return there ? Flight::kThere : Flight::kUnderWay;
@@ -205,7 +265,9 @@ CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInpu
 void CoupledSimulation::State::Move(const Pose& X_next, double share) {
   X_WT = X_next;
   coupling_mJ = coupling.CalcEnergy(X_WT, X_WH);
-  if (!problem.empty()) contact_mJ = edge.Remember(problem, u, share) + faces.Remember(problem, u, share);
+  if (problem.empty()) return;
+  contact_mJ = edge.Remember(problem, u, share) + faces.Remember(problem, u, share);
+  if (slab.active()) contact_mJ += slab.CalcEnergy(X_WT, 1 - looked_share);
 }
 
 /// Sets up the step's problem at the tool's pose.
@@ -216,18 +278,37 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   problem.coupling = coupling.MakeStep(X_WT, in);
   const bool turning = in.rpm != 0;
   const double axial_mm = kAxialShare * std::min(h, CalcThickness(params.tool));
-  if (turning) {
+  const bool looks = looked_share > 0;
+  const double stiffness_share = looked_share * (fidelity == Fidelity::kFull ? 1 : 2);
+  problem.cutting_share = looked_share;
+  problem.flat_stiffness_N_per_mm = stiffness_share * kFlatStiffness_N_per_mm;
+  if (!looks) {
+    edge.Release();
+    faces.Release();
+  } else if (turning) {
     edge.FindTeeth(probe, problem);
   } else {
-    edge.FindSolids(probe, (kStepVoxels + kAxialShare) * h, kSolidStiffness_N_per_mm, params.friction_coefficient,
-                    problem);
+    edge.FindSolids(probe, (kStepVoxels + kAxialShare) * h, looked_share * kSolidStiffness_N_per_mm,
+                    params.friction_coefficient, problem);
   }
-  if (is_disc) {
+  if (is_disc && looks) {
     faces.Find(probe, axial_mm, params.friction_coefficient, in.rpm * kPi / 30, problem);
   }
+  double guide_mJ = 0;
+  if (slab.active()) {
+    // The spring that grows as the slab takes over must not lift the tool back by itself.
+    guide_mJ = slab.CalcEnergy(X_WT, 1 - looked_share);
+    if (guide_mJ - contact_mJ > reserve_mJ) {
+      slab.Anchor(X_WT);
+      guide_mJ = 0;
+    }
+    slab.AddTo(X_WT, 1 - looked_share, problem);
+  }
   if (problem.empty()) return;
-  double energy_mJ = edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
-  if (energy_mJ - contact_mJ > reserve_mJ) energy_mJ = edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
+  double energy_mJ = guide_mJ + edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
+  if (energy_mJ - contact_mJ > reserve_mJ) {
+    energy_mJ = guide_mJ + edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
+  }
   Reserve(contact_mJ - energy_mJ);
   contact_mJ = energy_mJ;
 }
@@ -254,17 +335,19 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
   sums.time_s += time_s;
   if (problem.empty()) return;
   sums.touched = true;
-  Vec3 f_cut_T(0);
+  double teeth_now = 0;
+  Vec3 f_edge_T(0);
   Vec3 f_face_T(0);
   Vec3 f_friction_T(0);
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
     const CuttingPoint& p = problem.cutting[i];
     const double speed = Dot(p.row, u);
     sums.teeth += time_s * p.teeth;
+    teeth_now += p.teeth;
     sums.E += time_s * p.teeth * edge.met()[i].E_MPa;
     if (!(speed > 0)) continue;
     const double force = p.teeth * problem.ToothForceAt(speed, p.E_star_MPa);
-    f_cut_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
+    f_edge_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
     sums.thrust += time_s * force;
     sums.thrust_by_region[static_cast<std::size_t>(edge.met()[i].region)] += time_s * force;
     sums.bite += time_s * p.teeth * speed / problem.passes_per_s;
@@ -278,7 +361,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double depth = p.depth_mm + problem.tau_s * Dot(p.row, u);
     if (depth > 0) f_face_T -= p.stiffness_N_per_mm * depth * Vec3(p.row[0], p.row[1], p.row[2]);
   }
-  const double creep2 = problem.friction_creep_mm_per_s * problem.friction_creep_mm_per_s;
+  const double creep2 = problem.creep_mm_per_s * problem.creep_mm_per_s;
   for (const FrictionPoint& p : problem.frictions) {
     const double own_a = Dot(p.row_a, u);
     const double own_b = Dot(p.row_b, u);
@@ -291,7 +374,19 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double power = factor * (a * own_a + b * own_b);
     (power >= 0 ? out.friction_mJ : out.spindle_mJ) += time_s * std::abs(power);
   }
-  sums.f_cut_W += time_s * X_WT.Vector(f_cut_T);
+  if (looked_share == 1) {
+    f_cut_T = f_edge_T;
+    teeth = teeth_now;
+  }
+  for (const YieldPoint& p : problem.yields) {
+    const double speed = Dot(p.row, u);
+    if (!(speed > 0)) continue;
+    const double force = p.force_N * std::min(1.0, speed / problem.creep_mm_per_s);
+    f_edge_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
+    sums.thrust += time_s * force;
+    out.cut_mJ += time_s * force * speed;
+  }
+  sums.f_cut_W += time_s * X_WT.Vector(f_edge_T);
   sums.f_face_W += time_s * X_WT.Vector(f_face_T);
   sums.f_friction_W += time_s * X_WT.Vector(f_friction_T);
   const StepCoupling& c = problem.coupling;
@@ -330,7 +425,6 @@ void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) con
 CoupledOutput CoupledSimulation::Tick(const CoupledInput& in, TickObserver* observer) {
   State& s = *state_;
   CoupledOutput out;
-  out.fidelity = s.fidelity;
   const auto enter = [observer](TickStage stage) {
     if (observer) observer->Enter(stage);
   };
@@ -349,14 +443,16 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& in, TickObserver* obse
   s.coupling_mJ = s.coupling.CalcEnergy(s.X_WT, in.X_WH);
   out.hand_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
   s.X_WH = in.X_WH;
+  s.StepFidelity(in, out);
   s.problem.passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
-  s.problem.flat_stiffness_N_per_mm = kFlatStiffness_N_per_mm;
 
   State::Sums sums;
   bool reached = false;
   double left_s = in.dt_s;
+  const int max_substeps =
+      s.fidelity == Fidelity::kFull ? s.params.max_substeps : std::max(1, s.params.max_substeps / 4);
   while (!reached) {
-    if (out.substeps == s.params.max_substeps) {
+    if (out.substeps == max_substeps) {
       out.status |= kCoupledSubstepsUsedUp;
       break;
     }
@@ -398,7 +494,9 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& in, TickObserver* obse
 
     // 5 remove: what the edge sweeps on the way
     enter(TickStage::kRemove);
-    if (in.rpm != 0) {
+    if (s.looked_share == 0) {
+      s.path.Record(s.X_WT, kStepVoxels * s.h);
+    } else if (in.rpm != 0) {
       const auto cut = s.cutter.Cut(s.X_WT, X_next);
       out.removed_mm3 += cut.removed_mm3;
       if (cut.out_of_leaves) {
@@ -431,6 +529,8 @@ bool CoupledSimulation::SetDown(const Pose& X_WT) {
   s.edge.Forget();
   s.faces.Forget();
   s.contact_mJ = 0;
+  s.EndSlab();
+  s.teeth = 0;
   s.cutter.Lift();
   s.coupling_mJ = s.coupling.CalcEnergy(X_WT, s.X_WH);
   return true;

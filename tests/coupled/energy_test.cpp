@@ -85,7 +85,10 @@ TEST_P(EnergyOverHands, IsNeverMade) {
   double hand_mJ = 0, spindle_mJ = 0, stored_mJ = 0, lost_mJ = 0, most_mJ = 0;
   int touched = 0;
   for (int i = 0; i < 1500; ++i) {
-    const CoupledOutput out = simulation.Tick(Handle(hand.Next(c.dt_s), c.rpm, c.dt_s));
+    // Every third hand also switches the spindle, and the fidelity comes and goes.
+    const double rpm = GetParam() % 3 == 0 && i / 200 % 2 == 1 ? 0 : c.rpm;
+    if (GetParam() % 4 >= 2) simulation.SetFidelity(static_cast<Fidelity>(i / 150 % 3));
+    const CoupledOutput out = simulation.Tick(Handle(hand.Next(c.dt_s), rpm, c.dt_s));
     ASSERT_TRUE(IsValid(out.X_WT));
     ASSERT_LE(glm::length(out.f_H_W_N),
               (c.params.coupling.damping_Ns_per_mm > 0 ? 2 : 1) * c.params.coupling.max_force_N * (1 + 1e-12));

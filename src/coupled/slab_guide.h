@@ -1,0 +1,72 @@
+// The saw on the thin slab's law: when there is no time to look at the bone, the disc goes on in its own plane against
+// a resistance that depends on its depth, and what it passed is removed later.
+#pragma once
+
+#include <vector>
+
+#include "contact/step.h"
+#include "kerf/paper.h"
+
+namespace kerf {
+
+/// Model: a stiff guide keeps the disc in the plane that it had at the start. Going deeper, along the direction in
+/// which
+///        the teeth cut then, meets F(h) = F_0 n(h) / n(h_0), with the paper's number of teeth n at depth h (cubed in
+///        the reading as computed) and the thrust F_0 that there was: the law's shape at the size that was felt. Along
+///        the slot it meets as much; coming out nothing.
+class SlabGuide {
+ public:
+  SlabGuide(const DiscSaw& saw, const Vec3& p_TC_mm, PaperReading reading);
+
+  bool active() const { return active_; }
+  /// `f_cut_T_N`: of the teeth on the tool; `teeth`: how many are engaged. Tick-safe.
+  void Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth);
+  void End() { active_ = false; }
+  /// Along the direction of the cut, mm; below 0 the tool is out. Tick-safe.
+  double CalcDepth(const Pose& X_WT) const;
+  double CalcResistance(double depth_mm) const;
+
+  /// Adds guide and resistance to a step, each `share` (0 to 1) of itself. Tick-safe.
+  void AddTo(const Pose& X_WT, double share, StepProblem& problem) const;
+  /// In the guide's springs, N mm. Tick-safe.
+  double CalcEnergy(const Pose& X_WT, double share) const;
+  /// Takes the tool's plane as the guide's. Tick-safe.
+  void Anchor(const Pose& X_WT) { X_plane_ = X_WT; }
+
+ private:
+  static constexpr int kPoints = 3;
+  Vec3 Point(int i) const;
+  double CalcOffset(const Pose& X_WT, int i) const;
+
+  DiscSaw saw_;
+  Vec3 p_TC_;
+  PaperReading reading_;
+  bool active_ = false;
+  Pose X_plane_;
+  Vec3 p_start_W_{0};
+  Vec3 direction_W_{0};
+  double start_depth_mm_ = 0;
+  double start_force_N_ = 0;
+  double start_law_ = 0;  // n, or its cube, at the start
+};
+
+/// Poses that the tool passed without removing anything, at most so many: when there are more, every other is dropped.
+class PassedPath {
+ public:
+  PassedPath();
+
+  bool empty() const { return next_ + 1 >= poses_.size(); }
+  /// Notes where the tool is, when it is `spacing_mm` or more from the last. Tick-safe.
+  void Record(const Pose& X_WT, double spacing_mm);
+  /// The next stretch to remove, as long as one cut may be. False: there is none, and the path is forgotten. Tick-safe.
+  bool Next(const Tool& tool, double voxel_mm, Pose& from, Pose& to);
+
+ private:
+  static constexpr std::size_t kMostPoses = 4096;
+  std::vector<Pose> poses_;
+  std::size_t next_ = 0;  // the stretch from here to the next pose is to be removed,
+  double done_ = 0;       // but for this share of it
+  double thinning_ = 1;   // of the spacing
+};
+
+}  // namespace kerf
