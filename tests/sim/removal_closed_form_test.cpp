@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "bone/surface.h"
+#include "core/heap_guard.h"
 #include "kerf/simulation.h"
 #include "support/cuts.h"
 
@@ -224,6 +225,22 @@ TEST(RemovalClosedForm, JumpDoesNotTunnel) {
   const double below = 11 * 4 - (2 * std::sqrt(121 - 4.0) + 121 * std::asin(2.0 / 11));
   EXPECT_NEAR(Removed(simulation), 6 * (top_area - below), 0.01 * 36);
   EXPECT_EQ(out.status, kTickOk);
+}
+
+TEST(RemovalClosedForm, ATickUsesNoHeap) {
+  for (const Pose& X_WB : {BlockPoses(0.1)[0], BlockPoses(0.1)[5]}) {
+    Simulation simulation = MakeSlotSimulation(X_WB, 0.1);
+    const double z = CentreHeight(kDepth);
+    double removed = 0;
+    const HeapUseCounter heap_uses;
+    for (int i = 1; i <= 1000; ++i) {
+      const Pose X_WT = DiscPose(X_WB, {-11.5 + 0.01 * i, 0, z});
+      const HeapGuard guard;
+      removed += simulation.Tick({X_WT, 0.001, 7500}).removed_mm3;
+    }
+    EXPECT_EQ(heap_uses.count(), 0);
+    EXPECT_GT(removed, 1);
+  }
 }
 
 TEST(RemovalClosedForm, CutThroughLeavesTwoPiecesThatSumToTheRest) {
