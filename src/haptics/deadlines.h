@@ -25,15 +25,15 @@ class Deadlines {
 
   struct Tick {
     std::int64_t due_ns = 0;
-    std::int64_t late_ns = 0;  // >= 0
+    std::int64_t late_ns = 0;  // since the deadline that was waited for, which may be one of the skipped; >= 0
     std::int64_t skipped = 0;  // deadlines between the last tick's and this one's that had no tick
   };
   /// Begins the tick that is due at `now_ns` >= due_ns(): of all deadlines that have passed, the last.
   Tick Begin(std::int64_t now_ns) {
-    due_ns_ += (std::max<std::int64_t>(now_ns - due_ns_, 0) / period_ns_) * period_ns_;
     Tick tick;
-    tick.due_ns = due_ns_;
     tick.late_ns = std::max<std::int64_t>(now_ns - due_ns_, 0);
+    due_ns_ += tick.late_ns / period_ns_ * period_ns_;
+    tick.due_ns = due_ns_;
     tick.skipped = (due_ns_ - last_ns_) / period_ns_ - 1;
     last_ns_ = due_ns_;
     began_ns_ = now_ns;

@@ -70,7 +70,7 @@ TEST_F(Loop, RefusesWhatItCanNotTake) {
 }
 
 TEST_F(Loop, ControlCEndsItWithAReport) {
-  const ProgramResult result = KerfWithin("timeout --preserve-status -s INT 2", "loop s.toml --seconds 600");
+  const ProgramResult result = KerfWithin("timeout --preserve-status -s INT 4", "loop s.toml --seconds 600");
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("removed"));
 }
