@@ -1,8 +1,7 @@
 #include "haptics/loop_clock.h"
 
-#include <time.h>
-
 #include <cerrno>
+#include <ctime>
 
 namespace kerf {
 

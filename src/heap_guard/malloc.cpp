@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
+#include <initializer_list>
 
 #include "core/heap_guard.h"
 
@@ -26,14 +26,12 @@ namespace {
 [[gnu::noinline, gnu::cold]] void Report(const char* call) {
   kerf::heap_guard::violations.fetch_add(1);
   if (kerf::heap_guard::count_only.load()) return;
-  constexpr char kBefore[] = "kerf: heap use inside the tick: ";
+  // In one piece, so that lines of several threads don't mix.
   char line[96];
-  std::size_t length = sizeof(kBefore) - 1;
-  std::memcpy(line, kBefore, length);
-  const std::size_t call_length = std::strlen(call);
-  std::memcpy(line + length, call, call_length);
-  length += call_length;
-  line[length++] = '\n';
+  std::size_t length = 0;
+  for (const char* part : {"kerf: heap use inside the tick: ", call, "\n"}) {
+    for (; *part != '\0' && length < sizeof(line); ++part) line[length++] = *part;
+  }
   [[maybe_unused]] const auto written = write(STDERR_FILENO, line, length);
   kerf::heap_guard::depth = 0;  // what abort() does is its own business
   std::abort();

@@ -158,7 +158,7 @@ TEST(LoopReport, FilesAgreeWithTheSummary) {
   scene.output.forces_every_ticks = 3;
   const LoopSummary s = RunVirtual(scene, 1);
   for (const std::string& name : WriteLoopReport(scene, s, folder)) {
-    EXPECT_GT(fs::file_size(folder + "/" + name), 100U) << name;
+    EXPECT_GT(fs::file_size(fs::path(folder) / name), 100U) << name;
   }
   const auto json = nlohmann::json::parse(ReadTextFile(folder + "/loop.json"));
   EXPECT_EQ(json["ticks"]["count"], 1000);
