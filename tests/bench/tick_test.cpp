@@ -217,10 +217,8 @@ TEST(TickReport, TablesSayWhatWasMissed) {
   EXPECT_THAT(table, testing::HasSubstr("met     p99 at most 100 us: 80.0"));
   EXPECT_THAT(table, testing::HasSubstr("MISSED  times faster at least 300: 200"));
   const std::string markdown = FormatTickMarkdown(report);
-  EXPECT_THAT(markdown, testing::StartsWith("<!-- kerf bench tick --markdown -->\n"));
-  EXPECT_THAT(markdown, testing::EndsWith("<!-- end -->\n"));
   EXPECT_THAT(markdown, testing::HasSubstr("| volume -0.250 %, by occupancy +0.125 % | `0000000000000abc` |"));
-  EXPECT_THAT(markdown, testing::HasSubstr("**missed** times faster at least 300: 200"));
+  EXPECT_THAT(markdown, testing::HasSubstr("times faster 200, at least 300 **missed**"));
   report.machine.load = 3;
   EXPECT_THAT(FindTickDoubts(report), testing::ElementsAre(testing::HasSubstr("the machine was busy")));
 }
