@@ -5,14 +5,14 @@
 #include <rapidcheck.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <random>
+
+#include "support/seeded_check.h"
 
 namespace kerf {
 namespace {
 
 constexpr double kReach_mm = 11;
-const int kFixedSeed = setenv("RC_PARAMS", "seed=20261120 max_success=200", 0);
 
 /// Problems over the whole range that scenes allow: sizes log-uniform.
 class ProblemMaker {
@@ -107,7 +107,7 @@ double ForceOf(const StepProblem& problem) {
 }
 
 TEST(StepSolver, NothingIsOutOfBalanceAtTheSolution) {
-  const bool passed = rc::check("forces and torques balance", [](std::uint64_t seed) {
+  const bool passed = test::CheckSeeded(20261120, 200, [](std::uint64_t seed) {
     ProblemMaker maker(seed);
     const StepProblem problem = maker.Make();
     StepSolver solver(128);
@@ -122,7 +122,7 @@ TEST(StepSolver, NothingIsOutOfBalanceAtTheSolution) {
 }
 
 TEST(StepSolver, NoOtherMotionIsLower) {
-  const bool passed = rc::check("J rises from the solution in any direction", [](std::uint64_t seed) {
+  const bool passed = test::CheckSeeded(20261120, 200, [](std::uint64_t seed) {
     ProblemMaker maker(seed);
     const StepProblem problem = maker.Make();
     StepSolver solver(128);
@@ -139,7 +139,7 @@ TEST(StepSolver, NoOtherMotionIsLower) {
 }
 
 TEST(StepSolver, SolutionDoesNotDependOnTheStart) {
-  const bool passed = rc::check("the same from anywhere", [](std::uint64_t seed) {
+  const bool passed = test::CheckSeeded(20261120, 200, [](std::uint64_t seed) {
     ProblemMaker maker(seed);
     const StepProblem problem = maker.Make();
     StepSolver solver(128);
@@ -162,7 +162,7 @@ TEST(StepSolver, SolutionDoesNotDependOnTheStart) {
 }
 
 TEST(StepSolver, StoppedEarlyItStillMakesNoEnergy) {
-  const bool passed = rc::check("u . gradient = 0 and J(u) <= J(0) at any bound", [](std::uint64_t seed) {
+  const bool passed = test::CheckSeeded(20261120, 200, [](std::uint64_t seed) {
     ProblemMaker maker(seed);
     const StepProblem problem = maker.Make();
     StepSolver solver(128);

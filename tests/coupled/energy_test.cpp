@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "core/heap_guard.h"
 #include "coupled/hands.h"
 
 namespace kerf {
@@ -84,11 +85,16 @@ TEST_P(EnergyOverHands, IsNeverMade) {
   CoupledSimulation simulation(bone, c.params, hand.Next(c.dt_s));
   double hand_mJ = 0, spindle_mJ = 0, stored_mJ = 0, lost_mJ = 0, most_mJ = 0;
   int touched = 0;
+  const HeapUseCounter heap;
   for (int i = 0; i < 1500; ++i) {
     // Every third hand also switches the spindle, and the fidelity comes and goes.
     const double rpm = GetParam() % 3 == 0 && i / 200 % 2 == 1 ? 0 : c.rpm;
     if (GetParam() % 4 >= 2) simulation.SetFidelity(static_cast<Fidelity>(i / 150 % 3));
-    const CoupledOutput out = simulation.Tick(Handle(hand.Next(c.dt_s), rpm, c.dt_s));
+    const CoupledInput in = Handle(hand.Next(c.dt_s), rpm, c.dt_s);
+    const CoupledOutput out = [&] {
+      const HeapGuard guard;
+      return simulation.Tick(in);
+    }();
     ASSERT_TRUE(IsValid(out.X_WT));
     ASSERT_LE(glm::length(out.f_H_W_N),
               (c.params.coupling.damping_Ns_per_mm > 0 ? 2 : 1) * c.params.coupling.max_force_N * (1 + 1e-12));
@@ -113,6 +119,7 @@ TEST_P(EnergyOverHands, IsNeverMade) {
       ASSERT_EQ(out.removed_mm3, 0);
     }
   }
+  EXPECT_EQ(heap.count(), 0);  // none at all where nothing looks: HeapGuardIsInstalled()
   EXPECT_GT(touched, 20);
   if (!turning) {
     EXPECT_EQ(simulation.bone().CalcHash(), hash);
