@@ -153,6 +153,9 @@ class CoupledSimulation {
   void ClearChanged();
 
   // ---- not in the tick
+  /// Sets spare leaves aside again, as many as at the start. A long cut that the start did not allow for needs it, or
+  /// the tool stops before uncut bone (kCoupledLeavesUsedUp) and waits.
+  void Refill();
   const CoupledParams& params() const;
   /// Volume gone since the start by region, mm^3, exactly bone().CalcVolume()'s loss.
   std::array<double, 256> CalcRemovedByRegion();

@@ -1,7 +1,5 @@
 #include "kerf/coupled.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -11,6 +9,7 @@
 #include "contact/edge.h"
 #include "contact/faces.h"
 #include "contact/step.h"
+#include "coupled/check_params.h"
 #include "coupled/coupling.h"
 #include "coupled/slab_guide.h"
 #include "kerf/error.h"
@@ -39,29 +38,6 @@ constexpr int kCutsOfPath = 4;        // in a tick, of what the slab has passed
 constexpr double kLeastTeeth = 0.05;  // in a cut, to go on as a slab
 constexpr double kLeastThrust_N = 0.05;
 
-void CheckRange(const char* name, double value, double lower, double upper) {
-  if (!(value >= lower && value <= upper)) {
-    throw Error(fmt::format("{} = {} is out of range; valid range {} to {}", name, value, lower, upper));
-  }
-}
-
-void CheckParams(const CoupledParams& p) {
-  Validate(p.tool);
-  const CouplingParams& c = p.coupling;
-  for (int axis = 0; axis < 3; ++axis) CheckRange("coupling point_mm", c.p_TC_mm[axis], -1000, 1000);
-  CheckRange("coupling stiffness_N_per_mm", c.stiffness_N_per_mm, 1e-3, 1e3);
-  CheckRange("coupling damping_Ns_per_mm", c.damping_Ns_per_mm, 0, 1);
-  CheckRange("coupling torsion_Nmm_per_rad", c.torsion_Nmm_per_rad, 1, 1e7);
-  CheckRange("coupling torsion_damping_Nmms", c.torsion_damping_Nmms, 0, 1e4);
-  CheckRange("coupling max_force_N", c.max_force_N, 0.1, 1e4);
-  CheckRange("coupling max_torque_Nmm", c.max_torque_Nmm, 1, 1e6);
-  CheckRange("friction_coefficient", p.friction_coefficient, 0, 2);
-  CheckRange("edge_samples_per_pitch", p.edge_samples_per_pitch, 1, 256);
-  CheckRange("max_iterations", p.max_iterations, 1, 1000);
-  CheckRange("max_substeps", p.max_substeps, 1, 4096);
-  CheckRange("spare_leaves", p.spare_leaves, 0, 1 << 24);
-}
-
 bool IsFinite(const Vec3& v, double most) {
   return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
 }
@@ -80,6 +56,23 @@ Pose MakeStart(const Pose& X_WT) {
 double CalcThickness(const Tool& tool) {
   const auto* disc = std::get_if<DiscSaw>(&tool);
   return disc ? disc->thickness_mm : 0;
+}
+
+/// Leaves whose old values are kept for the account: all of the bone's first surface, but no more than are set aside
+/// for the rest of it.
+int CountOldLeaves(const BoneField& field, const CoupledParams& params) {
+  const int most = std::max(4096, params.spare_leaves);
+  const LeafIndex low = field.lowest();
+  const LeafIndex high = field.highest();
+  int count = 0;
+  for (int x = low.x; x <= high.x; ++x) {
+    for (int y = low.y; y <= high.y; ++y) {
+      for (int z = low.z; z <= high.z && count < most; ++z) {
+        count += field.kind({x, y, z}) == BoneField::LeafKind::kOwn ? 1 : 0;
+      }
+    }
+  }
+  return count;
 }
 
 }  // namespace
@@ -108,7 +101,7 @@ struct CoupledSimulation::State {
         coupling(params.coupling),
         edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
         faces(field, shape, CalcThickness(params.tool), params.coupling.p_TC_mm),
-        cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal),
+        cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal, CountOldLeaves(field, params)),
         clearance(field, params.tool),
         slab(is_disc ? std::get<DiscSaw>(params.tool) : DiscSaw{}, params.coupling.p_TC_mm, params.slab_reading),
         solver(edge.size() + faces.size() + Faces::kPatches),
@@ -534,6 +527,11 @@ bool CoupledSimulation::SetDown(const Pose& X_WT) {
   s.cutter.Lift();
   s.coupling_mJ = s.coupling.CalcEnergy(X_WT, s.X_WH);
   return true;
+}
+
+void CoupledSimulation::Refill() {
+  state_->field.Refill(state_->params.spare_leaves);
+  state_->cutter.Refill();
 }
 
 void CoupledSimulation::SetFidelity(Fidelity fidelity) {
