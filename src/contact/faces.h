@@ -18,7 +18,7 @@ namespace kerf {
 /// disc, both points of a pair are let out by the same: the walls hold the disc, they never squeeze it.
 class Faces {
  public:
-  Faces(const BoneField& field, const ToolShape& shape, double thickness_mm, const Vec3& p_TC_mm);
+  Faces(const BoneField& field, const ToolShape& shape, const Tool& tool, const Vec3& p_TC_mm);
 
   /// How far inside the rim the outermost points must lie: a little further than what the rim cuts of the walls when it
   /// moves sideways (CutWith::kEdge). Shallower cuts than that have no hold on the flats.
@@ -46,9 +46,11 @@ class Faces {
   std::size_t size() const { return 2 * pairs_.size(); }
 
  private:
-  /// How much of what the walls press with holds the disc against something, 0 to 1: their resultant and their couple.
-  /// The rest is the kerf's own unevenness squeezing a disc that is rigid here; a real one, some 10 N/mm stiff across
-  /// its rim, gives way to that. Friction goes by the former only.
+  /// How much of what the walls press with holds the disc against something, 0 to 1: their resultant, and their
+  /// couple as far as a disc can pass one on before it bends out of the way: with the grip a hand's breadth above the
+  /// disc, friction and couple would else feed each other without bound. The rest is the kerf's own unevenness
+  /// squeezing a disc that is rigid here; a real one, some 10 N/mm stiff across its rim, gives way to that. Friction
+  /// goes by the former only.
   double CalcShareBorne(const StepProblem& problem, const Twist& u) const;
 
   struct Pair {
@@ -65,7 +67,8 @@ class Faces {
   static constexpr int kRings = kPatches / 2 / kSectors;
 
   double half_mm_;
-  double slack_mm_;  // let out on each side
+  double most_couple_N_;  // of both its forces together
+  double slack_mm_;       // let out on each side
   double voxel_mm_;
   double tool_reach_mm_;
   Vec3 p_TC_;

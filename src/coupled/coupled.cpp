@@ -100,7 +100,7 @@ struct CoupledSimulation::State {
                             Faces::CalcStoppedMargin(h))),
         coupling(params.coupling),
         edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
-        faces(field, shape, CalcThickness(params.tool), params.coupling.p_TC_mm),
+        faces(field, shape, params.tool, params.coupling.p_TC_mm),
         cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal, CountOldLeaves(field, params)),
         clearance(field, params.tool),
         slab(is_disc ? std::get<DiscSaw>(params.tool) : DiscSaw{}, params.coupling.p_TC_mm, params.slab_reading),
