@@ -55,7 +55,7 @@ struct CoupledInput {
   Vec3 v_H_W_mm_per_s{0};  // of the coupling point, as measured; 0 when the coupling has no damping
   Vec3 w_H_W_rad_per_s{0};
   double dt_s = 0.001;  // 1e-6 to 1; outside: nothing done
-  double rpm = 7500;    // spindle; 0: stopped. Its sign is the direction of turning, about +z
+  double rpm = 7500;    // spindle; below 1 stopped. Its sign is the direction of turning, about +z
 };
 
 /// Bits of CoupledOutput::status. Each says what was done instead.
@@ -159,7 +159,7 @@ class CoupledSimulation {
   const CoupledParams& params() const;
   /// Volume gone since the start by region, mm^3, exactly bone().CalcVolume()'s loss.
   std::array<double, 256> CalcRemovedByRegion();
-  const Bone& bone();  // as it is now
+  const Bone& bone();  // as it is now, without what the slab's law passed and had not removed yet
   Bone TakeBone() &&;
   std::size_t CalcMemoryBytes() const;  // of everything but the bone
 

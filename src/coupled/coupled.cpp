@@ -9,8 +9,8 @@
 #include "contact/edge.h"
 #include "contact/faces.h"
 #include "contact/step.h"
-#include "coupled/check_params.h"
 #include "coupled/coupling.h"
+#include "coupled/setup.h"
 #include "coupled/slab_guide.h"
 #include "kerf/error.h"
 #include "proximity/clearance.h"
@@ -31,6 +31,7 @@ constexpr double kAxialShare = 0.25;      // along the spindle, of the thinner o
 constexpr double kLargestTurn_rad = 0.5;
 constexpr double kMarginVoxels = 1.5;  // nearer than that is near
 constexpr double kMostRpm = 1e6;
+constexpr double kLeastRpm = 1;
 constexpr double kMostSpeed = 1e6;  // of the handle, mm/s and rad/s
 constexpr double kMostReserve_mJ = 5;
 constexpr double kBlend_s = 0.2;      // from one law to the other
@@ -42,37 +43,9 @@ bool IsFinite(const Vec3& v, double most) {
   return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
 }
 
-/// Over how wide a range of speeds a law needs a ramp: those that have a force at the least bite.
-double CalcRamp(const ToothForce& force) {
-  constexpr double kE_star_MPa = 1e4;
-  return force(1e-9, kE_star_MPa) > 1e-4 * force(1e-3, kE_star_MPa) ? kCreep_mm_per_s : 0;
-}
-
-Pose MakeStart(const Pose& X_WT) {
-  if (!IsValid(X_WT)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
-  return X_WT;
-}
-
 double CalcThickness(const Tool& tool) {
   const auto* disc = std::get_if<DiscSaw>(&tool);
   return disc ? disc->thickness_mm : 0;
-}
-
-/// Leaves whose old values are kept for the account: all of the bone's first surface, but no more than are set aside
-/// for the rest of it.
-int CountOldLeaves(const BoneField& field, const CoupledParams& params) {
-  const int most = std::max(4096, params.spare_leaves);
-  const LeafIndex low = field.lowest();
-  const LeafIndex high = field.highest();
-  int count = 0;
-  for (int x = low.x; x <= high.x; ++x) {
-    for (int y = low.y; y <= high.y; ++y) {
-      for (int z = low.z; z <= high.z && count < most; ++z) {
-        count += field.kind({x, y, z}) == BoneField::LeafKind::kOwn ? 1 : 0;
-      }
-    }
-  }
-  return count;
 }
 
 }  // namespace
@@ -108,7 +81,7 @@ struct CoupledSimulation::State {
         X_WT(X_WT_start),
         X_WH(X_WT_start) {
     problem.law = MakeToothForce(params.law, params.tool);
-    problem.ramp_mm_per_s = CalcRamp(problem.law);
+    problem.ramp_mm_per_s = CalcRamp(problem.law, kCreep_mm_per_s);
     problem.creep_mm_per_s = kCreep_mm_per_s;
     problem.cutting.reserve(edge.size());
     problem.solids.reserve(edge.size() + 8);
@@ -130,6 +103,7 @@ struct CoupledSimulation::State {
   bool Accepts(const CoupledInput& in) const;
   void StepFidelity(const CoupledInput& in, CoupledOutput& out);
   void CutPath(CoupledOutput& out);
+  void FinishPath();
   void EndSlab() {
     slab.End();
     blend = looked_share = 1;
@@ -211,8 +185,16 @@ void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutpu
     if (blend == 1) EndSlab();
   }
   const bool is_slab = slab.active() && may && looked_share == 0;
-  if (!is_slab && !path.empty()) path.Record(X_WT, 0);
-  if (!is_slab && !path.empty()) CutPath(out);
+  if (!is_slab && !path.forgotten()) {
+    // Up to here, and no further once the spindle stands still: the saw is held then.
+    if (in.rpm != 0 || (slab.active() && !slab.stopped())) path.Record(X_WT, 0);
+    CutPath(out);
+  }
+  if (in.rpm == 0) {
+    slab.Stop(X_WT);
+  } else {
+    slab.Turn();
+  }
   if (slab.active() && !is_slab) out.status |= kCoupledBlending;
   out.fidelity = is_slab ? Fidelity::kSlab : stride == 2 ? Fidelity::kCoarse : Fidelity::kFull;
 }
@@ -224,9 +206,27 @@ void CoupledSimulation::State::CutPath(CoupledOutput& out) {
   for (int n = 0; n < kCutsOfPath && path.Next(params.tool, h, from, to); ++n) {
     const Cutter::Result cut = cutter.Cut(from, to);
     out.removed_mm3 += cut.removed_mm3;
-    if (cut.out_of_leaves) out.status |= kCoupledLeavesUsedUp;
+    if (cut.out_of_leaves) {
+      out.status |= kCoupledLeavesUsedUp;
+      path.PutBack();
+      break;
+    }
   }
   cutter.Lift();
+}
+
+/// Removes all that the slab has passed. Not for the tick.
+void CoupledSimulation::State::FinishPath() {
+  if (path.forgotten()) return;
+  path.Record(X_WT, 0);
+  CoupledOutput unused;
+  while (!path.forgotten()) {
+    unused.status = 0;
+    CutPath(unused);
+    if ((unused.status & kCoupledLeavesUsedUp) == 0) continue;
+    field.Refill(std::max(params.spare_leaves, 1024));
+    cutter.Refill();
+  }
 }
 
 /// Nothing holds the tool.
@@ -415,8 +415,10 @@ void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) con
   }
 }
 
-CoupledOutput CoupledSimulation::Tick(const CoupledInput& in, TickObserver* observer) {
+CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* observer) {
   State& s = *state_;
+  CoupledInput in = asked;
+  if (std::abs(in.rpm) < kLeastRpm) in.rpm = 0;
   CoupledOutput out;
   const auto enter = [observer](TickStage stage) {
     if (observer) observer->Enter(stage);
@@ -487,14 +489,17 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& in, TickObserver* obse
 
     // 5 remove: what the edge sweeps on the way
     enter(TickStage::kRemove);
-    if (s.looked_share == 0) {
+    if (in.rpm == 0) {
+      // nothing
+    } else if (s.looked_share == 0) {
       s.path.Record(s.X_WT, kStepVoxels * s.h);
-    } else if (in.rpm != 0) {
+    } else {
       const auto cut = s.cutter.Cut(s.X_WT, X_next);
       out.removed_mm3 += cut.removed_mm3;
       if (cut.out_of_leaves) {
         out.status |= kCoupledLeavesUsedUp;
         s.u = {};
+        reached = false;
         break;
       }
     }
@@ -523,6 +528,7 @@ bool CoupledSimulation::SetDown(const Pose& X_WT) {
   s.faces.Forget();
   s.contact_mJ = 0;
   s.EndSlab();
+  s.path.Forget();
   s.teeth = 0;
   s.cutter.Lift();
   s.coupling_mJ = s.coupling.CalcEnergy(X_WT, s.X_WH);
@@ -556,13 +562,16 @@ const CoupledParams& CoupledSimulation::params() const {
   return state_->params;
 }
 std::array<double, 256> CoupledSimulation::CalcRemovedByRegion() {
+  state_->FinishPath();
   return state_->cutter.CalcRemovedByRegion();
 }
 const Bone& CoupledSimulation::bone() {
+  state_->FinishPath();
   state_->field.Settle();
   return state_->bone;
 }
 Bone CoupledSimulation::TakeBone() && {
+  state_->FinishPath();
   state_->field.Settle();
   return std::move(state_->bone);
 }

@@ -23,6 +23,7 @@ SlabGuide::SlabGuide(const DiscSaw& saw, const Vec3& p_TC_mm, PaperReading readi
 
 void SlabGuide::Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth) {
   active_ = true;
+  stopped_ = false;
   X_plane_ = X_WT;
   p_start_W_ = X_WT.p_AB;
   const Vec3 in_plane(f_cut_T_N.x, f_cut_T_N.y, 0);
@@ -65,9 +66,14 @@ void SlabGuide::AddTo(const Pose& X_WT, double share, StepProblem& problem) cons
       problem.solids.push_back({towards, sign * offset, share * kGuideStiffness_N_per_mm});
     }
   }
+  const Vec3 d_T = X_WT.InverseVector(direction_W_);
+  if (stopped_) {
+    problem.solids.push_back(
+        {MakeRow(d_T, -p_TC_), CalcDepth(X_WT) - stopped_depth_mm_, share * kGuideStiffness_N_per_mm});
+    return;
+  }
   const double force_N = share * CalcResistance(CalcDepth(X_WT));
   if (!(force_N > 0)) return;
-  const Vec3 d_T = X_WT.InverseVector(direction_W_);
   problem.yields.push_back({MakeRow(d_T, -p_TC_), force_N});
   problem.frictions.push_back({MakeRow(glm::cross(Vec3(0, 0, 1), d_T), -p_TC_), Twist{}, 0, 0, force_N});
 }
@@ -78,11 +84,27 @@ double SlabGuide::CalcEnergy(const Pose& X_WT, double share) const {
     const double offset = CalcOffset(X_WT, i);
     sum += offset * offset;
   }
+  if (stopped_) {
+    const double deeper = std::max(0.0, CalcDepth(X_WT) - stopped_depth_mm_);
+    sum += deeper * deeper;
+  }
   return 0.5 * share * kGuideStiffness_N_per_mm * sum;
 }
 
 PassedPath::PassedPath() {
   poses_.reserve(kMostPoses);
+}
+
+void PassedPath::Forget() {
+  poses_.clear();
+  next_ = 0;
+  done_ = 0;
+  thinning_ = 1;
+}
+
+void PassedPath::PutBack() {
+  next_ = last_next_;
+  done_ = last_done_;
 }
 
 void PassedPath::Record(const Pose& X_WT, double spacing_mm) {
@@ -100,12 +122,11 @@ void PassedPath::Record(const Pose& X_WT, double spacing_mm) {
 
 bool PassedPath::Next(const Tool& tool, double voxel_mm, Pose& from, Pose& to) {
   if (empty()) {
-    poses_.clear();
-    next_ = 0;
-    done_ = 0;
-    thinning_ = 1;
+    Forget();
     return false;
   }
+  last_next_ = next_;
+  last_done_ = done_;
   const Pose& a = poses_[next_];
   const Pose& b = poses_[next_ + 1];
   from = Interpolate(a, b, done_);

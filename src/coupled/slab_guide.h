@@ -33,6 +33,14 @@ class SlabGuide {
   /// Takes the tool's plane as the guide's. Tick-safe.
   void Anchor(const Pose& X_WT) { X_plane_ = X_WT; }
 
+  /// With the spindle stopped the saw goes no deeper than it is: a wall instead of a resistance. Tick-safe.
+  void Stop(const Pose& X_WT) {
+    if (!stopped_) stopped_depth_mm_ = CalcDepth(X_WT);
+    stopped_ = true;
+  }
+  void Turn() { stopped_ = false; }
+  bool stopped() const { return stopped_; }
+
  private:
   static constexpr int kPoints = 3;
   Vec3 Point(int i) const;
@@ -48,6 +56,8 @@ class SlabGuide {
   double start_depth_mm_ = 0;
   double start_force_N_ = 0;
   double start_law_ = 0;  // n, or its cube, at the start
+  bool stopped_ = false;
+  double stopped_depth_mm_ = 0;
 };
 
 /// Poses that the tool passed without removing anything, at most so many: when there are more, every other is dropped.
@@ -55,11 +65,17 @@ class PassedPath {
  public:
   PassedPath();
 
+  /// No stretch is waiting.
   bool empty() const { return next_ + 1 >= poses_.size(); }
+  /// Not even a pose is kept.
+  bool forgotten() const { return poses_.empty(); }
+  void Forget();
   /// Notes where the tool is, when it is `spacing_mm` or more from the last. Tick-safe.
   void Record(const Pose& X_WT, double spacing_mm);
   /// The next stretch to remove, as long as one cut may be. False: there is none, and the path is forgotten. Tick-safe.
   bool Next(const Tool& tool, double voxel_mm, Pose& from, Pose& to);
+  /// The stretch that Next() gave last could not be removed: it is the next again. Tick-safe.
+  void PutBack();
 
  private:
   static constexpr std::size_t kMostPoses = 4096;
@@ -67,6 +83,8 @@ class PassedPath {
   std::size_t next_ = 0;  // the stretch from here to the next pose is to be removed,
   double done_ = 0;       // but for this share of it
   double thinning_ = 1;   // of the spacing
+  std::size_t last_next_ = 0;
+  double last_done_ = 0;
 };
 
 }  // namespace kerf

@@ -1,6 +1,8 @@
-#include "coupled/check_params.h"
+#include "coupled/setup.h"
 
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "kerf/error.h"
 
@@ -30,6 +32,32 @@ void CheckParams(const CoupledParams& p) {
   CheckRange("max_iterations", p.max_iterations, 1, 1000);
   CheckRange("max_substeps", p.max_substeps, 1, 4096);
   CheckRange("spare_leaves", p.spare_leaves, 0, 1 << 24);
+}
+
+double CalcRamp(const ToothForce& force, double creep_mm_per_s) {
+  constexpr double kE_star_MPa = 1e4;
+  return force(1e-9, kE_star_MPa) > 1e-4 * force(1e-3, kE_star_MPa) ? creep_mm_per_s : 0;
+}
+
+Pose MakeStart(const Pose& X_WT) {
+  if (!IsValid(X_WT)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
+  if (!IsInWorld(X_WT.p_AB)) throw Error("the tool's start lies beyond 5000 mm from the world's origin");
+  return X_WT;
+}
+
+int CountOldLeaves(const BoneField& field, const CoupledParams& params) {
+  const int most = std::max(4096, params.spare_leaves);
+  const LeafIndex low = field.lowest();
+  const LeafIndex high = field.highest();
+  int count = 0;
+  for (int x = low.x; x <= high.x; ++x) {
+    for (int y = low.y; y <= high.y; ++y) {
+      for (int z = low.z; z <= high.z && count < most; ++z) {
+        count += field.kind({x, y, z}) == BoneField::LeafKind::kOwn ? 1 : 0;
+      }
+    }
+  }
+  return count;
 }
 
 }  // namespace kerf
