@@ -29,7 +29,7 @@ TEST(Faces, InItsOwnKerfTheDiscTouchesBothWallsAndIsInNeither) {
         X = X_next;
       }
       const ToolShape shape = MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(h), Faces::CalcStoppedMargin(h));
-      Faces faces(field, shape, kSaw.thickness_mm, Vec3(0));
+      Faces faces(field, shape, kSaw, Vec3(0));
       StepProblem problem;
       problem.tau_s = 0.001;
       faces.Find(Probe(field, X), 0.025, 0.2, 0, problem);
@@ -53,7 +53,7 @@ TEST(Faces, ReachTellsOfBoneBeforeItIsTouched) {
   Bone bone = test::MakeBox(Pose{}, {30, 30, 4}, 0.2);
   BoneField field(bone, 100);
   const ToolShape shape = MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(0.2), Faces::CalcStoppedMargin(0.2));
-  Faces faces(field, shape, kSaw.thickness_mm, Vec3(0));
+  Faces faces(field, shape, kSaw, Vec3(0));
   // Flat on a face, lowered bit by bit: a pair that was far is looked at again in time.
   for (double height = 3; height > 0.01; height -= 0.013) {
     Pose X;
