@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "scene/path.h"
 #include "scene/scene.h"
 #include "scene/schema.h"
+#include "session/loop_setup.h"
 #include "session/make_bone.h"
 
 namespace kerf::cli {
@@ -74,6 +76,12 @@ void Run(const Options& options) {
   if (slab) MakeSlabPlane(scene);  // throws when the direction does not lie in the disc's plane
   const BoneSummary bone = CheckBone(scene);
   std::vector<std::string> doubts = FindDoubts(scene, bone.voxel_mm);
+  const bool held = scene.coupling.given || scene.device.given || scene.hand.given || scene.loop.given;
+  std::optional<LoopSetup> loop;
+  if (held) {
+    loop = MakeLoopSetup(scene);
+    for (const std::string& doubt : FindHandDoubts(scene, *loop)) doubts.push_back(doubt);
+  }
   doubts.insert(doubts.end(), bone.material.warnings.begin(), bone.material.warnings.end());
   for (const std::string& doubt : doubts) fmt::print(stderr, "kerf: {}: warning: {}\n", options.file, doubt);
 
@@ -112,6 +120,15 @@ void Run(const Options& options) {
                                           : nlohmann::ordered_json(nullptr)};
     json["force"]["top_bite_um"] = std::isfinite(bite_um) ? nlohmann::ordered_json(bite_um) : nullptr;
     json["simulation"] = {{"rate_hz", scene.simulation.rate_hz}, {"ticks", ticks}};
+    if (loop) {
+      json["loop"] = {{"device", loop->profile.name},
+                      {"hand", loop->hand.name},
+                      {"coupling_at", scene.coupling.at == CouplingPoint::kGrip ? "grip" : "tool"},
+                      {"coupling_N_per_mm", loop->fitted.coupling.stiffness_N_per_mm},
+                      {"device_N_per_N", loop->force_scale},
+                      {"rate_hz", scene.loop.rate_hz},
+                      {"degrade", scene.loop.degrade}};
+    }
     json["warnings"] = doubts;
     fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     return;
@@ -134,6 +151,13 @@ void Run(const Options& options) {
   fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law.name, bite_um, path.CalcTopSpeed());
   fmt::print("         {}\n", law.summary);
   fmt::print("         from: {}\n", law.source);
+  if (!loop) return;
+  fmt::print("  hand   {} on {}, {:.3g} N on the device for 1 N in the simulation\n", loop->hand.name,
+             loop->profile.name, loop->force_scale);
+  fmt::print("         coupling at the {}: {}\n", scene.coupling.at == CouplingPoint::kGrip ? "grip" : "tool's centre",
+             DescribeCoupling(*loop));
+  fmt::print("  loop   {:g} Hz, {}\n", scene.loop.rate_hz,
+             scene.loop.degrade ? "may give up exactness for time" : "always exact");
 }
 
 }  // namespace

@@ -40,16 +40,14 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
     PrintTimes(s.lateness);
     for (const LoopTimeSummary& stage : s.stages) PrintTimes(stage);
   }
-  fmt::print("  device    {} in the hand {}: {:.3g} N for 1 N\n", s.device, s.hand, s.force.scale);
+  fmt::print("  device    {} in the hand {}: {:.3g} N on the device for 1 N in the simulation\n", s.device, s.hand,
+             s.force.scale);
+  fmt::print("  coupling  {}\n            {}\n", DescribeCoupling(s.setup), DescribeLimits(s.setup));
   fmt::print(
-      "  coupling  {:.4g} N/mm{}; the device bears {:.4g}, the sampled loop {:.4g}, the encoder's steps {:.4g}\n",
-      s.coupling.stiffness_N_per_mm, s.coupling_lowered ? ", lowered to what the device bears" : "",
-      s.limits.stiffness_N_per_mm, s.limits.sampled_stiffness_N_per_mm, s.limits.quantum_stiffness_N_per_mm);
-  fmt::print("  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} of {:.4g} N a tick\n",
-             s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
-  fmt::print("  noise     {:.2f} mN above 20 Hz over all, {:.2f} mN while cutting\n", s.force.noise_above_20_Hz_mN,
-             s.force.quiet_noise_mN);
-  fmt::print("  faults    {} not finite, {} bad poses, {} ticks with a status, {} watchdog trips, {} ramps\n",
+      "  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} N a tick, limit {:.4g}\n",
+      s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
+  fmt::print("  noise     force on the device above 20 Hz: {}\n", DescribeNoise(s));
+  fmt::print("  faults    {} not finite, {} bad poses, {} ticks limited or faulty, {} watchdog trips, {} ramps\n",
              s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks,
              s.watchdog_trips, s.counts.ramps);
   for (const FidelityStep& step : s.fidelity_steps) {
@@ -59,7 +57,9 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
             ? fmt::format("{:.0f} % of the ticks over budget, up to {:.0f} us", 100 * step.share_over, step.longest_us)
             : std::string("calm"));
   }
-  fmt::print("  removed   {:.3f} mm3 in {} strokes\n", s.removed_mm3, s.strokes);
+  fmt::print("  removed   {}; {}\n", DescribeRemoved(s), DescribeStrokes(s));
+  fmt::print("  bone      {}\n", DescribePieces(s));
+  fmt::print("  energy    {}\n", DescribeEnergy(s));
   fmt::print("  readers   {} leaves sent; a copy made from them is {}\n", s.leaves_sent,
              s.mirror_identical ? "bit-identical" : "NOT the bone");
   fmt::print("  state     bone {:016x}, force {:016x}\n", s.bone_hash, s.force_hash);
@@ -71,27 +71,28 @@ void Run(Options& options) {
   if (options.rate_hz) scene.loop.rate_hz = *options.rate_hz;
   if (!options.folder.empty()) CheckLoopInputsStay(scene, options.scene, options.folder);
   options.loop.stop = &CatchInterrupt();
+  options.loop.keep_bones = !options.folder.empty();
   LoopSummary summary;
   {
-    ProgressBar making("making the bone");
-    std::optional<ProgressBar> cutting;
-    summary = RunLoop(scene, options.loop, [&](const std::string& stage, double fraction) {
-      if (stage == "cutting") {
-        if (!cutting) cutting.emplace("cutting");
-        cutting->Show(fraction);
-      } else {
-        making.Show(fraction);
+    std::unique_ptr<ProgressBar> bar;
+    std::string stage;
+    const auto show = [&](const std::string& now, double fraction) {
+      if (now != stage) {
+        bar.reset();
+        bar = std::make_unique<ProgressBar>(now);
+        stage = now;
       }
-    });
+      bar->Show(fraction);
+    };
+    summary = RunLoop(scene, options.loop, show);
+    if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder, show);
   }
-  for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
-  if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder);
+  for (const std::string& warning : summary.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
   if (options.json) {
     fmt::print("{}", FormatLoopJson(scene, summary));
   } else {
     PrintSummary(scene, summary);
-    if (!options.folder.empty())
-      fmt::print("  results   {}/: report.md loop.json forces.csv lateness.png force.png scene.toml\n", options.folder);
+    if (!options.folder.empty()) fmt::print("  results   {}/: {}\n", options.folder, fmt::join(summary.files, " "));
   }
   if (summary.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended by itself: {}", summary.failure));
 }
@@ -107,18 +108,21 @@ void AddLoopCommand(CLI::App& app) {
       ->capture_default_str()
       ->check(CLI::Range(0.01, 3600.0));
   command->add_option("--hand", options->hand, "The hand, H0 to H4, instead of the scene's [hand] model")
-      ->check(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}));
+      ->transform(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}, CLI::ignore_case));
   command
       ->add_option("--rate-hz", options->rate_hz, "Ticks a second, 250 to 4000, instead of the scene's [loop] rate_hz")
       ->check(CLI::Range(250.0, 4000.0));
-  command->add_option("-o,--output", options->folder,
-                      "Folder for a report, JSON, forces and pictures; made when missing; without it none are written");
+  command->add_option(
+      "-o,--output", options->folder,
+      "Folder for report, JSON, forces, and as [output] asks bone, pieces and pictures; made when missing; without "
+      "it none are written");
   command->add_flag("--virtual", options->loop.virtual_time,
                     "Without the clock and without threads, as fast as it goes: the same bits each time");
   command
       ->add_option(
           "--burn-us", options->loop.burn_us,
-          "Burn so many microseconds in each tick of the middle third, to see [loop] degrade work; 0 to 100000")
+          "Burn so many microseconds in each tick of the middle third (half of it in coarse ticks, a tenth in slab "
+          "ticks), to see [loop] degrade work; 0 to 100000")
       ->check(CLI::Range(0.0, 1e5));
   command->add_flag("--json", options->json, "Print the summary as JSON");
   command->callback([options] { Run(*options); });

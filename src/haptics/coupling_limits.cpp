@@ -42,4 +42,21 @@ CouplingParams LimitCoupling(CouplingParams coupling, const CouplingLimits& limi
   return coupling;
 }
 
+FittedCoupling FitCoupling(const DeviceProfile& profile, const HandModel& hand, const CouplingParams& coupling,
+                           double force_scale, double torque_scale, double dt_s, int delay_ticks) {
+  const auto calc = [&](const CouplingParams& of) {
+    return CalcCouplingLimits(profile, hand, of, force_scale, torque_scale, dt_s, delay_ticks);
+  };
+  FittedCoupling fitted;
+  fitted.coupling = LimitCoupling(coupling, calc(coupling), &fitted.lowered.by_device);
+  // The loop's limit goes by the damping that is left.
+  const double held = kSampledShare * calc(fitted.coupling).sampled_stiffness_N_per_mm;
+  if (fitted.coupling.stiffness_N_per_mm > held) {
+    fitted.coupling.stiffness_N_per_mm = held;
+    fitted.lowered.by_loop = true;
+  }
+  fitted.limits = calc(fitted.coupling);
+  return fitted;
+}
+
 }  // namespace kerf

@@ -19,7 +19,7 @@ struct CouplingLimits {
   /// t_d delay besides the tick's own (Gil, Hulin et al.; for small B).
   double sampled_stiffness_N_per_mm = 0;
   /// No limit cycle from the encoder's steps while K <= 2 f_c / Delta: f_c friction of the device (Abbott and Okamura
-  /// 2005). 0 without friction: damping alone must do.
+  /// 2005). 0 without friction: there is no such limit to keep, damping alone must do.
   double quantum_stiffness_N_per_mm = 0;
   double step_N =
       0;  // force of one step of the encoder, at the coupling's stiffness: what noise has to be held against
@@ -28,6 +28,26 @@ struct CouplingLimits {
 /// Tick dt_s, delay in ticks beyond it.
 CouplingLimits CalcCouplingLimits(const DeviceProfile& profile, const HandModel& hand, const CouplingParams& coupling,
                                   double force_scale, double torque_scale, double dt_s, int delay_ticks = 0);
+
+/// Share of sampled_stiffness_N_per_mm that a coupling is given at most: the rule is for a linear spring and a hand
+/// that is known, and neither is.
+constexpr double kSampledShare = 0.5;
+
+/// By what a coupling was lowered.
+struct CouplingLowered {
+  bool by_device = false;  // a stiffness or damping above what its profile allows
+  bool by_loop = false;    // the stiffness above kSampledShare of what a sampled loop with this hand holds
+  bool any() const { return by_device || by_loop; }
+};
+
+/// The coupling lowered to what device and loop bear; `limits` are those of the result. Tick dt_s, delay as above.
+struct FittedCoupling {
+  CouplingParams coupling;
+  CouplingLimits limits;
+  CouplingLowered lowered;
+};
+FittedCoupling FitCoupling(const DeviceProfile& profile, const HandModel& hand, const CouplingParams& coupling,
+                           double force_scale, double torque_scale, double dt_s, int delay_ticks = 0);
 
 /// The coupling with its stiffness and damping lowered to what the profile allows, where they are above. `changed` (may
 /// be null) tells whether any was.

@@ -13,6 +13,23 @@ namespace {
 /// Below this many voxels the kerf between two faces of a level set comes out too narrow.
 constexpr double kResolvedVoxels = 2;
 
+void FindVoxelDoubts(const Scene& scene, double voxel_mm, std::vector<std::string>& doubts) {
+  const bool disc = scene.tool.kind == ToolKind::kDisc;
+  const double voxels = disc && voxel_mm > 0 ? scene.tool.thickness_mm / voxel_mm : kResolvedVoxels;
+  if (voxels < 1) {
+    doubts.push_back(
+        fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): removed volume and kerf "
+                    "width can be off by "
+                    "half and more; use voxels of at most {:.3g} mm",
+                    scene.tool.thickness_mm, voxel_mm, scene.tool.thickness_mm / kResolvedVoxels));
+  } else if (voxels < kResolvedVoxels) {
+    doubts.push_back(fmt::format(
+        "the disc is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the kerf comes out "
+        "up to some percent too narrow; use voxels of at most {:.3g} mm",
+        voxels, scene.tool.thickness_mm, voxel_mm, kResolvedVoxels, scene.tool.thickness_mm / kResolvedVoxels));
+  }
+}
+
 /// What slab mode leaves out of this scene.
 void FindSlabDoubts(const Scene& scene, std::vector<std::string>& doubts) {
   if (scene.tool.rpm == 0) doubts.emplace_back("rpm = 0: a stopped tool cuts nothing");
@@ -68,20 +85,8 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
     FindSlabDoubts(scene, doubts);
     return doubts;
   }
+  FindVoxelDoubts(scene, voxel_mm, doubts);
   const bool disc = scene.tool.kind == ToolKind::kDisc;
-  const double voxels = disc && voxel_mm > 0 ? scene.tool.thickness_mm / voxel_mm : kResolvedVoxels;
-  if (voxels < 1) {
-    doubts.push_back(
-        fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): removed volume and kerf "
-                    "width can be off by "
-                    "half and more; use voxels of at most {:.3g} mm",
-                    scene.tool.thickness_mm, voxel_mm, scene.tool.thickness_mm / kResolvedVoxels));
-  } else if (voxels < kResolvedVoxels) {
-    doubts.push_back(fmt::format(
-        "the disc is {:.3g} voxels thick (thickness_mm = {}, voxels of {} mm): below {} voxels the kerf comes out "
-        "up to some percent too narrow; use voxels of at most {:.3g} mm",
-        voxels, scene.tool.thickness_mm, voxel_mm, kResolvedVoxels, scene.tool.thickness_mm / kResolvedVoxels));
-  }
   if (scene.tool.rpm == 0) {
     doubts.emplace_back("rpm = 0: a stopped tool cuts nothing");
   } else {
@@ -106,6 +111,13 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
           i + 1, std::asin(std::abs(glm::dot(travel, nhat)) / glm::length(travel)) * 57.29577951308232));
     }
   }
+  return doubts;
+}
+
+std::vector<std::string> FindToolDoubts(const Scene& scene, double voxel_mm) {
+  std::vector<std::string> doubts;
+  FindVoxelDoubts(scene, voxel_mm, doubts);
+  if (scene.tool.rpm == 0) doubts.emplace_back("rpm = 0: a stopped tool cuts nothing");
   return doubts;
 }
 

@@ -24,7 +24,8 @@ struct SceneCoupling {
 struct SceneDevice {
   bool given = false;
   std::string profile = "omega_6";
-  std::string file;  // a table of profiles (CSV), absolute path; empty: the built-in ones
+  std::string file;        // a table of profiles (CSV), absolute path; empty: the built-in ones
+  std::string file_place;  // of that key, "scene.toml:12:8", for messages; not a key
   double expected_peak_N = 28;
   double expected_peak_torque_Nmm = 400;
   double slew_N_per_s = 1000;
@@ -58,7 +59,7 @@ void Describe(SceneCoupling& p, V&& visit) {
         "where the spring holds the tool: at its centre, as a device without torques needs it, or at the grip");
   p.at = at == "grip" ? CouplingPoint::kGrip : CouplingPoint::kTool;
   visit("stiffness_N_per_mm", q.stiffness_N_per_mm, Range{1e-3, 1000},
-        "spring between handle and tool; lowered to what the device bears");
+        "spring between handle and tool; lowered to what device and loop bear");
   visit("damping_Ns_per_mm", q.damping_Ns_per_mm, Range{0, 1}, "damper beside it; lowered likewise");
   visit("torsion_Nmm_per_rad", q.torsion_Nmm_per_rad, Range{1, 1e7}, "spring against turning");
   visit("torsion_damping_Nmms", q.torsion_damping_Nmms, Range{0, 1e4}, "damper against turning");

@@ -269,6 +269,10 @@ void ReadDevice(TableReader& root, SceneDevice& device, const std::string& scene
   TableReader reader(*table, "[device]", faults);
   ReadFileName(reader, "file", device.file, scene_file);
   const bool built_in = !reader.Has("file");
+  if (!built_in) {
+    const TomlNode* at = table->Find("file");
+    device.file_place = fmt::format("{}:{}:{}", scene_file, at->line, at->column);
+  }
   ReadCheckedText(reader, "profile", device.profile, [built_in](const std::string& name) {
     if (built_in) FindDeviceProfile(name);
   });

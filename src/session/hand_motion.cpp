@@ -14,15 +14,28 @@ constexpr double kGentle_s = 0.1;
 constexpr double kLean = 0.8;
 constexpr double kLean_s = 0.3;
 /// At the end of a stroke it waits for the tool to come there, to a share of `lead_mm`, but not for ever.
-constexpr double kThere = 0.1;
+constexpr double kThere = 0.03;
 constexpr double kPatience_s = 5;
+/// Over the last of it, in share of `lead_mm`, it leans ever less, and it stops there: it goes towards the end no
+/// faster than would take it there in so long, and holds back with a damper of so many times the mass on this time.
+constexpr double kStop_s = 0.15;
+constexpr double kStopDamping = 8;
+constexpr double kFade = 0.1;
+constexpr double kLeastFade_mm = 0.2;
+constexpr double kMostFade_mm = 2;
 /// Of the path, either way, for the direction of a stroke.
 constexpr double kAhead_s = 0.01;
 
 }  // namespace
 
-HandMotion::HandMotion(SimulatedDevice& device, Path path, const SceneHand& hand, const Vec3& p_TC_mm)
-    : device_(device), path_(std::move(path)), hand_(hand), p_TC_mm_(p_TC_mm), X_aim_(start()) {
+HandMotion::HandMotion(SimulatedDevice& device, Path path, const SceneHand& hand, const Vec3& p_TC_mm,
+                       double felt_stiffness_N_per_mm)
+    : device_(device),
+      path_(std::move(path)),
+      hand_(hand),
+      p_TC_mm_(p_TC_mm),
+      felt_stiffness_N_per_mm_(felt_stiffness_N_per_mm),
+      X_aim_(start()) {
   device_.SetIntention({.X_WH = X_aim_});
 }
 
@@ -31,6 +44,28 @@ double HandMotion::CalcSpeed(std::size_t segment) const {
   const PathSegment& s = path_.segments()[segment];
   const double way_mm = glm::distance(path_.CalcPose(segment, s.start_s).p_AB, path_.CalcPose(segment, s.end_s).p_AB);
   return std::max(way_mm / (s.end_s - s.start_s), 1e-3);
+}
+
+bool HandMotion::IsLastOfChain() const noexcept {
+  return segment_ + 1 >= path_.segments().size() || path_.segments()[segment_ + 1].retract_before;
+}
+
+/// Along the stroke, from whichever is farther ahead, handle or tool, to the stroke's end, mm; below 0 beyond it.
+double HandMotion::CalcWayLeft() const noexcept {
+  const Vec3 p_end = path_.CalcPose(segment_, path_.segments()[segment_].end_s).Point(p_TC_mm_);
+  // On the way back the stroke's last direction counts, on the way there that of the moment.
+  const Vec3 p_from = phase_ == Phase::kBack ? p_end : X_aim_.Point(p_TC_mm_);
+  // What pulls the handle on is a tool that has gone ahead of it.
+  const double tool_ahead_mm = std::max(glm::dot(device_.force_N(), way_W_), 0.0) / felt_stiffness_N_per_mm_;
+  return glm::dot(p_from - device_.p_WC_mm(), way_W_) + glm::distance(p_from, p_end) - tool_ahead_mm;
+}
+
+/// Towards a stroke's end the hand stops itself, N along the stroke.
+double HandMotion::CalcStop(double left_mm) const noexcept {
+  const double mass = 1e-3 * (device_.profile().mass_kg + device_.hand().mass_kg);  // N s^2 / mm
+  const double speed = glm::dot(device_.v_WC_mm_per_s(), way_W_);
+  const double too_fast = std::max(speed - left_mm / kStop_s, 0.0);
+  return -kStopDamping * mass / kStop_s * too_fast;
 }
 
 void HandMotion::EnterNextChain() noexcept {
@@ -63,12 +98,11 @@ void HandMotion::Advance(double dt_s) noexcept {
       t_s_ += pace_ * dt_s;
       if (t_s_ >= segments[segment_].end_s) {
         t_s_ = segments[segment_].end_s;
-        const bool goes_on = segment_ + 1 < segments.size() && !segments[segment_ + 1].retract_before;
-        if (goes_on) {
+        if (!IsLastOfChain()) {
           ++segment_;
         } else {
           waited_s_ += dt_s;
-          if (lag_mm <= kThere * hand_.lead_mm || waited_s_ >= kPatience_s) phase_ = Phase::kBack;
+          if (CalcWayLeft() <= kThere * hand_.lead_mm || waited_s_ >= kPatience_s) phase_ = Phase::kBack;
         }
       }
       X_aim_ = path_.CalcPose(segment_, t_s_);
@@ -76,9 +110,9 @@ void HandMotion::Advance(double dt_s) noexcept {
           path_.CalcPose(segment_, t_s_ + kAhead_s).p_AB - path_.CalcPose(segment_, t_s_ - kAhead_s).p_AB;
       const double length = glm::length(ahead);
       if (length > 1e-12) {
-        const Vec3 way = ahead / length;
-        const double felt_N = std::max(-glm::dot(device_.force_N(), way), 0.0);
-        push_W_N = std::min(hand_.push_N, kLean * felt_N) * way;
+        way_W_ = ahead / length;
+        const double felt_N = std::max(-glm::dot(device_.force_N(), way_W_), 0.0);
+        push_W_N = std::min(hand_.push_N, kLean * felt_N) * way_W_;
       }
       break;
     }
@@ -106,10 +140,18 @@ void HandMotion::Advance(double dt_s) noexcept {
     }
   }
   push_W_N_ += -std::expm1(-dt_s / kLean_s) * (push_W_N - push_W_N_);
+  // It has not come to rest when it turns back.
+  double fade = 1;
+  Vec3 stop_W_N{0};
+  if (phase_ != Phase::kOver && IsLastOfChain()) {
+    const double left_mm = CalcWayLeft();
+    fade = std::clamp(left_mm / std::clamp(kFade * hand_.lead_mm, kLeastFade_mm, kMostFade_mm), 0.0, 1.0);
+    stop_W_N = CalcStop(left_mm) * way_W_;
+  }
   Intention intention;
   intention.X_WH = X_aim_;
   intention.v_W_mm_per_s = (X_aim_.Point(p_TC_mm_) - X_before.Point(p_TC_mm_)) / dt_s;
-  intention.push_W_N = push_W_N_;
+  intention.push_W_N = fade * push_W_N_ + stop_W_N;
   device_.SetIntention(intention);
 }
 

@@ -3,21 +3,33 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "bone/surface.h"
+#include "bonefile/bonefile.h"
 #include "files/files.h"
 #include "kerf/version.h"
+#include "mesh/meshfile.h"
 #include "report/plot.h"
+#include "session/results_folder.h"
 #include "session/run_loop.h"
+#include "session/run_pictures.h"
 #include "session/run_scene.h"
+#include "session/summary_json.h"
 
 namespace kerf {
 namespace {
 
 using nlohmann::ordered_json;
 
-constexpr const char* kFiles[] = {"report.md", "loop.json", "forces.csv", "lateness.png", "force.png", "scene.toml"};
+/// All that a loop may write, but for the pieces.
+constexpr const char* kFiles[] = {"report.md", "loop.json",  "forces.csv", "lateness.png", "force.png", "scene.toml",
+                                  "bone.vdb",  "before.png", "after.png",  "cut.png",      "apart.png"};
+
+/// Removed volume by level set and by occupancy: both are said where they differ by more than this share.
+constexpr double kSameVolume = 0.02;
 
 ordered_json TimesJson(const LoopTimeSummary& t) {
   return {{"count", t.count},     {"p50_us", t.p50_us}, {"p99_us", t.p99_us},
@@ -67,7 +79,7 @@ PlotSpec MakeLatenessPlot(const LoopSummary& s) {
   spec.title = "How late ticks began, and how long they took";
   spec.caption = fmt::format("{} ticks at {:g} Hz, {} missed; {}", s.counts.ticks, s.rate_hz, s.counts.missed,
                              s.grants.fifo ? fmt::format("SCHED_FIFO {}", s.grants.priority) : "not SCHED_FIFO");
-  spec.x.label = "time (us), eight bars to an octave";
+  spec.x.label = "time (us); bars: eighths of an octave";
   spec.x.log = true;
   spec.y.label = "ticks";
   spec.y.log = true;
@@ -86,14 +98,14 @@ PlotSpec MakeLatenessPlot(const LoopSummary& s) {
 PlotSpec MakeForcePlot(const LoopSummary& s) {
   PlotSpec spec;
   spec.title = "Force on the hand";
-  spec.caption = fmt::format("{} held by {}; device force = {:.3g} x simulated, at most {:.3g} N a tick", s.device,
+  spec.caption = fmt::format("{} held by {}; device force = {:.3g} x simulated; slew limit {:.3g} N a tick", s.device,
                              s.hand, s.force.scale, s.force.slew_bound_N);
   spec.x.label = "time (s)";
   spec.y.label = "force (N)";
   PlotSeries device;
-  device.label = "on the device, largest";
+  device.label = "on the device, largest in each interval";
   PlotSeries hand;
-  hand.label = "in the simulation, largest";
+  hand.label = "in the simulation, largest in each interval";
   // No more points than pixels: the largest of each stretch, so that no spike is lost.
   const std::size_t stretch = std::max<std::size_t>(s.rows.size() / 1200, 1);
   for (std::size_t i = 0; i < s.rows.size(); i += stretch) {
@@ -120,6 +132,45 @@ std::string JoinTimes(const std::vector<LoopTimeSummary>& all) {
 
 }  // namespace
 
+std::string DescribeRemoved(const LoopSummary& s) {
+  const double least = kSameVolume * std::max(s.removed_mm3, s.removed_by_occupancy_mm3);
+  if (std::abs(s.removed_mm3 - s.removed_by_occupancy_mm3) <= least) return fmt::format("{:.3f} mm3", s.removed_mm3);
+  return fmt::format(
+      "{:.3f} mm3 by the bone's surface (exact), {:.3f} mm3 by the occupancy of voxels (what the ticks and forces.csv "
+      "add up to; coarse voxels make them differ)",
+      s.removed_mm3, s.removed_by_occupancy_mm3);
+}
+
+std::string DescribeStrokes(const LoopSummary& s) {
+  return fmt::format("{} stroke{} begun", s.strokes, s.strokes == 1 ? "" : "s");
+}
+
+std::string DescribePieces(const LoopSummary& s) {
+  std::string text = s.pieces.size() == 1 ? "one piece" : fmt::format("{} pieces", s.pieces.size());
+  for (std::size_t i = 0; i < s.pieces.size(); ++i) {
+    text += fmt::format("{}{:.3g} cm3", i == 0 ? ": " : ", ", s.pieces[i].volume_mm3 / 1000);
+  }
+  if (s.dust_count > 0) {
+    text += fmt::format("; {} crumb{} of {:.3f} mm3 together", s.dust_count, s.dust_count == 1 ? "" : "s", s.dust_mm3);
+  }
+  return text;
+}
+
+std::string DescribeEnergy(const LoopSummary& s) {
+  return fmt::format(
+      "{:.4f} J from the hand + {:.4f} from the spindle = {:.4f} into the cut + {:.4f} friction + {:.4f} in springs + "
+      "{:.4f} damping + {:.4f} lost to the time step",
+      s.hand_J, s.spindle_J, s.cut_J, s.friction_J, s.stored_J, s.damping_J, s.numerical_J);
+}
+
+std::string DescribeNoise(const LoopSummary& s) {
+  return fmt::format("{:.2f} mN over the whole run; {}", s.force.noise_above_20_Hz_mN,
+                     s.force.cutting_noise_mN
+                         ? fmt::format("{:.2f} mN in the worst of the seconds in which it cut without a pause",
+                                       *s.force.cutting_noise_mN)
+                         : std::string("while cutting: n/a, no whole second was cut through"));
+}
+
 std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
   ordered_json stages = ordered_json::object();
   for (const LoopTimeSummary& t : s.stages) stages[t.name] = TimesJson(t);
@@ -132,7 +183,18 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
                      {"share_over_budget", step.share_over},
                      {"longest_us", step.longest_us}});
   }
-  const auto bars = [](const std::vector<LoopBar>& all) {
+  // Without the clock there are no times.
+  const auto times = [&s](const LoopTimeSummary& t) { return s.virtual_time ? ordered_json() : TimesJson(t); };
+  const auto finite = [](double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); };
+  const FittedCoupling& fitted = s.setup.fitted;
+  ordered_json pieces = ordered_json::array();
+  for (const PieceSummary& piece : s.pieces) {
+    ordered_json row = {{"volume_mm3", piece.volume_mm3}, {"bounds", BoxJson(piece.bounds_W)}};
+    if (!piece.file.empty()) row["file"] = piece.file;
+    pieces.push_back(row);
+  }
+  const auto bars = [&s](const std::vector<LoopBar>& all) {
+    if (s.virtual_time) return ordered_json();
     ordered_json list = ordered_json::array();
     for (const LoopBar& bar : all) list.push_back({bar.lower_us, bar.upper_us, bar.count});
     return list;
@@ -146,12 +208,16 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"device", s.device},
       {"hand", s.hand},
       {"coupling",
-       {{"stiffness_N_per_mm", s.coupling.stiffness_N_per_mm},
-        {"damping_Ns_per_mm", s.coupling.damping_Ns_per_mm},
-        {"lowered_for_device", s.coupling_lowered},
-        {"device_bears_N_per_mm", s.limits.stiffness_N_per_mm},
-        {"sampled_loop_holds_N_per_mm", s.limits.sampled_stiffness_N_per_mm},
-        {"encoder_steps_allow_N_per_mm", s.limits.quantum_stiffness_N_per_mm}}},
+       {{"asked_stiffness_N_per_mm", s.setup.asked_stiffness_N_per_mm},
+        {"stiffness_N_per_mm", fitted.coupling.stiffness_N_per_mm},
+        {"damping_Ns_per_mm", fitted.coupling.damping_Ns_per_mm},
+        {"lowered_for_device", fitted.lowered.by_device},
+        {"lowered_for_loop", fitted.lowered.by_loop},
+        {"device_bears_N_per_mm", finite(fitted.limits.stiffness_N_per_mm)},
+        {"sampled_loop_holds_N_per_mm", finite(fitted.limits.sampled_stiffness_N_per_mm)},
+        {"share_of_sampled_loop", kSampledShare},
+        {"encoder_steps_allow_N_per_mm",
+         s.setup.profile.friction_N > 0 ? finite(fitted.limits.quantum_stiffness_N_per_mm) : ordered_json()}}},
       {"end", ToString(s.end)},
       {"failure", s.failure},
       {"granted",
@@ -168,9 +234,9 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"with_status", s.counts.status_ticks},
         {"simulated_s", s.simulated_s},
         {"wall_s", s.wall_s}}},
-      {"tick", TimesJson(s.tick)},
-      {"lateness", TimesJson(s.lateness)},
-      {"stages", stages},
+      {"tick", times(s.tick)},
+      {"lateness", times(s.lateness)},
+      {"stages", s.virtual_time ? ordered_json() : stages},
       {"watchdog_trips", s.watchdog_trips},
       {"ramps", s.counts.ramps},
       {"fidelity_steps", steps},
@@ -182,13 +248,24 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"largest_simulated_N", s.force.largest_simulated_N},
         {"scale", s.force.scale},
         {"noise_above_20_Hz_mN", s.force.noise_above_20_Hz_mN},
-        {"noise_above_20_Hz_while_cutting_mN", s.force.quiet_noise_mN},
+        {"noise_above_20_Hz_while_cutting_mN",
+         s.force.cutting_noise_mN ? ordered_json(*s.force.cutting_noise_mN) : ordered_json()},
         {"not_finite", s.counts.not_finite + s.device_counts.not_finite},
         {"bad_poses", s.counts.bad_poses}}},
       {"hand_strokes", s.strokes},
       {"hand_rounds", s.rounds},
       {"removed_mm3", s.removed_mm3},
-      {"energy", {{"hand_J", s.hand_J}, {"spindle_J", s.spindle_J}, {"cut_J", s.cut_J}, {"friction_J", s.friction_J}}},
+      {"removed_by_occupancy_mm3", s.removed_by_occupancy_mm3},
+      {"energy",
+       {{"hand_J", s.hand_J},
+        {"spindle_J", s.spindle_J},
+        {"stored_J", s.stored_J},
+        {"cut_J", s.cut_J},
+        {"friction_J", s.friction_J},
+        {"damping_J", s.damping_J},
+        {"numerical_J", s.numerical_J}}},
+      {"pieces", pieces},
+      {"dust", {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}}},
       {"published",
        {{"leaves", s.leaves_sent},
         {"copy_is_bit_identical", s.mirror_identical},
@@ -196,8 +273,10 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"bone_hash", fmt::format("{:016x}", s.bone_hash)},
       {"force_hash", fmt::format("{:016x}", s.force_hash)},
       {"lateness_bars_us", bars(s.lateness_bars)},
-      {"tick_bars_us", bars(s.tick_bars)}};
-  return json.dump(2) + "\n";
+      {"tick_bars_us", bars(s.tick_bars)},
+      {"warnings", s.warnings},
+      {"files", s.files}};
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 std::string FormatLoopCsv(const LoopSummary& s) {
@@ -223,36 +302,32 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
   text += fmt::format("`{}` in the hand {} on the device {}, {:.1f} s of it {} at {:g} Hz.\n\n", scene.name, s.hand,
                       s.device, s.simulated_s, s.virtual_time ? "without the clock" : "live", s.rate_hz);
   if (s.end != LoopEnd::kAsked) text += fmt::format("**The loop ended by itself: {}.**\n\n", s.failure);
-  text += fmt::format("- {}\n- {}\n", s.grants.scheduling, s.grants.memory);
-  text += fmt::format(
-      "- Coupling {:.4g} N/mm{}; the device bears {:.4g} N/mm, a sampled loop with this hand holds {:.4g}, the "
-      "encoder's steps allow {:.4g}.\n",
-      s.coupling.stiffness_N_per_mm, s.coupling_lowered ? ", lowered to what the device bears" : "",
-      s.limits.stiffness_N_per_mm, s.limits.sampled_stiffness_N_per_mm, s.limits.quantum_stiffness_N_per_mm);
+  for (const std::string& warning : s.warnings) text += fmt::format("**Warning: {}.**\n\n", warning);
+  if (!s.virtual_time) text += fmt::format("- {}\n- {}\n", s.grants.scheduling, s.grants.memory);
+  text += fmt::format("- Coupling: {}. Limits: {}.\n", DescribeCoupling(s.setup), DescribeLimits(s.setup));
   text += fmt::format(
       "- {} ticks; {} deadlines missed, at most {} in a row; the watchdog made the force zero {} times, and {} times "
       "it began again from zero.\n",
       s.counts.ticks, s.counts.missed, s.counts.longest_gap, s.watchdog_trips, s.counts.ramps);
-  text += fmt::format("- Force that was not finite: {}. Handle poses that were none: {}. Ticks with a status: {}.\n",
-                      s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks);
+  text += fmt::format(
+      "- Force that was not finite: {}. Handle poses that were none: {}. Ticks limited or faulty: {} (bits of the "
+      "status column).\n",
+      s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks);
   text += fmt::format(
       "- Largest force on the device {:.3f} N, in the simulation {:.3f} N; largest step from tick to tick {:.4f} N, "
-      "where {:.4g} N are allowed.\n",
+      "where the slew limit is {:.4g} N a tick.\n",
       s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
-  text += fmt::format(
-      "- Force above 20 Hz, RMS on the device: {:.2f} mN over all, {:.2f} mN in the middle one of the seconds that "
-      "were cut through.\n",
-      s.force.noise_above_20_Hz_mN, s.force.quiet_noise_mN);
+  text += fmt::format("- Trembling of the device's force (above 20 Hz, RMS): {}.\n", DescribeNoise(s));
   text +=
-      fmt::format("- {} strokes, {} times through the path, {:.3f} mm3 removed.\n", s.strokes, s.rounds, s.removed_mm3);
-  text += fmt::format(
-      "- Energy: {:.4f} J from the hand, {:.4f} J from the spindle through friction; {:.4f} J into the cut, {:.4f} J "
-      "into friction.\n",
-      s.hand_J, s.spindle_J, s.cut_J, s.friction_J);
+      fmt::format("- {}, {} times through the path, {} removed.\n", DescribeStrokes(s), s.rounds, DescribeRemoved(s));
+  text += fmt::format("- The bone is {}.\n", DescribePieces(s));
+  text += fmt::format("- Energy: {}.\n", DescribeEnergy(s));
   text += fmt::format("- {} leaves were sent to readers; a copy of the bone made from them is {}.\n", s.leaves_sent,
                       s.mirror_identical ? "bit-identical to the bone" : "NOT the bone");
-  text += "\n| us | ticks | p50 | p99 | p99.9 | max |\n| --- | --- | --- | --- | --- | --- |\n";
-  text += Row(s.tick) + Row(s.lateness) + JoinTimes(s.stages);
+  if (!s.virtual_time) {
+    text += "\n| us | ticks | p50 | p99 | p99.9 | max |\n| --- | --- | --- | --- | --- | --- |\n";
+    text += Row(s.tick) + Row(s.lateness) + JoinTimes(s.stages);
+  }
   if (s.fidelity_step_count > 0) {
     text += "\n| time (s) | from | to | why | over budget | longest (us) |\n| --- | --- | --- | --- | --- | --- |\n";
     for (const FidelityStep& step : s.fidelity_steps) {
@@ -263,24 +338,66 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
       text += fmt::format("\n{} steps in all.\n", s.fidelity_step_count);
     }
   }
-  if (pictures) text += "\n![How late ticks began](lateness.png)\n\n![Force](force.png)\n";
+  if (!pictures) return text;
+  for (const auto& [file, what] : {std::pair{"before.png", "Before the cut"},
+                                   {"after.png", "After the cut"},
+                                   {"cut.png", "The cut from near"},
+                                   {"apart.png", "The pieces moved apart"},
+                                   {"force.png", "Force"},
+                                   {"lateness.png", "How late ticks began"}}) {
+    if (std::find(s.files.begin(), s.files.end(), file) == s.files.end()) continue;
+    text += fmt::format("\n![{}]({})\n", what, file);
+  }
   return text;
 }
 
-std::vector<std::string> WriteLoopReport(const Scene& scene, const LoopSummary& summary, const std::string& folder) {
+void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
+                     const std::function<void(const std::string&, double)>& progress) {
   MakeFolder(folder);
-  WriteTextFile(folder + "/scene.toml", ResolvedToml(scene));
-  WriteTextFile(folder + "/forces.csv", FormatLoopCsv(summary));
-  if (!summary.lateness_bars.empty()) WritePlot(MakeLatenessPlot(summary), folder + "/lateness.png");
-  if (!summary.rows.empty()) WritePlot(MakeForcePlot(summary), folder + "/force.png");
+  const std::vector<std::string> earlier = ReadEarlierResults(folder, "loop.json");
+  std::vector<std::string>& files = summary.files;
+  files = {"report.md", "loop.json"};
+  const auto add = [&](const std::string& name) {
+    files.push_back(name);
+    return folder + "/" + name;
+  };
+  WriteTextFile(add("scene.toml"), ResolvedToml(scene));
+  WriteTextFile(add("forces.csv"), FormatLoopCsv(summary));
+  if (!summary.virtual_time && !summary.lateness_bars.empty())
+    WritePlot(MakeLatenessPlot(summary), add("lateness.png"));
+  if (!summary.rows.empty()) WritePlot(MakeForcePlot(summary), add("force.png"));
+  if (!summary.after.empty()) {
+    if (scene.output.bone) WriteBone(summary.after, add("bone.vdb"));
+    for (std::size_t i = 0; scene.output.pieces && i < summary.piece_bones.size(); ++i) {
+      summary.pieces[i].file = fmt::format("piece_{}.stl", i + 1);
+      WriteMesh(ExtractSurface(summary.piece_bones[i]), add(summary.pieces[i].file));
+    }
+    if (scene.output.pictures && !summary.moments.empty()) {
+      const RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder,
+                                 false};
+      const auto show = [&](double fraction) {
+        if (progress) progress("drawing the pictures", fraction);
+      };
+      for (const std::string& name : WriteRunPictures(pictures, show)) files.push_back(name);
+    }
+  }
   WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true));
   WriteTextFile(folder + "/loop.json", FormatLoopJson(scene, summary));
-  return {std::begin(kFiles), std::end(kFiles)};
+  RemoveStaleResults(folder, earlier, files);
 }
 
 void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   std::vector<std::string> outputs;
   for (const char* name : kFiles) outputs.push_back(fmt::format("{}/{}", folder, name));
+  for (const std::string& name : ReadEarlierResults(folder, "loop.json")) {
+    outputs.push_back(fmt::format("{}/{}", folder, name));
+  }
+  // How many pieces there will be is not known yet.
+  std::error_code none;
+  for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
+    const std::string name = file.path().filename().string();
+    if (name.starts_with("piece_") && name.ends_with(".stl")) outputs.push_back(file.path().string());
+  }
   std::vector<std::string> inputs = ListInputs(scene, scene_file);
   inputs.push_back(scene.device.file);
   CheckInputsStay(inputs, outputs);

@@ -8,11 +8,11 @@
 
 namespace kerf {
 
-std::vector<std::string> ReadEarlierResults(const std::string& folder) {
+std::vector<std::string> ReadEarlierResults(const std::string& folder, const std::string& list) {
   std::vector<std::string> names;
   std::error_code failed;
-  if (!std::filesystem::is_regular_file(folder + "/summary.json", failed)) return names;
-  const auto summary = nlohmann::json::parse(ReadTextFile(folder + "/summary.json"), nullptr, false);
+  if (!std::filesystem::is_regular_file(folder + "/" + list, failed)) return names;
+  const auto summary = nlohmann::json::parse(ReadTextFile(folder + "/" + list), nullptr, false);
   if (!summary.is_object() || !summary.contains("kerf") || !summary.contains("files")) return names;
   for (const auto& file : summary["files"]) {
     if (!file.is_string()) continue;

@@ -6,8 +6,8 @@
 
 namespace kerf {
 
-/// What an earlier run wrote into the folder, as the summary.json there lists it: plain names of files of results only.
-std::vector<std::string> ReadEarlierResults(const std::string& folder);
+/// What an earlier run wrote into the folder, as the `list` there has it: plain names of files of results only.
+std::vector<std::string> ReadEarlierResults(const std::string& folder, const std::string& list = "summary.json");
 /// Removes those of `earlier` that are not among `written`.
 void RemoveStaleResults(const std::string& folder, const std::vector<std::string>& earlier,
                         const std::vector<std::string>& written);

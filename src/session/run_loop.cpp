@@ -9,14 +9,14 @@
 #include <cmath>
 #include <thread>
 
+#include "bone/surface.h"
 #include "core/hash.h"
 #include "core/high_pass.h"
-#include "devices/profiles.h"
 #include "devices/simulated_device.h"
-#include "files/files.h"
 #include "haptics/bone_mirror.h"
 #include "haptics/step_body.h"
 #include "kerf/error.h"
+#include "scene/doubts.h"
 #include "session/hand_motion.h"
 #include "session/make_bone.h"
 
@@ -24,14 +24,9 @@ namespace kerf {
 namespace {
 
 constexpr int kMostSpareLeaves = 1 << 16;
-constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
 constexpr double kNoiseFrom_Hz = 20;
-
-DeviceProfile ReadProfile(const SceneDevice& device) {
-  if (device.file.empty()) return FindDeviceProfile(device.profile);
-  return FindDeviceProfile(ParseDeviceProfiles(ReadTextFile(device.file, kMaxProfileBytes), device.file),
-                           device.profile);
-}
+/// The hand stands still in the first tick: a tool that is clear of the bone removes nothing.
+constexpr double kInBone_mm3 = 1e-6;
 
 /// Leaves set aside for cutting into pure bone: as many as the bone has room for, within reason.
 int CountSpareLeaves(const Bone& bone) {
@@ -91,20 +86,15 @@ class Recorder {
     for (const auto& axis : force_) sum += std::pow(CalcRms(axis, 0, axis.size(), dt_s), 2);
     force.noise_above_20_Hz_mN = 1000 * std::sqrt(sum);
     const auto window = static_cast<std::size_t>(std::lround(1 / dt_s));
-    std::vector<double> quiet;
     for (std::size_t begin = 0; begin + window <= cutting_.size(); begin += window) {
       const auto first = cutting_.begin() + static_cast<std::ptrdiff_t>(begin);
-      if (std::find(first, first + static_cast<std::ptrdiff_t>(window), false) !=
-          first + static_cast<std::ptrdiff_t>(window))
-        continue;
+      const auto last = first + static_cast<std::ptrdiff_t>(window);
+      if (std::find(first, last, false) != last) continue;
       double square = 0;
       for (const auto& axis : force_) square += std::pow(CalcRms(axis, begin, window, dt_s), 2);
-      quiet.push_back(1000 * std::sqrt(square));
+      force.cutting_noise_mN = std::max(force.cutting_noise_mN.value_or(0), 1000 * std::sqrt(square));
     }
-    if (!quiet.empty()) {
-      std::nth_element(quiet.begin(), quiet.begin() + static_cast<std::ptrdiff_t>(quiet.size() / 2), quiet.end());
-      force.quiet_noise_mN = quiet[quiet.size() / 2];
-    }
+    FinishMoments();
   }
 
  private:
@@ -128,8 +118,14 @@ class Recorder {
     summary_.force.largest_simulated_N = std::max(summary_.force.largest_simulated_N, glm::length(out.f_H_W_N));
     summary_.hand_J += 1e-3 * out.hand_mJ;
     summary_.spindle_J += 1e-3 * out.spindle_mJ;
+    summary_.stored_J += 1e-3 * out.stored_mJ;
     summary_.cut_J += 1e-3 * out.cut_mJ;
     summary_.friction_J += 1e-3 * out.friction_mJ;
+    summary_.damping_J += 1e-3 * out.damping_mJ;
+    summary_.numerical_J += 1e-3 * out.numerical_mJ;
+    summary_.removed_by_occupancy_mm3 += out.removed_mm3;
+    if (ticks_ == 0 && out.removed_mm3 > kInBone_mm3) summary_.starts_in_bone = true;
+    NoteMoments(s);
     removed_mm3_ += out.removed_mm3;
     if (++ticks_ % every_ != 0) return;
     LoopRow row;
@@ -152,6 +148,37 @@ class Recorder {
     summary_.rows.push_back(row);
     removed_mm3_ = 0;
   }
+  void NoteMoments(const LoopSample& s) {
+    const CoupledOutput& out = s.report.out;
+    const Vec3 f_W_N = out.f_cut_W_N + out.f_face_W_N + out.f_friction_W_N;
+    TickRecord now;
+    now.time_s = s.time_s;
+    now.X_WT = out.X_WT;
+    now.out.engaged_teeth = out.engaged_teeth;
+    now.out.f_T_W_N = f_W_N;
+    if (!any_) before_ = first_ = peak_ = last_ = {now, now};
+    any_ = true;
+    const std::array<TickRecord, 2> both{before_[1], now};
+    before_ = both;
+    summary_.touched = summary_.touched || glm::length(f_W_N) > 0;
+    if (out.engaged_teeth <= 0) return;
+    if (!engaged_) first_ = both;
+    engaged_ = true;
+    last_ = both;
+    if (glm::length(f_W_N) > peak_N_) {
+      peak_N_ = glm::length(f_W_N);
+      peak_ = both;
+    }
+  }
+  void FinishMoments() {
+    if (!any_) return;
+    for (const auto* moment : {&first_, &peak_, &last_}) {
+      summary_.moments.push_back((*moment)[0]);
+      summary_.moments.push_back((*moment)[1]);
+      // What came before is there for its place alone.
+      summary_.moments[summary_.moments.size() - 2].out.engaged_teeth = 0;
+    }
+  }
   void Hold() {
     for (auto& axis : force_) axis.push_back(axis.empty() ? 0 : axis.back());
     cutting_.push_back(!cutting_.empty() && cutting_.back());
@@ -164,6 +191,10 @@ class Recorder {
   std::vector<bool> cutting_;
   std::uint64_t ticks_ = 0;
   std::uint64_t hash_ = 0;
+  bool any_ = false;
+  bool engaged_ = false;
+  double peak_N_ = 0;
+  std::array<TickRecord, 2> before_, first_, peak_, last_;  // a tick and the one before it
   double removed_mm3_ = 0;
 };
 
@@ -188,6 +219,20 @@ void SummarizeLoop(const HapticLoop& loop, const GuardedDevice& device, LoopSumm
   s.fidelity_step_count = loop.governor().step_count();
   s.force.largest_N = device.counts().largest_N;
   s.force.largest_step_N = device.counts().largest_step_N;
+}
+
+/// The bone after it all, and what it fell into.
+void TakeApart(Bone bone, const Scene& scene, const LoopOptions& options,
+               const std::function<void(const char*, double)>& show, LoopSummary& s) {
+  show("taking the pieces apart", 0);
+  Pieces split = SplitPieces(bone, scene.output.smallest_piece_mm3);
+  s.dust_count = split.dust_count;
+  s.dust_mm3 = split.dust_mm3;
+  for (const Bone& piece : split.pieces) s.pieces.push_back({piece.CalcVolume(), piece.CalcBounds(), ""});
+  if (!options.keep_bones) return;
+  s.after = std::move(bone);
+  s.after.set_note("cut_by_scene", scene.name);
+  s.piece_bones = std::move(split.pieces);
 }
 
 LoopParams MakeLoopParams(const SceneLoop& scene, const LoopOptions& options) {
@@ -223,36 +268,30 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   s.rate_hz = scene.loop.rate_hz;
   s.virtual_time = options.virtual_time;
   const double period_s = 1 / scene.loop.rate_hz;
-  const DeviceProfile profile = ReadProfile(scene.device);
-  const HandModel hand = FindHandModel(scene.hand.model);
+  s.setup = MakeLoopSetup(scene);
+  const DeviceProfile& profile = s.setup.profile;
+  const HandModel& hand = s.setup.hand;
   s.device = profile.name;
   s.hand = hand.name;
 
   StepBodyParams body_params;
   body_params.rpm = scene.tool.rpm;
   body_params.period_s = period_s;
-  body_params.force_map.expected_peak_N = scene.device.expected_peak_N;
-  body_params.force_map.expected_peak_torque_Nmm = scene.device.expected_peak_torque_Nmm;
-  body_params.force_map.slew_N_per_s = scene.device.slew_N_per_s;
-  body_params.force_map.ramp_in_s = scene.device.ramp_s;
+  body_params.force_map = s.setup.force_map;
   s.force.slew_bound_N = scene.device.slew_N_per_s * period_s;
+  s.force.scale = s.setup.force_scale;
 
   CoupledParams params = MakeCoupledParams(scene);
-  {
-    const ForceMap map(profile, body_params.force_map);
-    s.force.scale = map.force_scale();
-    const auto limits = [&](const CouplingParams& coupling) {
-      return CalcCouplingLimits(profile, hand, coupling, map.force_scale(), map.torque_scale(), period_s);
-    };
-    params.coupling = LimitCoupling(params.coupling, limits(params.coupling), &s.coupling_lowered);
-    s.limits = limits(params.coupling);
-  }
-  s.coupling = params.coupling;
+  params.coupling = s.setup.fitted.coupling;
 
   const Path path = MakePath(scene);
   Bone bone = MakeSceneBone(
       scene, [&](double f) { show("making the bone", f); }, &s.material);
   params.spare_leaves = CountSpareLeaves(bone);
+  s.warnings = FindToolDoubts(scene, bone.voxel_mm());
+  for (const std::string& doubt : FindHandDoubts(scene, s.setup)) s.warnings.push_back(doubt);
+  s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
+  if (options.keep_bones) s.before = bone;
   Bone copy = bone;
   const Vec3 p_TC_mm = params.coupling.p_TC_mm;
   const Pose X_WT_start = path.CalcPose(0, 0);
@@ -260,7 +299,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   SimulatedDeviceOptions device_options;
   device_options.p_TC_mm = p_TC_mm;
   SimulatedDevice simulated(profile, hand, X_WT_start, device_options);
-  HandMotion motion(simulated, path, scene.hand, p_TC_mm);
+  HandMotion motion(simulated, path, scene.hand, p_TC_mm, params.coupling.stiffness_N_per_mm * s.setup.force_scale);
   GuardedDevice device(simulated);
   StepBody body(simulation, device, body_params, &motion);
 
@@ -311,6 +350,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   for (const double mm3 : simulation.CalcRemovedByRegion()) s.removed_mm3 += mm3;
   s.bone_hash = simulation.bone().CalcHash();
   s.mirror_identical = mirror.bone().CalcHash() == s.bone_hash;
+  if (!s.touched) s.warnings.emplace_back("the tool met no bone");
+  if (s.starts_in_bone) {
+    s.warnings.emplace_back("the tool was set down inside the bone; what its edge held there went at once");
+  }
+  TakeApart(std::move(simulation).TakeBone(), scene, options, show, s);
   return s;
 }
 

@@ -3,13 +3,16 @@
 
 #include <atomic>
 #include <functional>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "haptics/coupling_limits.h"
 #include "haptics/haptic_loop.h"
+#include "kerf/bone.h"
 #include "scene/scene.h"
+#include "session/loop_setup.h"
+#include "session/run.h"
+#include "session/run_scene.h"
 #include "session/scene_material.h"
 
 namespace kerf {
@@ -18,6 +21,7 @@ struct LoopOptions {
   double seconds = 10;                      // 0.01 to 3600
   bool virtual_time = false;                // without the clock and without threads: the same bits each time
   double burn_us = 0;                       // fault injection: burnt in each tick of the middle third, 0 to 1e5
+  bool keep_bones = false;                  // in the summary, for WriteLoopReport
   const std::atomic<bool>* stop = nullptr;  // ends the run early; may be null
 };
 
@@ -59,13 +63,13 @@ struct LoopBar {
 };
 
 struct LoopForceSummary {
-  double largest_N = 0;             // on the device
-  double largest_step_N = 0;        // from tick to tick, on the device
-  double slew_bound_N = 0;          // that the profile of forces allows in a tick
-  double largest_simulated_N = 0;   // on the hand, before it is scaled to the device
-  double noise_above_20_Hz_mN = 0;  // on the device, RMS over the whole run
-  double quiet_noise_mN = 0;        // median over the seconds in which the tool cut throughout
-  double scale = 1;                 // device N per simulation N
+  double largest_N = 0;                    // on the device
+  double largest_step_N = 0;               // from tick to tick, on the device
+  double slew_bound_N = 0;                 // that the profile of forces allows in a tick
+  double largest_simulated_N = 0;          // on the hand, before it is scaled to the device
+  double noise_above_20_Hz_mN = 0;         // on the device, RMS over the whole run
+  std::optional<double> cutting_noise_mN;  // the largest of the whole seconds in which the tool cut throughout
+  double scale = 1;                        // device N per simulation N
 };
 
 struct LoopSummary {
@@ -75,9 +79,7 @@ struct LoopSummary {
   bool virtual_time = false;
   std::string device;
   std::string hand;
-  bool coupling_lowered = false;  // to what the device bears
-  CouplingParams coupling;        // as used
-  CouplingLimits limits;          // of that coupling on this device in this hand
+  LoopSetup setup;
   // what happened
   LoopEnd end = LoopEnd::kNotYet;
   std::string failure;
@@ -97,17 +99,34 @@ struct LoopSummary {
   LoopForceSummary force;
   long rounds = 0;  // of the hand through the path
   long strokes = 0;
-  double removed_mm3 = 0;  // exact
+  double removed_mm3 = 0;               // exact, of the level set
+  double removed_by_occupancy_mm3 = 0;  // what the ticks add up to
+  // hand + spindle = stored + cut + friction + damping + numerical
   double hand_J = 0;
   double spindle_J = 0;
+  double stored_J = 0;
   double cut_J = 0;
   double friction_J = 0;
+  double damping_J = 0;
+  double numerical_J = 0;
+  bool touched = false;         // the tool ever met bone
+  bool starts_in_bone = false;  // it removed some in the first tick
+  std::vector<PieceSummary> pieces;
+  std::size_t dust_count = 0;
+  double dust_mm3 = 0;
+  std::vector<std::string> warnings;
   std::uint64_t bone_hash = 0;
   std::uint64_t force_hash = 0;   // of every tick's forces and poses
   bool mirror_identical = false;  // a reader's copy of the bone, made from the published leaves, is the bone
   std::size_t leaves_sent = 0;
   MaterialSummary material;
   std::vector<LoopRow> rows;  // every `forces_every_ticks`th
+  // With `keep_bones`:
+  Bone before;
+  Bone after;
+  std::vector<Bone> piece_bones;
+  std::vector<TickRecord> moments;  // first contact, largest force, last contact, each with the tick before it
+  std::vector<std::string> files;   // that WriteLoopReport wrote
 };
 
 /// Builds the scene's bone and runs its tool in its hand for so long. `progress` gets a stage's name and 0..1. Throws
@@ -115,15 +134,24 @@ struct LoopSummary {
 LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
                     const std::function<void(const std::string&, double)>& progress);
 
+/// For people, a phrase each.
+std::string DescribeRemoved(const LoopSummary& summary);
+std::string DescribeStrokes(const LoopSummary& summary);
+std::string DescribePieces(const LoopSummary& summary);
+std::string DescribeEnergy(const LoopSummary& summary);
+std::string DescribeNoise(const LoopSummary& summary);
+
 /// Stable keys with units.
 std::string FormatLoopJson(const Scene& scene, const LoopSummary& summary);
 /// A row a tick (or every so many); units in the header.
 std::string FormatLoopCsv(const LoopSummary& summary);
 /// For people, Markdown. `pictures`: with the pictures that WriteLoopReport makes.
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);
-/// report.md, loop.json, forces.csv, lateness.png, force.png and scene.toml (resolved) in `folder`, made when missing.
-/// Returns the names.
-std::vector<std::string> WriteLoopReport(const Scene& scene, const LoopSummary& summary, const std::string& folder);
+/// report.md, loop.json, forces.csv, force.png, scene.toml (resolved) and, live, lateness.png in `folder`, made when
+/// missing; from a run with `keep_bones`, as the scene asks, also bone.vdb, piece_N.stl, before.png, after.png, cut.png
+/// and apart.png. Results of an earlier loop in the same folder are replaced or removed. Fills `summary.files`.
+void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
+                     const std::function<void(const std::string&, double)>& progress = {});
 /// Throws Error when one of them would replace one of the run's own inputs.
 void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
 

@@ -170,7 +170,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
     write(apart, "apart.png");
   }
 
-  if (moments.any) {
+  if (moments.any && run.force_plot) {
     WritePlot(MakeForcePlot(run.ticks, run.after.materials(), name), run.folder + "/force.png");
     written.emplace_back("force.png");
   }

@@ -20,10 +20,11 @@ struct RunPictures {
   const Bone& after;
   const std::vector<Bone>& pieces;
   std::string folder;
+  bool force_plot = true;  // of force against depth
 };
 
-/// Writes before.png and after.png; cut.png and force.png when the saw met bone; apart.png when there is more than one
-/// piece. Returns their names.
+/// Writes before.png and after.png; cut.png and, if asked for, force.png when the saw met bone; apart.png when there is
+/// more than one piece. Returns their names.
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress);
 
 /// Magnitude of the force against depth, a curve a stroke, over bands of the region that carries most of it.

@@ -271,5 +271,26 @@ TEST(CouplingLimits, AreTheDevicesDividedByTheScaleOfTheForce) {
   EXPECT_FALSE(changed);
 }
 
+TEST(FitCoupling, StaysBelowAShareOfWhatASampledLoopHolds) {
+  // omega_6 with H1 at 250 Hz: it bears 5 N/mm, its loop 2 (0.001 + 0.001) / 0.004 = 1 N/mm, both on the device.
+  const DeviceProfile& omega = FindDeviceProfile("omega_6");
+  const double scale = 12.0 / 28;
+  CouplingParams coupling;
+  coupling.stiffness_N_per_mm = 100;
+  const FittedCoupling fitted = FitCoupling(omega, FindHandModel("H1"), coupling, scale, 0, 0.004);
+  EXPECT_NEAR(fitted.coupling.stiffness_N_per_mm * scale, kSampledShare * 1, 1e-12);
+  EXPECT_NEAR(fitted.limits.sampled_stiffness_N_per_mm * scale, 1, 1e-12);
+  EXPECT_TRUE(fitted.lowered.by_device);
+  EXPECT_TRUE(fitted.lowered.by_loop);
+  // A firm grip at 1 kHz: its loop holds 32 N/mm, so the device's 5 N/mm count.
+  const FittedCoupling firm = FitCoupling(omega, FindHandModel("H4"), coupling, scale, 0, 0.001);
+  EXPECT_NEAR(firm.coupling.stiffness_N_per_mm * scale, 5, 1e-12);
+  EXPECT_FALSE(firm.lowered.by_loop);
+  coupling.stiffness_N_per_mm = 1;
+  const FittedCoupling soft = FitCoupling(omega, FindHandModel("H3"), coupling, scale, 0, 0.001);
+  EXPECT_EQ(soft.coupling.stiffness_N_per_mm, 1);
+  EXPECT_FALSE(soft.lowered.any());
+}
+
 }  // namespace
 }  // namespace kerf

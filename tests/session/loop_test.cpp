@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "bonefile/bonefile.h"
 #include "devices/profiles.h"
 #include "files/files.h"
 #include "kerf/error.h"
@@ -74,6 +75,12 @@ TEST(RunLoop, CutsThroughAndRemovesTheKerf) {
   // What the hand and the spindle put in went into the cut and into friction, or is in the springs.
   EXPECT_GT(s.cut_J, 0);
   EXPECT_GE(s.hand_J + s.spindle_J, s.cut_J + s.friction_J - 1e-6);
+  // The account of each tick is exact to rounding: 1e-9 of some joules over 6000 ticks.
+  EXPECT_NEAR(s.hand_J + s.spindle_J, s.stored_J + s.cut_J + s.friction_J + s.damping_J + s.numerical_J, 1e-7);
+  EXPECT_EQ(s.pieces.size(), 2U);
+  EXPECT_TRUE(s.touched);
+  EXPECT_FALSE(s.starts_in_bone);
+  EXPECT_TRUE(s.warnings.empty());
 }
 
 TEST(RunLoop, GivesTheSameBitsTwice) {
@@ -135,6 +142,74 @@ TEST(RunLoop, DegradesAndComesBackWhileTimeIsBurnt) {
   EXPECT_LE(s.force.largest_step_N, s.force.slew_bound_N);
 }
 
+/// The kScene's first stroke alone, which ends at z = 0.5.
+Scene OneStroke(const std::string& hand) {
+  Scene scene = ParseScene(kScene, "s.toml");
+  scene.path.strokes.resize(1);
+  scene.hand.model = hand;
+  return scene;
+}
+
+TEST(RunLoop, NeitherHandleNorToolGoesBeyondTheStrokesEnd) {
+  for (const char* hand : {"H1", "H2", "H3", "H4"}) {
+    const Scene scene = OneStroke(hand);
+    const LoopSummary s = RunVirtual(scene, 12);
+    EXPECT_GE(s.rounds, 1) << hand;  // it came to the end, and back
+    double lowest_mm = 1e9;
+    for (const LoopRow& row : s.rows) lowest_mm = std::min({lowest_mm, row.p_WC_mm.z, row.p_WT_mm.z});
+    EXPECT_LE(lowest_mm, 0.5 + 0.03 * scene.hand.lead_mm) << hand;
+    // A damper stops it, not a wall: to some tenths of a millimetre.
+    EXPECT_GE(lowest_mm, 0.5 - 0.3) << hand;
+  }
+}
+
+TEST(RunLoop, LowersACouplingThatTheLoopCouldNotHold) {
+  Scene scene = OneStroke("H1");
+  scene.coupling.params.stiffness_N_per_mm = 100;
+  scene.loop.rate_hz = 250;
+  const LoopSummary s = RunVirtual(scene, 6);
+  EXPECT_TRUE(s.setup.fitted.lowered.by_loop);
+  EXPECT_DOUBLE_EQ(s.setup.fitted.coupling.stiffness_N_per_mm,
+                   kSampledShare * s.setup.fitted.limits.sampled_stiffness_N_per_mm);
+  // The coupling gives at most 40 N, which is what a hand that is flung about would feel; leaning does not reach 20 N.
+  EXPECT_LT(s.force.largest_simulated_N, 20);
+  EXPECT_THAT(s.warnings, testing::Contains(testing::HasSubstr("lowered from 100 to 50 % of what a loop")));
+  const auto json = nlohmann::json::parse(FormatLoopJson(scene, s));
+  EXPECT_TRUE(json["coupling"]["lowered_for_loop"]);
+  EXPECT_EQ(json["coupling"]["asked_stiffness_N_per_mm"], 100);
+  EXPECT_THAT(FormatLoopReport(scene, s, false), testing::HasSubstr("lowered from 100 to 50 % of what a loop"));
+}
+
+TEST(RunLoop, WarnsOfWhatIsSeldomMeant) {
+  const auto warnings = [](const Scene& scene) { return RunVirtual(scene, 0.05).warnings; };
+  using testing::Contains;
+  using testing::HasSubstr;
+  Scene scene = OneStroke("H3");
+  EXPECT_THAT(warnings(scene), testing::ElementsAre("the tool met no bone"));
+  scene.tool.rpm = 0;
+  EXPECT_THAT(warnings(scene), Contains("rpm = 0: a stopped tool cuts nothing"));
+  scene = OneStroke("H3");
+  scene.tool.thickness_mm = 0.1;
+  EXPECT_THAT(warnings(scene), Contains(HasSubstr("thinner than a voxel")));
+  scene = OneStroke("H3");
+  scene.coupling.at = CouplingPoint::kGrip;
+  EXPECT_THAT(warnings(scene), Contains(HasSubstr("the device omega_6 drives no torques")));
+  scene = OneStroke("H3");
+  scene.path.strokes[0].start_mm = {0, 0, 2};
+  EXPECT_THAT(warnings(scene), Contains(HasSubstr("set down inside the bone")));
+}
+
+TEST(RunLoop, TellsWhereTheSceneNamesATableOfDevicesThatIsNotThere) {
+  const Scene scene = ParseScene(std::string(kScene) + "[device]\nprofile = \"mine\"\nfile = \"none.csv\"\n", "s.toml");
+  try {
+    RunVirtual(scene, 1);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("none.csv"));
+    EXPECT_THAT(e.what(), testing::StartsWith("s.toml:28:1: "));
+  }
+}
+
 std::string MessageOf(const Scene& scene, double seconds = 1) {
   try {
     RunVirtual(scene, seconds);
@@ -152,22 +227,41 @@ TEST(RunLoop, SaysWhatItCanNotDo) {
   EXPECT_EQ(MessageOf(ParseScene(kScene, "s.toml"), 0), "the loop can't run for 0 s; give 0.01 to 3600");
 }
 
+TEST(LoopReport, HasTheTimesOfALiveLoop) {
+  LoopOptions options;
+  options.seconds = 0.2;
+  const Scene scene = ParseScene(kScene, "s.toml");
+  const LoopSummary s = RunLoop(scene, options, {});
+  const auto json = nlohmann::json::parse(FormatLoopJson(scene, s));
+  EXPECT_EQ(json["lateness"]["count"], s.counts.ticks);
+  std::uint64_t in_bars = 0;
+  for (const auto& bar : json["tick_bars_us"]) in_bars += bar[2].get<std::uint64_t>();
+  EXPECT_EQ(in_bars, s.counts.ticks);
+  EXPECT_TRUE(json["force"]["noise_above_20_Hz_while_cutting_mN"].is_null());  // nothing cut yet
+}
+
 TEST(LoopReport, FilesAgreeWithTheSummary) {
   const std::string folder = (fs::temp_directory_path() / ("kerf_loop_" + std::to_string(getpid()))).string();
   Scene scene = ParseScene(kScene, "s.toml");
   scene.output.forces_every_ticks = 3;
-  const LoopSummary s = RunVirtual(scene, 1);
-  for (const std::string& name : WriteLoopReport(scene, s, folder)) {
-    EXPECT_GT(fs::file_size(fs::path(folder) / name), 100U) << name;
-  }
+  LoopOptions options = Virtual(6);
+  options.keep_bones = true;
+  LoopSummary s = RunLoop(scene, options, {});
+  WriteLoopReport(scene, s, folder);
+  for (const std::string& name : s.files) EXPECT_GT(fs::file_size(fs::path(folder) / name), 100U) << name;
+  EXPECT_THAT(s.files, testing::UnorderedElementsAre("report.md", "loop.json", "scene.toml", "forces.csv", "force.png",
+                                                     "bone.vdb", "piece_1.stl", "piece_2.stl", "before.png",
+                                                     "after.png", "cut.png", "apart.png"));
+  EXPECT_EQ(ReadBone(folder + "/bone.vdb").CalcHash(), s.bone_hash);
   const auto json = nlohmann::json::parse(ReadTextFile(folder + "/loop.json"));
-  EXPECT_EQ(json["ticks"]["count"], 1000);
+  EXPECT_EQ(json["ticks"]["count"], 6000);
+  EXPECT_EQ(json["pieces"].size(), 2U);
   EXPECT_EQ(json["removed_mm3"], s.removed_mm3);
   EXPECT_TRUE(json["published"]["copy_is_bit_identical"]);
-  EXPECT_EQ(json["lateness"]["count"], 1000);
-  std::uint64_t in_bars = 0;
-  for (const auto& bar : json["tick_bars_us"]) in_bars += bar[2].get<std::uint64_t>();
-  EXPECT_EQ(in_bars, 1000U);
+  for (const char* key : {"tick", "lateness", "stages", "tick_bars_us", "lateness_bars_us"}) {
+    EXPECT_TRUE(json[key].is_null()) << key;  // without the clock
+  }
+  EXPECT_EQ(json["removed_by_occupancy_mm3"], s.removed_by_occupancy_mm3);
   std::istringstream csv(ReadTextFile(folder + "/forces.csv"));
   std::string line;
   std::getline(csv, line);
@@ -182,9 +276,18 @@ TEST(LoopReport, FilesAgreeWithTheSummary) {
     for (int i = 0; i < 20; ++i) std::getline(cells, cell, ',');
     removed_mm3 += std::stod(cell);
   }
-  EXPECT_EQ(rows, 333);
-  // By occupancy: to some percent of the exact volume.
-  EXPECT_NEAR(removed_mm3, s.removed_mm3, 0.1 * s.removed_mm3);
+  EXPECT_EQ(rows, 2000);
+  // Written with six digits.
+  EXPECT_NEAR(removed_mm3, s.removed_by_occupancy_mm3, 1e-4 * removed_mm3);
+  // A second run into the folder that leaves less behind takes away what is no longer its own.
+  scene.output.pieces = scene.output.pictures = false;
+  LoopOptions brief = Virtual(0.1);
+  brief.keep_bones = true;
+  LoopSummary again = RunLoop(scene, brief, {});
+  WriteLoopReport(scene, again, folder);
+  EXPECT_TRUE(fs::exists(folder + "/bone.vdb"));
+  EXPECT_FALSE(fs::exists(folder + "/piece_2.stl"));
+  EXPECT_FALSE(fs::exists(folder + "/apart.png"));
   fs::remove_all(folder);
 }
 

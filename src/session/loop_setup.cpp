@@ -1,0 +1,91 @@
+#include "session/loop_setup.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "devices/profiles.h"
+#include "files/files.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
+
+DeviceProfile ReadProfile(const SceneDevice& device) {
+  if (device.file.empty()) return FindDeviceProfile(device.profile);
+  try {
+    return FindDeviceProfile(ParseDeviceProfiles(ReadTextFile(device.file, kMaxProfileBytes), device.file),
+                             device.profile);
+  } catch (const Error& e) {
+    if (device.file_place.empty()) throw;
+    throw Error(fmt::format("{}: {}", device.file_place, e.what()));
+  }
+}
+
+/// A stiffness of the simulation, and what the device feels of it.
+std::string Both(double simulated_N_per_mm, double scale) {
+  if (!std::isfinite(simulated_N_per_mm)) return "any";
+  return fmt::format("{:.4g} N/mm ({:.4g} N/mm on the device)", simulated_N_per_mm, simulated_N_per_mm * scale);
+}
+
+}  // namespace
+
+LoopSetup MakeLoopSetup(const Scene& scene) {
+  LoopSetup setup;
+  setup.profile = ReadProfile(scene.device);
+  setup.hand = FindHandModel(scene.hand.model);
+  setup.force_map.expected_peak_N = scene.device.expected_peak_N;
+  setup.force_map.expected_peak_torque_Nmm = scene.device.expected_peak_torque_Nmm;
+  setup.force_map.slew_N_per_s = scene.device.slew_N_per_s;
+  setup.force_map.ramp_in_s = scene.device.ramp_s;
+  const ForceMap map(setup.profile, setup.force_map);
+  setup.force_scale = map.force_scale();
+  const CouplingParams asked = MakeCoupledParams(scene).coupling;
+  setup.asked_stiffness_N_per_mm = asked.stiffness_N_per_mm;
+  setup.fitted =
+      FitCoupling(setup.profile, setup.hand, asked, map.force_scale(), map.torque_scale(), 1 / scene.loop.rate_hz);
+  return setup;
+}
+
+std::string DescribeCoupling(const LoopSetup& setup) {
+  const FittedCoupling& f = setup.fitted;
+  std::string text = Both(f.coupling.stiffness_N_per_mm, setup.force_scale);
+  if (!f.lowered.any()) return text;
+  text += ", lowered";
+  if (f.coupling.stiffness_N_per_mm < setup.asked_stiffness_N_per_mm) {
+    text += fmt::format(" from {:.4g}", setup.asked_stiffness_N_per_mm);
+  }
+  if (f.lowered.by_loop) {
+    return text + fmt::format(
+                      " to {:.0f} % of what a loop at this rate holds with this hand: above, the hand would be flung "
+                      "about",
+                      100 * kSampledShare);
+  }
+  return text + " to what the device bears";
+}
+
+std::string DescribeLimits(const LoopSetup& setup) {
+  const CouplingLimits& limits = setup.fitted.limits;
+  return fmt::format(
+      "the device bears {}; a loop at this rate with this hand holds {}; {}",
+      Both(limits.stiffness_N_per_mm, setup.force_scale), Both(limits.sampled_stiffness_N_per_mm, setup.force_scale),
+      setup.profile.friction_N > 0 ? fmt::format("the encoder's steps can't keep it trembling below {}",
+                                                 Both(limits.quantum_stiffness_N_per_mm, setup.force_scale))
+                                   : std::string("the encoder's steps: the device has no friction, no such limit"));
+}
+
+std::vector<std::string> FindHandDoubts(const Scene& scene, const LoopSetup& setup) {
+  std::vector<std::string> doubts;
+  if (scene.coupling.at == CouplingPoint::kGrip && setup.profile.peak_torque_Nmm <= 0) {
+    doubts.push_back(
+        fmt::format("[coupling] at = \"grip\" and the device {} drives no torques: the hand doesn't feel the force's "
+                    "moment about the grip; set at = \"tool\"",
+                    setup.profile.name));
+  }
+  if (setup.fitted.lowered.any()) doubts.push_back("the coupling is " + DescribeCoupling(setup));
+  return doubts;
+}
+
+}  // namespace kerf
