@@ -25,8 +25,21 @@ namespace {
 
 constexpr int kMostSpareLeaves = 1 << 16;
 constexpr double kNoiseFrom_Hz = 20;
-/// The hand stands still in the first tick: a tool that is clear of the bone removes nothing.
-constexpr double kInBone_mm3 = 1e-6;
+
+/// Whether bone is within the tool as it is set down: looked for at points of its middle plane.
+bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
+  const double reach_mm = CalcReach(tool);
+  const double step_mm = std::max(bone.voxel_mm(), reach_mm / 50);
+  for (double x = -reach_mm; x <= reach_mm; x += step_mm) {
+    for (double y = -reach_mm; y <= reach_mm; y += step_mm) {
+      // Half a voxel deep: to touch is not to be inside.
+      if (x * x + y * y < reach_mm * reach_mm && bone.SignedDistance(X_WT.Point({x, y, 0})) < -0.5 * bone.voxel_mm()) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
 
 /// Leaves set aside for cutting into pure bone: as many as the bone has room for, within reason.
 int CountSpareLeaves(const Bone& bone) {
@@ -124,7 +137,6 @@ class Recorder {
     summary_.damping_J += 1e-3 * out.damping_mJ;
     summary_.numerical_J += 1e-3 * out.numerical_mJ;
     summary_.removed_by_occupancy_mm3 += out.removed_mm3;
-    if (ticks_ == 0 && out.removed_mm3 > kInBone_mm3) summary_.starts_in_bone = true;
     NoteMoments(s);
     removed_mm3_ += out.removed_mm3;
     if (++ticks_ % every_ != 0) return;
@@ -291,6 +303,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   s.warnings = FindToolDoubts(scene, bone.voxel_mm());
   for (const std::string& doubt : FindHandDoubts(scene, s.setup)) s.warnings.push_back(doubt);
   s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
+  s.starts_in_bone = IsInBone(bone, params.tool, path.CalcPose(0, 0));
   if (options.keep_bones) s.before = bone;
   Bone copy = bone;
   const Vec3 p_TC_mm = params.coupling.p_TC_mm;

@@ -110,7 +110,7 @@ struct LoopSummary {
   double damping_J = 0;
   double numerical_J = 0;
   bool touched = false;         // the tool ever met bone
-  bool starts_in_bone = false;  // it removed some in the first tick
+  bool starts_in_bone = false;  // it was set down there
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;
   double dust_mm3 = 0;

@@ -206,7 +206,7 @@ TEST(RunLoop, TellsWhereTheSceneNamesATableOfDevicesThatIsNotThere) {
     FAIL();
   } catch (const Error& e) {
     EXPECT_THAT(e.what(), testing::HasSubstr("none.csv"));
-    EXPECT_THAT(e.what(), testing::StartsWith("s.toml:28:1: "));
+    EXPECT_THAT(e.what(), testing::StartsWith("s.toml:27:1: "));
   }
 }
 
