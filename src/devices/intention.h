@@ -8,7 +8,7 @@
 namespace kerf {
 
 struct Intention {
-  Pose X_WH{};             // where the hand wants the tool frame
+  Pose X_WH{};           // where the hand wants the tool frame
   Vec3 v_W_mm_per_s{0};  // how fast that moves
   Vec3 push_W_N{0};      // on the handle, besides the pull towards X_WH
   double yield_s = 0;    // above 0: along the push, X_WH gives way to where the handle is with this time constant,
@@ -19,7 +19,7 @@ struct Intention {
 /// push comes on over push_on_s, sawing swells and fades over a quarter of the step.
 struct IntentionStep {
   double seconds = 1;      // 1e-3 to 1e6
-  Pose X_WH{};               // at the end of the step; where the step before ended: a hold
+  Pose X_WH{};             // at the end of the step; where the step before ended: a hold
   Vec3 push_W_N{0};        // from this step's beginning on; up to 1000
   double yield_s = 0;      // see Intention; 0 to 100
   Vec3 saw_W_mm{0};        // amplitude of a to and fro on top of the stroke; up to 100
