@@ -122,7 +122,8 @@ double Faces::Remember(const StepProblem& problem, const Twist& u, double share)
     const double at_end = flat.depth_mm + way;
     if (!(at_end > 0)) continue;
     const Pair& pair = pairs_[static_cast<std::size_t>(found_[n].point / 2)];
-    Patch& patch = patches_[static_cast<std::size_t>(pair.patch + (flat.side > 0 ? kSectors * kRings : 0))];
+    const int index = pair.patch + (flat.side > 0 ? kSectors * kRings : 0);
+    Patch& patch = patches_[static_cast<std::size_t>(index)];
     const double force = fresh * share_borne * problem.flat_stiffness_N_per_mm * at_end;
     patch.force_N += force;
     patch.x_N += force * pair.x;
