@@ -41,7 +41,7 @@ struct ToolDistance {
 };
 
 FloatGrid::Ptr MakeToolGrid(const Tool& tool, const Pose& X_WT, double voxel_mm) {
-  const FloatGrid::Ptr grid = MakePhiGrid(voxel_mm);
+  FloatGrid::Ptr grid = MakePhiGrid(voxel_mm);
   const float band = grid->background();
   const double leaf_mm = kLeafEdge * voxel_mm;
   const double reach = CalcReach(tool) + static_cast<double>(band);

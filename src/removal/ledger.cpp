@@ -94,15 +94,17 @@ void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlo
   }
   for (const int stride : {1, kEdge, kEdge * kEdge}) {
     for (int i = 0; i + stride < kCount; ++i) {
+      const int beyond = i + stride;
       auto& flag = flags[static_cast<std::size_t>(i)];
-      flag = static_cast<std::uint8_t>(flag | flags[static_cast<std::size_t>(i + stride)]);
+      flag = static_cast<std::uint8_t>(flag | flags[static_cast<std::size_t>(beyond)]);
     }
   }
   const double h = field_.voxel_mm();
   for (int x = 0; x < 8; ++x) {
     for (int y = 0; y < 8; ++y) {
       for (int z = 0; z < 8; ++z) {
-        if (flags[static_cast<std::size_t>((x * kEdge + y) * kEdge + z)] != 7) continue;
+        const int cell = (x * kEdge + y) * kEdge + z;
+        if (flags[static_cast<std::size_t>(cell)] != 7) continue;
         const double share = CalcCellShare(old.Corners(x, y, z)) - CalcCellShare(now.Corners(x, y, z));
         const Vec3 centre = h * (Vec3(8 * owner.x + x, 8 * owner.y + y, 8 * owner.z + z) + 0.5);
         removed_mm3_[static_cast<std::size_t>(std::clamp(field_.RegionAt(centre), 0, 255))] += share * h * h * h;

@@ -215,7 +215,7 @@ TEST(SimulatedDevice, APushThatYieldsStaysWhileTheToolGoesAhead) {
 }
 
 TEST(SimulatedDevice, BadOptionsAreRefused) {
-  const auto message = [](const SimulatedDeviceOptions& options, DeviceProfile profile) -> std::string {
+  const auto message = [](const SimulatedDeviceOptions& options, const DeviceProfile& profile) -> std::string {
     try {
       SimulatedDevice(profile, FindHandModel("H1"), At(0), options);
     } catch (const Error& e) {

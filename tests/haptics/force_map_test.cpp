@@ -33,9 +33,9 @@ double DrawAnything(std::mt19937_64& random) {
       return value;
     }
     case 1: {
-      constexpr double kSpecial[] = {0,     -0.0, kDenormal, -kDenormal,   kMax,
-                                     -kMax, 1e30, 1e-30,     std::nan(""), std::numeric_limits<double>::infinity(),
-                                     -1e300};
+      const double kSpecial[] = {0,     -0.0, kDenormal, -kDenormal,   kMax,
+                                 -kMax, 1e30, 1e-30,     std::nan(""), std::numeric_limits<double>::infinity(),
+                                 -1e300};
       return kSpecial[random() % std::size(kSpecial)];
     }
     default:
