@@ -7,6 +7,7 @@
 #include "cli/commands.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
+#include "files/files.h"
 #include "kerf/error.h"
 #include "scene/scene.h"
 #include "session/run_loop.h"
@@ -69,7 +70,10 @@ void Run(Options& options) {
   Scene scene = ReadScene(options.scene);
   if (!options.hand.empty()) scene.hand.model = options.hand;
   if (options.rate_hz) scene.loop.rate_hz = *options.rate_hz;
-  if (!options.folder.empty()) CheckLoopInputsStay(scene, options.scene, options.folder);
+  if (!options.folder.empty()) {
+    CheckLoopInputsStay(scene, options.scene, options.folder);
+    MakeFolder(options.folder);  // before the long work
+  }
   options.loop.stop = &CatchInterrupt();
   options.loop.keep_bones = !options.folder.empty();
   LoopSummary summary;
