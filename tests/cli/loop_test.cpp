@@ -70,7 +70,13 @@ TEST_F(Loop, RefusesWhatItCanNotTake) {
 }
 
 TEST_F(Loop, ControlCEndsItWithAReport) {
-  const ProgramResult result = KerfWithin("timeout --preserve-status -s INT 4", "loop s.toml --seconds 600");
+  // On a machine that is busy with other work the signal may come before the loop: then it just ends, and a later one
+  // is tried.
+  ProgramResult result;
+  for (const char* seconds : {"2", "8", "30"}) {
+    result = KerfWithin(std::string("timeout --preserve-status -s INT ") + seconds, "loop s.toml --seconds 600");
+    if (result.code != 130) break;
+  }
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("removed"));
 }
