@@ -1,0 +1,52 @@
+// How far a loop is from swinging: gain margin, delay margin, and the map over stiffness and damping.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "stability/closed_loop.h"
+
+namespace kerf {
+
+/// What is examined: a tool, a place on a bone, a device and a hand.
+struct StabilitySubject {
+  Bone bone;
+  ClosedLoopSetup setup;
+  Pose X_WT_start;        // the tool, clear of the bone by less than 1 mm
+  Vec3 into_W{0, 0, -1};  // the way of the feed from there into the bone, unit length
+  double rpm = 7500;
+};
+
+enum class Behaviour : std::uint8_t { kStable, kLimitCycle, kUnstable };
+const char* ToString(Behaviour behaviour);
+
+/// The states in which a loop is tried.
+enum class HeldState : std::uint8_t {
+  kStoppedOnBone,  // spindle off, pushed on the bone: a solid wall, the stiffest there is
+  kCutting,        // spindle on, pushed with 5 N
+  kInKerf,         // spindle on, some millimetres deep, pushed sideways against a wall of the kerf
+};
+const char* ToString(HeldState state);
+
+/// Kicks the handle in that state and watches. Friction and encoder steps of the profile count unless `linear`.
+Behaviour TryState(const StabilitySubject& subject, HeldState state, bool linear);
+
+struct Margins {
+  double gain = 0;           // the loop gain at which it ceases to be stable
+  bool gain_beyond = false;  // it was still stable at that gain, the largest tried
+  int delay_ticks = 0;       // whole ticks of further delay that it bears; most tried: 16
+};
+/// By bisection (to 2 %) and by counting up. `linear` as above.
+Margins FindMargins(const StabilitySubject& subject, HeldState state, bool linear, double most_gain = 64);
+
+/// Each point of stiffness by damping (as the simulation has them), row by row from the least damping.
+struct StabilityMap {
+  std::vector<double> stiffness_N_per_mm;
+  std::vector<double> damping_Ns_per_mm;
+  std::vector<Behaviour> behaviour;
+};
+StabilityMap DrawMap(const StabilitySubject& subject, HeldState state, const std::vector<double>& stiffness_N_per_mm,
+                     const std::vector<double>& damping_Ns_per_mm, const std::function<void(double)>& progress = {});
+
+}  // namespace kerf

@@ -1,0 +1,40 @@
+// The situations in which a saw in a hand must stay steady, each run on a subject of one's choice.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "stability/margins.h"
+
+namespace kerf {
+
+/// A figure that was measured, and what it must not pass.
+struct StabilityFigure {
+  std::string name;  // "noise above 20 Hz"
+  std::string unit;  // "mN"
+  double value = 0;
+  double bound = 0;
+  bool at_most = true;                                                      // false: at least
+  bool holds() const { return at_most ? value <= bound : value >= bound; }  // not for NaN
+};
+
+struct ScenarioResult {
+  std::string name;      // "press_and_hold"
+  std::string what;      // a sentence for people
+  bool skipped = false;  // does not apply to this subject; `what` says why
+  std::vector<StabilityFigure> figures;
+  // The run's force on the device, for a figure
+  std::vector<double> time_s;
+  std::vector<double> force_N;
+  bool holds() const;
+};
+
+struct Scenario {
+  const char* name;
+  const char* what;
+  ScenarioResult (*run)(const StabilitySubject& subject, std::uint64_t seed);
+};
+/// In the order in which they are reported.
+const std::vector<Scenario>& Scenarios();
+
+}  // namespace kerf
