@@ -85,8 +85,10 @@ void SimulatedDevice::Integrate(double h) noexcept {
   // Friction takes speed away and never turns it round, so that what sticks stays exactly where it is.
   const double speed = glm::length(v1);
   const double taken = profile_.friction_N * h / m;
+  const Vec3 v_free = v1;
   v1 = speed > taken ? v1 * (1 - taken / speed) : Vec3{0};
   const Vec3 moved = 0.5 * h * (v0 + v1);
+  lost_mJ_ += glm::dot(0.5 * profile_.own_damping_Ns_per_mm * (v0 + v_free) + (m / h) * (v_free - v1), moved);
   p_WC_mm_ += moved;
   v_WC_mm_per_s_ = v1;
   port_mJ_ -= glm::dot(f_W_N_, moved);

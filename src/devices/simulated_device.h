@@ -58,6 +58,7 @@ class SimulatedDevice : public Device {
   Vec3 force_N() const { return f_W_N_; }  // that the motors make now
   double time_s() const { return time_s_; }
   double port_mJ() const { return port_mJ_; }  // done so far by the handle on the motors
+  double lost_mJ() const { return lost_mJ_; }  // so far, to the device's own damping and friction
   std::uint64_t saturated_writes() const { return saturated_writes_; }
 
  private:
@@ -87,6 +88,7 @@ class SimulatedDevice : public Device {
   std::array<Wrench, kMaxDelay + 1> queue_{};
   int queue_at_ = 0;
   double port_mJ_ = 0;
+  double lost_mJ_ = 0;
   std::uint64_t saturated_writes_ = 0;
   DeviceSample last_sample_;
 };
