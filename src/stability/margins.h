@@ -1,6 +1,7 @@
 // How far a loop is from swinging: gain margin, delay margin, and the map over stiffness and damping.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <string>
 #include <vector>
@@ -28,6 +29,7 @@ enum class HeldState : std::uint8_t {
   kInKerf,         // spindle on, some millimetres deep, pushed sideways against a wall of the kerf
 };
 const char* ToString(HeldState state);
+inline constexpr std::array kHeldStates = {HeldState::kStoppedOnBone, HeldState::kCutting, HeldState::kInKerf};
 
 /// Kicks the handle in that state and watches. Friction and encoder steps of the profile count unless `linear`.
 Behaviour TryState(const StabilitySubject& subject, HeldState state, bool linear);
@@ -39,6 +41,24 @@ struct Margins {
 };
 /// By bisection (to 2 %) and by counting up. `linear` as above.
 Margins FindMargins(const StabilitySubject& subject, HeldState state, bool linear, double most_gain = 64);
+
+/// The loop of another device and hand, its coupling lowered as `kerf loop` would for the hand `fitted_to`.
+ClosedLoopSetup FitSetup(ClosedLoopSetup setup, const DeviceProfile& profile, const HandModel& hand,
+                         const HandModel& fitted_to);
+
+struct ProfileMargins {
+  std::string profile;
+  std::string hand;
+  std::string fitted_to;    // the hand by which the coupling was fitted: the same, but for a device that is let go of
+  CouplingParams coupling;  // as the simulation has it
+  double force_scale = 1;   // device N per simulation N
+  std::array<Margins, kHeldStates.size()> margins;  // in the order of kHeldStates, linear
+};
+/// Each profile with each hand, and let go of with the coupling fitted to H3. What `subject` has of device and hand is
+/// not looked at; its coupling is what is asked for. About 2 s for each row on a block of 0.2 mm.
+std::vector<ProfileMargins> CalcProfileMargins(const StabilitySubject& subject,
+                                               const std::vector<DeviceProfile>& profiles,
+                                               const std::function<void(double)>& progress = {});
 
 /// Each point of stiffness by damping (as the simulation has them), row by row from the least damping.
 struct StabilityMap {

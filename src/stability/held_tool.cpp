@@ -1,0 +1,407 @@
+#include "stability/held_tool.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "haptics/coupling_limits.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kPush_N = 5;         // of the simulation
+constexpr double kSidePush_N = 2;     // likewise, on the wall of a kerf
+constexpr double kShareOfPeak = 0.3;  // that the push may take of what device and coupling can give
+constexpr double kApproach_mm_per_s = 10;
+constexpr double kTick_s = 0.001;  // of the approach
+constexpr int kMostTicks = 4000;   // likewise
+constexpr double kYield_s = 0.5;
+
+/// How deep the tool is to be for a state, mm along the feed from the first touch.
+double CalcDepth(const StabilitySubject& subject, HeldState state) {
+  const double voxel_mm = subject.bone.voxel_mm();
+  if (state == HeldState::kCutting) return std::max(1.0, 2 * voxel_mm);
+  // The walls of a kerf hold a turning disc from 3.25 voxels on.
+  return std::min(std::max(3.0, 6 * voxel_mm), std::max(0.6 * CalcReach(subject.setup.coupled.tool), 4 * voxel_mm));
+}
+
+/// Square to the feed, along the spindle if that can be.
+Vec3 CalcSideways(const StabilitySubject& subject) {
+  for (const Vec3& axis_T : {Vec3(0, 0, 1), Vec3(1, 0, 0)}) {
+    const Vec3 axis = subject.X_WT_start.Vector(axis_T);
+    const Vec3 across = axis - glm::dot(axis, subject.into_W) * subject.into_W;
+    if (glm::length(across) > 0.3) return glm::normalize(across);
+  }
+  throw Error("the way of the feed is not of unit length");
+}
+
+/// What the push, the spring and the handle come to, for a loop.
+struct Sizes {
+  double scale = 1;               // device N per simulation N
+  double push_N = 0;              // on the device
+  double compression_mm = 0;      // of the coupling under it
+  double stiffness_N_per_mm = 0;  // that the device feels
+  double mass = 0;                // of handle and hand, N s^2 / mm
+  double period_s = 0;            // of the swing on that spring
+};
+
+Sizes CalcSizes(const HeldTool& held, const ClosedLoopSetup& setup) {
+  Sizes z;
+  z.scale = ForceMap(setup.profile, setup.force_map).force_scale();
+  const double K = setup.coupled.coupling.stiffness_N_per_mm;
+  const double push_N = std::min({held.push_N, kShareOfPeak * setup.profile.peak_force_N / z.scale,
+                                  kShareOfPeak * setup.coupled.coupling.max_force_N});
+  z.push_N = push_N * z.scale;
+  z.compression_mm = push_N / (setup.loop_gain * K);
+  z.stiffness_N_per_mm = setup.loop_gain * z.scale * K;
+  z.mass = 1e-3 * (setup.profile.mass_kg + setup.hand.mass_kg);
+  z.period_s = 2 * kPi * std::sqrt(z.mass / (z.stiffness_N_per_mm + setup.hand.stiffness_N_per_mm));
+  return z;
+}
+
+/// The tool held in that loop, pushed and at rest but for the feed.
+class Held {
+ public:
+  Held(const HeldTool& held, const ClosedLoopSetup& setup, const Sizes& sizes)
+      : held_(held), sizes_(sizes), loop_(held.bone, setup, CalcStart(held, sizes)) {
+    loop_.simulation().SetDown(held.X_WT);
+    // A hand with so much damping that the spring comes to rest soon, and no swing of the loop is left.
+    const double K = sizes.stiffness_N_per_mm;
+    const double lag_s = setup.period_s * (1 + 2 * setup.delay_ticks);
+    const double m = 1e-3 * setup.profile.mass_kg;
+    HandModel calm = setup.hand;
+    calm.mass_kg = 0;
+    calm.stiffness_N_per_mm = 0;
+    calm.damping_Ns_per_mm = std::max(8 * K * lag_s, 2.0 * std::sqrt(K * m));
+    loop_.device().SetHand(calm);
+    loop_.device().SetIntention({.X_WH = loop_.X_WH_start(), .push_W_N = sizes.push_N * held.push_W});
+    const double b = calm.damping_Ns_per_mm;
+    const double rate = (b - std::sqrt(std::max(0.0, b * b - 4 * K * m))) / (2 * m);
+    const int ticks = static_cast<int>(std::clamp(10 / rate, 20 * setup.period_s, 0.5) / setup.period_s);
+    for (int i = 0; i < ticks; ++i) {
+      tick_ = loop_.Step(held.rpm);
+      if (!held.slips) continue;
+      // What rubs on the turning disc would pull it out of the kerf along the wall: the hand holds against that.
+      const Vec3 across = tick_.f_device_N - glm::dot(tick_.f_device_N, held.push_W) * held.push_W;
+      balance_N_ -= 0.2 * (balance_N_ + across);
+      loop_.device().SetIntention({.X_WH = loop_.X_WH_start(), .push_W_N = sizes.push_N * held.push_W + balance_N_});
+    }
+    loop_.device().SetHand(setup.hand);
+    X_WH_ = loop_.X_WH_start();
+    X_WH_.p_AB = tick_.p_WC_mm - X_WH_.Vector(setup.coupled.coupling.p_TC_mm);
+    Intend(Vec3(0), 0);
+  }
+
+  /// One tick; `kick_N` more along the push, the hand turned by `turn_rad` about it.
+  const ClosedLoopTick& Step(double kick_N = 0, double turn_rad = 0) {
+    if (kick_N != 0 || turn_rad != 0) Intend(kick_N * held_.push_W, turn_rad);
+    tick_ = loop_.Step(held_.rpm);
+    if (kick_N != 0 || turn_rad != 0) Intend(Vec3(0), 0);
+    return tick_;
+  }
+
+  double position_mm() const { return glm::dot(tick_.p_WC_mm, held_.push_W); }
+  double force_N() const { return -glm::dot(tick_.f_device_N, held_.push_W); }
+  const ClosedLoopTick& tick() const { return tick_; }
+
+ private:
+  static Pose CalcStart(const HeldTool& held, const Sizes& sizes) {
+    Pose X = held.X_WT;
+    X.p_AB += sizes.compression_mm * held.push_W;
+    return X;
+  }
+
+  void Intend(const Vec3& kick_N, double turn_rad) {
+    Pose X = X_WH_;
+    if (turn_rad != 0) X.R_AB = glm::angleAxis(turn_rad, held_.push_W) * X.R_AB;
+    loop_.device().SetIntention({.X_WH = X,
+                                 .push_W_N = sizes_.push_N * held_.push_W + balance_N_ + kick_N,
+                                 .yield_s = held_.feeds ? kYield_s : 0});
+  }
+
+  const HeldTool& held_;
+  Sizes sizes_;
+  ClosedLoop loop_;
+  ClosedLoopTick tick_;
+  Vec3 balance_N_{0};  // across the push
+  Pose X_WH_;
+};
+
+/// Swings of a signal, one after the other: the times of its turning points and how far it goes from one to the next.
+class Swings {
+ public:
+  void Add(double t_s, double value) {
+    if (count_ >= 2 && (value - y1_) * (y1_ - y0_) < 0) {
+      // The turning point, from a parabola through three samples.
+      const double curve = y0_ - 2 * y1_ + value;
+      const double top = y1_ - (value - y0_) * (value - y0_) / (8 * curve);
+      if (turns_++ > 0) {
+        time_s_.push_back(t_s);
+        log_swing_.push_back(std::log(std::max(std::abs(top - last_top_), 1e-300)));
+      }
+      last_top_ = top;
+    }
+    y0_ = y1_;
+    y1_ = value;
+    ++count_;
+  }
+
+  std::size_t size() const { return log_swing_.size(); }
+  double log_swing(std::size_t i) const { return log_swing_[i]; }
+
+  /// By least squares over all from `first` on, 1/s.
+  double CalcGrowth(std::size_t first) const {
+    const double n = static_cast<double>(size() - first);
+    double t_mean = 0;
+    double y_mean = 0;
+    for (std::size_t i = first; i < size(); ++i) {
+      t_mean += time_s_[i] / n;
+      y_mean += log_swing_[i] / n;
+    }
+    double ty = 0;
+    double tt = 0;
+    for (std::size_t i = first; i < size(); ++i) {
+      ty += (time_s_[i] - t_mean) * (log_swing_[i] - y_mean);
+      tt += (time_s_[i] - t_mean) * (time_s_[i] - t_mean);
+    }
+    return tt > 0 ? ty / tt : 0;
+  }
+
+ private:
+  std::vector<double> time_s_;
+  std::vector<double> log_swing_;
+  double y0_ = 0;
+  double y1_ = 0;
+  double last_top_ = 0;
+  int count_ = 0;
+  int turns_ = 0;
+};
+
+ClosedLoopSetup MakeLinear(ClosedLoopSetup setup) {
+  setup.profile.friction_N = 0;
+  setup.profile.resolution_mm = 0;
+  setup.quantise = false;
+  setup.force_map.ramp_in_s = 0;
+  return setup;
+}
+
+double CalcTurn(const Quat& a, const Quat& b) {
+  const Quat q = b * glm::conjugate(a);
+  return 2 * std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
+}
+
+/// Greatest distance of `x` in [from, to) from its line of least squares.
+double CalcSway(const std::vector<double>& x, std::size_t from, std::size_t to) {
+  const double n = static_cast<double>(to - from);
+  const double middle = 0.5 * (n - 1);
+  double mean = 0;
+  double slope = 0;
+  for (std::size_t i = from; i < to; ++i) mean += x[i] / n;
+  for (std::size_t i = from; i < to; ++i) slope += (static_cast<double>(i - from) - middle) * (x[i] - mean);
+  slope /= std::max(1.0, n * (n * n - 1) / 12);
+  double most = 0;
+  for (std::size_t i = from; i < to; ++i) {
+    most = std::max(most, std::abs(x[i] - mean - slope * (static_cast<double>(i - from) - middle)));
+  }
+  return most;
+}
+
+/// With friction and the encoder's steps, or where a linear loop is known not to be stable: what becomes of a kick.
+Behaviour Watch(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, double least_sway_mm) {
+  setup.force_map.ramp_in_s = 0;
+  const Sizes sizes = CalcSizes(held, setup);
+  Held run(held, setup, sizes);
+  const double T = setup.period_s;
+  const double kick_N = setup.profile.friction_N + sizes.mass * kick_mm * 2 * kPi / (sizes.period_s * T);
+  const double window_s = std::max(1.5 * sizes.period_s, 0.04);
+  const std::size_t window = static_cast<std::size_t>(window_s / T);
+  constexpr std::size_t kWindows = 8;
+  std::vector<double> x;
+  x.reserve(kWindows * window);
+  double least_N = 1e300;
+  double most_N = 0;
+  run.Step(kick_N);
+  std::vector<double> sway;
+  for (std::size_t w = 0; w < kWindows; ++w) {
+    least_N = 1e300;
+    most_N = 0;
+    for (std::size_t i = 0; i < window; ++i) {
+      run.Step();
+      x.push_back(run.position_mm());
+      least_N = std::min(least_N, run.force_N());
+      most_N = std::max(most_N, run.force_N());
+    }
+    sway.push_back(CalcSway(x, w * window, (w + 1) * window));
+    if (sway.back() <= least_sway_mm) return Behaviour::kStable;
+    if (w >= 3 && sway[w] < 0.5 * sway[w - 2] && sway[w] < 0.5 * kick_mm) return Behaviour::kStable;
+  }
+  // Off the bone and back, or as hard as the device can: what it grows to is bounded only by those.
+  const bool hammers = least_N < 0.05 * sizes.push_N || most_N > 0.95 * setup.profile.peak_force_N;
+  if (hammers && sway.back() > 2 * kick_mm) return Behaviour::kUnstable;
+  if (sway.back() < 0.9 * sway[kWindows / 2]) return Behaviour::kStable;
+  if (sway.back() > 1.1 * sway[kWindows / 2] && sway.back() > 2 * kick_mm) return Behaviour::kUnstable;
+  return Behaviour::kLimitCycle;
+}
+
+}  // namespace
+
+HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
+  HeldTool held;
+  held.feeds = state == HeldState::kCutting;
+  held.rpm = state == HeldState::kStoppedOnBone ? 0 : std::abs(subject.rpm) >= 1 ? subject.rpm : 7500;
+  held.slips = state == HeldState::kInKerf;
+  held.push_N = held.slips ? kSidePush_N : kPush_N;
+  held.push_W = state == HeldState::kInKerf ? CalcSideways(subject) : subject.into_W;
+
+  CoupledParams params = subject.setup.coupled;
+  params.coupling = {};
+  const double lead_mm = kPush_N / params.coupling.stiffness_N_per_mm;
+  const double depth_mm = CalcDepth(subject, state);
+  CoupledSimulation simulation(subject.bone, params, subject.X_WT_start);
+  CoupledInput in;
+  in.X_WH = subject.X_WT_start;
+  in.dt_s = kTick_s;
+  in.rpm = held.rpm;
+  double way_mm = 0;       // of the handle
+  double touched_mm = -1;  // way of the tool at the first touch
+  int resting = 0;
+  double before_mm = 0;
+  double push_N = 0;
+  CoupledOutput out;
+  for (int i = 0; i < kMostTicks; ++i) {
+    in.X_WH.p_AB = subject.X_WT_start.p_AB + way_mm * subject.into_W;
+    out = simulation.Tick(in);
+    const double tool_mm = glm::dot(out.X_WT.p_AB - subject.X_WT_start.p_AB, subject.into_W);
+    push_N = -glm::dot(out.f_H_W_N, subject.into_W);
+    if (touched_mm < 0 && push_N > 0.02) touched_mm = tool_mm;
+    if (held.rpm != 0 && touched_mm >= 0 && tool_mm - touched_mm >= depth_mm) break;
+    resting = std::abs(tool_mm - before_mm) < 1e-6 ? resting + 1 : 0;
+    if (held.rpm == 0 && push_N > 0.99 * kPush_N && resting > 20) break;
+    before_mm = tool_mm;
+    way_mm = std::min(way_mm + kApproach_mm_per_s * kTick_s, tool_mm + lead_mm);
+  }
+  if (touched_mm < 0) throw Error("the tool meets no bone on the way of the feed from where it starts");
+  held.X_WT = out.X_WT;
+  held.bone = std::move(simulation).TakeBone();
+  return held;
+}
+
+double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
+  const ClosedLoopSetup setup = MakeLinear(asked);
+  const Sizes sizes = CalcSizes(held, setup);
+  Held still(held, setup, sizes);
+  Held kicked(held, setup, sizes);
+  // So small that nothing but the difference's linear part is seen, and so large that rounding is far below.
+  const double kick_mm = std::min(1e-3 * sizes.compression_mm, 1e-3);
+  const double kick_N = sizes.mass * kick_mm * 2 * kPi / (sizes.period_s * setup.period_s);
+  const bool turns = setup.profile.degrees_of_freedom == 6 && setup.hand.torsion_Nmm_per_rad > 0;
+  still.Step();
+  kicked.Step(kick_N, turns ? 1e-5 : 0);
+
+  constexpr double kPeriods = 6;
+  constexpr std::size_t kFirst = 1;  // of the swings that count: the one before is still the kick's
+  const int ticks = static_cast<int>(std::max(kPeriods * sizes.period_s, 0.1) / setup.period_s);
+  Swings swings;
+  std::vector<double> speed;
+  std::vector<double> turn;
+  speed.reserve(static_cast<std::size_t>(ticks));
+  turn.reserve(static_cast<std::size_t>(ticks));
+  const auto most = [](const std::vector<double>& values, double from, double to) {
+    const double n = static_cast<double>(values.size());
+    double result = 0;
+    for (auto i = static_cast<std::size_t>(from * n); i < static_cast<std::size_t>(to * n); ++i) {
+      result = std::max(result, values[i]);
+    }
+    return result;
+  };
+  for (int i = 0; i < ticks; ++i) {
+    const ClosedLoopTick& a = still.Step();
+    const ClosedLoopTick& b = kicked.Step();
+    const double t_s = i * setup.period_s;
+    const double v = glm::dot(b.v_WC_mm_per_s - a.v_WC_mm_per_s, held.push_W);
+    if (still.force_N() < 0.1 * sizes.push_N) break;  // through the bone
+    const std::size_t before = swings.size();
+    swings.Add(t_s, v);
+    speed.push_back(std::abs(v));
+    turn.push_back(CalcTurn(a.out.sample.X_WH.R_AB, b.out.sample.X_WH.R_AB));
+    if (swings.size() == before || swings.size() < kFirst + 4) continue;
+    // Clear enough?
+    const double change = swings.log_swing(swings.size() - 1) - swings.log_swing(kFirst);
+    if (std::abs(change) > 2) break;
+  }
+  // Turning swings fast or not at all, so that two stretches tell.
+  const double turn_growth = std::log(std::max(most(turn, 0.75, 1), 1e-11) / std::max(most(turn, 0.25, 0.5), 1e-11));
+  const double length_s = static_cast<double>(speed.size()) * setup.period_s;
+  if (turns && turn_growth > 1) return turn_growth / (0.5 * length_s);
+  if (swings.size() >= kFirst + 3) return swings.CalcGrowth(kFirst);
+  if (speed.size() < 8) return 0;
+  return std::log(std::max(most(speed, 0.75, 1), 1e-300) / std::max(most(speed, 0.25, 0.5), 1e-300)) / (0.5 * length_s);
+}
+
+Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linear) {
+  if (linear) {
+    if (CalcGrowth(held, setup) < 0) return Behaviour::kStable;
+    const ClosedLoopSetup without = MakeLinear(setup);
+    const double kick_mm = 1e-2 * CalcSizes(held, without).compression_mm;
+    const Behaviour behaviour = Watch(held, without, kick_mm, 0);
+    return behaviour == Behaviour::kStable ? Behaviour::kLimitCycle : behaviour;
+  }
+  const double step_mm = setup.quantise ? setup.profile.resolution_mm : 0;
+  const double compression_mm = CalcSizes(held, setup).compression_mm;
+  const double kick_mm = std::min(0.3 * compression_mm, std::max(10 * step_mm, 0.03 * compression_mm));
+  // While it feeds, the encoder's steps go by and are felt; else any sway is one too many.
+  const double least_mm = std::max(held.feeds ? step_mm : 0.02 * step_mm, 1e-4 * kick_mm);
+  return Watch(held, setup, kick_mm, least_mm);
+}
+
+Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool linear, double most_gain) {
+  const auto stable = [&](double gain, int delay_ticks) {
+    ClosedLoopSetup tried = setup;
+    tried.loop_gain *= gain;
+    tried.delay_ticks += delay_ticks;
+    return linear ? CalcGrowth(held, tried) < 0 : TryHeld(held, tried, false) == Behaviour::kStable;
+  };
+  constexpr double kApart = 1.25;
+  constexpr double kLeastGain = 1.0 / 64;
+  constexpr double kTo = 1.02;
+  constexpr int kMostDelay = 16;
+  Margins margins;
+  // The rule says where to begin.
+  const double scale = ForceMap(setup.profile, setup.force_map).force_scale();
+  const CouplingLimits limits = CalcCouplingLimits(setup.profile, setup.hand, setup.coupled.coupling, scale, 0,
+                                                   setup.period_s, setup.delay_ticks);
+  const double rule = limits.sampled_stiffness_N_per_mm / setup.coupled.coupling.stiffness_N_per_mm / setup.loop_gain;
+  double low = std::clamp(rule / std::sqrt(kApart), kLeastGain, most_gain);
+  double high = 0;
+  if (stable(low, 0)) {
+    while (high == 0 && low < most_gain) {
+      const double next = std::min(low * kApart, most_gain);
+      (stable(next, 0) ? low : high) = next;
+    }
+  } else {
+    high = low;
+    low = 0;
+    while (low == 0 && high > kLeastGain) {
+      const double next = std::max(high / kApart, kLeastGain);
+      (stable(next, 0) ? low : high) = next;
+    }
+  }
+  if (high == 0) {
+    margins.gain = most_gain;
+    margins.gain_beyond = true;
+  } else {
+    while (low > 0 && high > kTo * low) {
+      const double middle = std::sqrt(low * high);
+      (stable(middle, 0) ? low : high) = middle;
+    }
+    margins.gain = std::sqrt(low * high);
+  }
+  while (setup.delay_ticks + margins.delay_ticks < kMostDelay && stable(1, margins.delay_ticks + 1)) {
+    ++margins.delay_ticks;
+  }
+  return margins;
+}
+
+}  // namespace kerf
