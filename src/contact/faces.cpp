@@ -67,8 +67,16 @@ void Faces::Find(const Probe& probe, double reach_mm, double friction_coefficien
     const double z = half_mm_ + in_mm;
     double depth[2] = {-slack_mm_ - in_mm - probe.Distance({pair.x, pair.y, -z}),
                        -slack_mm_ - in_mm - probe.Distance({pair.x, pair.y, z})};
-    const double deepest = std::max(depth[0], depth[1]);
-    if (deepest < -reach_mm) clear_until_mm_[j] = travelled_mm_ + (-deepest - reach_mm) / kSteepest;
+    // Where there is no wall on the other side there is no kerf whose middle could blur what lies at the flat itself,
+    // and a wall may be so thin that a look into it comes out behind: the nearer of both is the wall.
+    const double open_mm = -2 * in_mm;
+    for (int side = 0; in_mm > 0 && side < 2; ++side) {
+      if (depth[1 - side] > open_mm || depth[side] < open_mm - reach_mm) continue;
+      depth[side] =
+          std::max(depth[side], -slack_mm_ - probe.Distance({pair.x, pair.y, side == 0 ? -half_mm_ : half_mm_}));
+    }
+    const double clear_mm = -std::max(depth[0], depth[1]) - reach_mm + open_mm;
+    if (clear_mm > 0) clear_until_mm_[j] = travelled_mm_ + clear_mm / kSteepest;
     const double squeeze = std::min(depth[0], depth[1]);
     for (int side = 0; side < 2; ++side) {
       if (squeeze > 0) depth[side] -= squeeze;
