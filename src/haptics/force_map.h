@@ -62,6 +62,7 @@ class ForceMap {
 
   double force_scale() const { return force_scale_; }  // device N per simulation N
   double torque_scale() const { return torque_scale_; }
+  double slew_N_per_s() const { return force_.slew_per_s; }  // on the device
   const ForceMapParams& params() const { return params_; }
   struct Counts {
     std::uint64_t ticks = 0;

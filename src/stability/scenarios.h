@@ -1,6 +1,7 @@
 // The situations in which a saw in a hand must stay steady, each run on a subject of one's choice.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,7 @@ struct ScenarioResult {
 struct Scenario {
   const char* name;
   const char* what;
-  ScenarioResult (*run)(const StabilitySubject& subject, std::uint64_t seed);
+  std::function<ScenarioResult(const StabilitySubject& subject, std::uint64_t seed)> run;
 };
 /// In the order in which they are reported.
 const std::vector<Scenario>& Scenarios();

@@ -1,0 +1,226 @@
+#include "stability/scenario_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "stability/measures.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kYield_s = 0.5;
+constexpr double kPushOn_s = 0.3;
+
+bool IsFinite(const Vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+/// Points of the tool's edge, tool frame.
+std::vector<Vec3> SampleEdge(const Tool& tool) {
+  std::vector<Vec3> points;
+  const double radius = CalcReach(tool);
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+    constexpr int kAround = 180;
+    for (int i = 0; i < kAround; ++i) {
+      const double angle = 2 * kPi * i / kAround;
+      points.push_back(disc->radius_mm() * Vec3(std::cos(angle), std::sin(angle), 0));
+    }
+    return points;
+  }
+  constexpr int kOver = 400;  // a spiral from pole to pole
+  for (int i = 0; i < kOver; ++i) {
+    const double z = 1 - (2 * i + 1.0) / kOver;
+    const double across = std::sqrt(1 - z * z);
+    const double angle = 2.399963229728653 * i;
+    points.push_back(radius * Vec3(across * std::cos(angle), across * std::sin(angle), z));
+  }
+  return points;
+}
+
+}  // namespace
+
+double CalcBuried(const Bone& bone, const Tool& tool, const Pose& X_WT) {
+  double deepest = -std::numeric_limits<double>::infinity();
+  for (const Vec3& p : SampleEdge(tool)) deepest = std::max(deepest, -bone.SignedDistance(X_WT.Point(p)));
+  return deepest;
+}
+
+Pose BackOff(const StabilitySubject& subject, double most_mm) {
+  Pose X = subject.X_WT_start;
+  const double step_mm = 0.5 * subject.bone.voxel_mm();
+  for (double back_mm = 0; back_mm < most_mm; back_mm += step_mm) {
+    Pose next = X;
+    next.p_AB -= step_mm * subject.into_W;
+    if (CalcBuried(subject.bone, subject.setup.coupled.tool, next) > 0) break;
+    X = next;
+  }
+  return X;
+}
+
+double CalcThickness(const StabilitySubject& subject, double most_mm) {
+  // Along the way of the foremost point of the edge.
+  const Tool& tool = subject.setup.coupled.tool;
+  Vec3 front(0);
+  double most = -std::numeric_limits<double>::infinity();
+  for (const Vec3& p : SampleEdge(tool)) {
+    const Vec3 p_W = subject.X_WT_start.Point(p);
+    const double ahead = glm::dot(p_W - subject.X_WT_start.p_AB, subject.into_W);
+    if (ahead > most) {
+      most = ahead;
+      front = p_W;
+    }
+  }
+  const double step_mm = 0.25 * subject.bone.voxel_mm();
+  double inside_mm = 0;
+  double way_mm = 0;
+  for (; way_mm < most_mm + 3; way_mm += step_mm) {
+    const bool inside = subject.bone.SignedDistance(front + way_mm * subject.into_W) < 0;
+    if (inside) inside_mm += step_mm;
+    if (!inside && inside_mm > 0) return inside_mm;
+    if (inside_mm > most_mm) break;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+ScenarioRun::ScenarioRun(const StabilitySubject& subject, const Scenario& scenario)
+    : ScenarioRun(subject, scenario, subject.bone, subject.X_WT_start) {}
+
+ScenarioRun::ScenarioRun(const StabilitySubject& subject, const Scenario& scenario, const HeldTool& held)
+    : ScenarioRun(subject, scenario, held.bone, held.X_WT) {}
+
+ScenarioRun::ScenarioRun(const StabilitySubject& subject, const Scenario& scenario, Bone bone, const Pose& X_WT)
+    : subject_(subject),
+      X_WT_start_(X_WT),
+      scale_(ForceMap(subject.setup.profile, subject.setup.force_map).force_scale()),
+      slew_N_per_s_(ForceMap(subject.setup.profile, subject.setup.force_map).slew_N_per_s()),
+      loop_(std::move(bone), subject.setup, X_WT),
+      rpm_(subject.rpm) {
+  result_.name = scenario.name;
+  result_.what = scenario.what;
+}
+
+double ScenarioRun::CalcPush_N(double simulated_N) const {
+  const DeviceProfile& profile = subject_.setup.profile;
+  double push_N = scale_ * std::min(simulated_N, 0.8 * subject_.setup.coupled.coupling.max_force_N);
+  push_N = std::min(push_N, 0.8 * subject_.setup.force_map.knee * profile.peak_force_N);
+  if (profile.continuous_force_N > 0) push_N = std::min(push_N, 0.8 * profile.continuous_force_N);
+  return push_N + profile.friction_N;
+}
+
+void ScenarioRun::Lean(const Vec3& push_W_N) {
+  IntentionStep push;
+  push.seconds = 1e5;
+  push.X_WH = X_WT_start_;
+  push.push_W_N = push_W_N;
+  push.yield_s = kYield_s;
+  push.push_on_s = kPushOn_s;
+  loop_.device().SetScript(IntentionScript(X_WT_start_, {push}));
+}
+
+void ScenarioRun::Release() {
+  loop_.device().SetHand(FindHandModel("H0"));
+  loop_.device().SetIntention({.X_WH = X_WT_start_});
+}
+
+void ScenarioRun::Grip(const HandModel& hand) {
+  loop_.device().SetHand(hand);
+  Pose X = X_WT_start_;
+  X.p_AB = tick_.p_WC_mm - X.Vector(subject_.setup.coupled.coupling.p_TC_mm);
+  loop_.device().SetIntention({.X_WH = X});
+}
+
+const ClosedLoopTick& ScenarioRun::Step() {
+  const Vec3 before_N = f_N_.empty() ? Vec3(0) : f_N_.back();
+  tick_ = loop_.Step(rpm_);
+  const Vec3& f = tick_.f_device_N;
+  if (!IsFinite(f) || !IsFinite(tick_.out.coupled.f_H_W_N) || !IsFinite(tick_.out.coupled.X_WT.p_AB) ||
+      !IsFinite(tick_.out.force.tau_H_W_Nmm) || !IsFinite(tick_.p_WC_mm)) {
+    ++not_finite_;
+  }
+  largest_N_ = std::max(largest_N_, glm::length(f));
+  // A fault takes the force away at once.
+  if (f != Vec3(0)) largest_step_N_ = std::max(largest_step_N_, glm::length(f - before_N));
+  largest_torque_Nmm_ = std::max(largest_torque_Nmm_, glm::length(tick_.out.force.tau_H_W_Nmm));
+  if (tick_.dt_s > 0 && (tick_.out.coupled.status & kCoupledAsleep) != 0 &&
+      subject_.setup.coupled.coupling.damping_Ns_per_mm == 0) {
+    largest_in_air_N_ = std::max(largest_in_air_N_, glm::length(tick_.out.coupled.f_H_W_N));
+  }
+  f_N_.push_back(f);
+  p_mm_.push_back(tick_.p_WC_mm);
+  result_.time_s.push_back(tick_.time_s);
+  result_.force_N.push_back(glm::length(f));
+  return tick_;
+}
+
+void ScenarioRun::Run(double seconds) {
+  const int ticks = static_cast<int>(std::lround(seconds / T()));
+  for (int i = 0; i < ticks; ++i) Step();
+}
+
+void ScenarioRun::AwaitRamp() {
+  Run(subject_.setup.force_map.ramp_in_s + 2 * T());
+}
+
+std::span<const Vec3> ScenarioRun::forces_N(std::size_t from, std::size_t to) const {
+  return std::span(f_N_).subspan(from, std::min(to, f_N_.size()) - from);
+}
+
+std::span<const Vec3> ScenarioRun::positions_mm(std::size_t from, std::size_t to) const {
+  return std::span(p_mm_).subspan(from, std::min(to, p_mm_.size()) - from);
+}
+
+std::vector<double> ScenarioRun::ForcesAlong_N(const Vec3& direction_W, std::size_t from, std::size_t to) const {
+  std::vector<double> along;
+  for (const Vec3& f : forces_N(from, to)) along.push_back(glm::dot(f, direction_W));
+  return along;
+}
+
+double ScenarioRun::MeanForce_N(std::size_t from, std::size_t to) const {
+  const auto forces = forces_N(from, to);
+  Vec3 sum(0);
+  for (const Vec3& f : forces) sum += f;
+  return forces.empty() ? 0 : glm::length(sum) / static_cast<double>(forces.size());
+}
+
+void ScenarioRun::AtMost(const std::string& name, const std::string& unit, double value, double bound) {
+  result_.figures.push_back({name, unit, value, bound, true});
+}
+
+void ScenarioRun::AtLeast(const std::string& name, const std::string& unit, double value, double bound) {
+  result_.figures.push_back({name, unit, value, bound, false});
+}
+
+void ScenarioRun::AddNoise(std::size_t from, std::size_t to, double share) {
+  const double noise_mN = 1000 * CalcNoise(forces_N(from, to), T());
+  AtMost("noise above 20 Hz", "mN", noise_mN, std::max(20.0, 1000 * share * MeanForce_N(from, to)));
+}
+
+void ScenarioRun::AddEnergy() {
+  const PortEnergy& e = tick_.energy;
+  AtLeast("energy taken up by the motors, least", "mJ", e.lowest_mJ,
+          -(e.held_mJ + std::max(1e-3, 1e-3 * e.exchanged_mJ)));
+}
+
+ScenarioResult ScenarioRun::Finish() {
+  const DeviceProfile& profile = subject_.setup.profile;
+  AtMost("values that are not finite", "", not_finite_, 0);
+  AtMost("largest force", "N", largest_N_, profile.peak_force_N);
+  AtMost("largest force step in a tick", "N", largest_step_N_, slew_N_per_s_ * T() * (1 + 1e-9));
+  AtMost("force in air", "N", largest_in_air_N_, 0);
+  if (largest_torque_Nmm_ > 0) AtMost("largest torque", "N mm", largest_torque_Nmm_, profile.peak_torque_Nmm);
+  return result_;
+}
+
+ScenarioResult ScenarioRun::Skip(const Scenario& scenario, const std::string& why) {
+  ScenarioResult result;
+  result.name = scenario.name;
+  result.what = std::string(scenario.what) + " Skipped: " + why;
+  result.skipped = true;
+  return result;
+}
+
+}  // namespace kerf

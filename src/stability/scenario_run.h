@@ -1,0 +1,100 @@
+// What the scenarios are made of: a loop that is run, watched and judged.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "stability/held_tool.h"
+#include "stability/scenarios.h"
+
+namespace kerf {
+
+/// A subject's loop on its way through one scenario. It keeps what the motors made and where the handle was, and holds
+/// all of it against what holds in any scenario: finite, no force beyond the device's peak, no step beyond the slew but
+/// to zero, no force in air.
+class ScenarioRun {
+ public:
+  /// From X_WT_start, or where the held tool is.
+  ScenarioRun(const StabilitySubject& subject, const Scenario& scenario);
+  ScenarioRun(const StabilitySubject& subject, const Scenario& scenario, const HeldTool& held);
+  ScenarioRun(const StabilitySubject& subject, const Scenario& scenario, Bone bone, const Pose& X_WT);
+
+  ClosedLoop& loop() { return loop_; }
+  const ClosedLoopTick& tick() const { return tick_; }
+  const StabilitySubject& subject() const { return subject_; }
+  const Pose& X_WT_start() const { return X_WT_start_; }
+  double T() const { return subject_.setup.period_s; }
+  double scale() const { return scale_; }  // device N per simulation N
+  void set_rpm(double rpm) { rpm_ = rpm; }
+
+  /// On the device, for so many newtons of the simulation: no more than it bears for long, and its friction on top.
+  double CalcPush_N(double simulated_N) const;
+  /// The hand leans on the handle, the place that it wants giving way along the push.
+  void Lean(const Vec3& push_W_N);
+  /// The hand lets go.
+  void Release();
+  /// The hand takes the handle where it is, and wants it there.
+  void Grip(const HandModel& hand);
+
+  const ClosedLoopTick& Step();
+  void Run(double seconds);
+  /// In the air, until the force is no longer ramped in.
+  void AwaitRamp();
+
+  std::size_t now() const { return f_N_.size(); }  // samples so far
+  std::span<const Vec3> forces_N(std::size_t from, std::size_t to = SIZE_MAX) const;
+  std::span<const Vec3> positions_mm(std::size_t from, std::size_t to = SIZE_MAX) const;
+  std::vector<double> ForcesAlong_N(const Vec3& direction_W, std::size_t from, std::size_t to = SIZE_MAX) const;
+  double MeanForce_N(std::size_t from, std::size_t to = SIZE_MAX) const;
+
+  void AtMost(const std::string& name, const std::string& unit, double value, double bound);
+  void AtLeast(const std::string& name, const std::string& unit, double value, double bound);
+  /// Force above 20 Hz: at most 20 mN, or that share of the force where it is more.
+  void AddNoise(std::size_t from, std::size_t to = SIZE_MAX, double share = 0.01);
+  /// That the motors never gave more than was put in.
+  void AddEnergy();
+  void Say(const std::string& more) { result_.what += more; }
+
+  ScenarioResult Finish();
+  static ScenarioResult Skip(const Scenario& scenario, const std::string& why);
+
+ private:
+  const StabilitySubject& subject_;
+  Pose X_WT_start_;
+  double scale_;
+  double slew_N_per_s_;
+  ClosedLoop loop_;
+  ClosedLoopTick tick_;
+  double rpm_;
+  ScenarioResult result_;
+  std::vector<Vec3> f_N_;
+  std::vector<Vec3> p_mm_;
+  double largest_N_ = 0;
+  double largest_step_N_ = 0;
+  double largest_in_air_N_ = 0;
+  double largest_torque_Nmm_ = 0;
+  int not_finite_ = 0;
+};
+
+/// How far the tool's edge reaches into the bone, mm; at most the bone's band. Not above 0: it does not touch.
+double CalcBuried(const Bone& bone, const Tool& tool, const Pose& X_WT);
+/// As far back from X against the feed as no bone is in the way, at most `most_mm`.
+Pose BackOff(const StabilitySubject& subject, double most_mm);
+/// Thickness of the bone that the tool's edge meets on the way of the feed; infinite when it is more than `most_mm`.
+double CalcThickness(const StabilitySubject& subject, double most_mm);
+
+/// Puts a scenario on the list; `body` is called with subject, scenario (for its name and sentence) and seed.
+template <typename Body>
+void Add(std::vector<Scenario>& all, const char* name, const char* what, Body body) {
+  all.push_back({name, what, [=](const StabilitySubject& subject, std::uint64_t seed) {
+                   return body(subject, Scenario{name, what, {}}, seed);
+                 }});
+}
+
+// The scenarios, by theme.
+void AddContactScenarios(std::vector<Scenario>& all);
+void AddCuttingScenarios(std::vector<Scenario>& all);
+void AddFaultScenarios(std::vector<Scenario>& all);
+
+}  // namespace kerf

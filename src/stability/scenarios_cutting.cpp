@@ -1,0 +1,206 @@
+// The spindle turning: cutting, in the kerf, out on the other side, and what a hand may be like.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "stability/measures.h"
+#include "stability/scenario_run.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr const char* kStandsStill = "the spindle stands still.";
+constexpr double kThin_mm = 8;  // above that breaking through takes too long
+
+bool Turns(const StabilitySubject& subject) {
+  return std::abs(subject.rpm) >= 1;
+}
+
+/// Cuts under a push until `seconds` are over or most of a thin bone is cut.
+void Cut(ScenarioRun& run, double seconds) {
+  const double thickness_mm = CalcThickness(run.subject(), 20);
+  const Vec3 from = run.X_WT_start().p_AB;
+  for (int i = 0; i < static_cast<int>(seconds / run.T()); ++i) {
+    const ClosedLoopTick& tick = run.Step();
+    if (glm::dot(tick.out.coupled.X_WT.p_AB - from, run.subject().into_W) > 0.8 * thickness_mm) return;
+  }
+}
+
+ScenarioResult CutUnderPush(const StabilitySubject& subject, const Scenario& scenario, double simulated_N) {
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  ScenarioRun run(subject, scenario);
+  run.AwaitRamp();
+  run.Lean(run.CalcPush_N(simulated_N) * subject.into_W);
+  run.Run(0.6);
+  const std::size_t begun = run.now();
+  Cut(run, 1.5);
+  run.AddNoise(begun);
+  const TickSteps steps = CalcTickSteps(run.forces_N(begun));
+  run.AtMost("step of the force in a tick, 99.9 %", "just noticeable", steps.p999, 1);
+  run.AtMost("step of the force in a tick, largest", "just noticeable", steps.max, 2);
+  run.AddEnergy();
+  return run.Finish();
+}
+
+/// Leans to one side and the other in the kerf, once a second.
+ScenarioResult Sideways(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  if (subject.setup.hand.stiffness_N_per_mm <= 0) {
+    return ScenarioRun::Skip(scenario, "a device that is let go of does not lean.");
+  }
+  const HeldTool held = HoldTool(subject, HeldState::kInKerf);
+  ScenarioRun run(subject, scenario, held);
+  run.AwaitRamp();
+  const std::size_t begun = run.now();
+  const double push_N = run.CalcPush_N(2);
+  double wander_mm = 0;
+  for (int i = 0; i < static_cast<int>(2 / run.T()); ++i) {
+    const double lean = std::sin(2 * kPi * i * run.T());
+    run.loop().device().SetIntention({.X_WH = held.X_WT, .push_W_N = lean * push_N * held.push_W});
+    const ClosedLoopTick& tick = run.Step();
+    wander_mm = std::max(wander_mm, std::abs(glm::dot(tick.out.coupled.X_WT.p_AB - held.X_WT.p_AB, held.push_W)));
+  }
+  run.AddNoise(begun);
+  if (std::holds_alternative<DiscSaw>(subject.setup.coupled.tool)) {
+    run.AtMost("disc out of its plane", "mm", wander_mm, 0.1 + 0.5 * subject.bone.voxel_mm());
+  }
+  run.AddEnergy();
+  return run.Finish();
+}
+
+/// Turns the stopped tool in the kerf about the way of the feed, by 3 degrees either way.
+ScenarioResult Tilt(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+  const HeldTool held = HoldTool(subject, HeldState::kInKerf);
+  ScenarioRun run(subject, scenario, held);
+  run.set_rpm(0);
+  run.AwaitRamp();
+  constexpr double kTilt_rad = 3 * kPi / 180;
+  const std::size_t begun = run.now();
+  for (int i = 0; i < static_cast<int>(2 / run.T()); ++i) {
+    const double t = i * run.T();
+    Intention intention{.X_WH = held.X_WT};
+    const double angle = kTilt_rad * std::sin(kPi * t) * std::abs(std::sin(kPi * t));
+    intention.X_WH.R_AB = glm::angleAxis(angle, subject.into_W) * held.X_WT.R_AB;
+    run.loop().device().SetIntention(intention);
+    run.Step();
+  }
+  const std::size_t after = run.now();
+  run.loop().device().SetIntention({.X_WH = held.X_WT});
+  run.Run(0.5);
+  double most_N = 0;
+  for (const Vec3& f : run.forces_N(begun, after)) most_N = std::max(most_N, glm::length(f));
+  run.AddNoise(begun);
+  run.AtMost("force when the tilt is taken back", "N", run.MeanForce_N(after + (run.now() - after) / 2),
+             0.02 + 0.1 * most_N + subject.setup.profile.friction_N);
+  return run.Finish();
+}
+
+ScenarioResult BreakThrough(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  const double thickness_mm = CalcThickness(subject, kThin_mm);
+  if (!(thickness_mm < kThin_mm)) {
+    return ScenarioRun::Skip(scenario, fmt::format("the bone is thicker than {} mm on the way of the feed.", kThin_mm));
+  }
+  ScenarioRun run(subject, scenario);
+  run.AwaitRamp();
+  run.Lean(run.CalcPush_N(5) * subject.into_W);
+  double before_N = 0;
+  double after_N = 0;
+  bool through = false;
+  for (int i = 0; i < static_cast<int>(6 / run.T()); ++i) {
+    const ClosedLoopTick& tick = run.Step();
+    through =
+        through || glm::dot(tick.out.coupled.X_WT.p_AB - run.X_WT_start().p_AB, subject.into_W) > thickness_mm + 1.5;
+    double& most_N = through ? after_N : before_N;
+    most_N = std::max(most_N, -glm::dot(tick.f_device_N, subject.into_W));
+  }
+  if (!through) return ScenarioRun::Skip(scenario, "the tool does not get through in 6 s.");
+  run.AtMost("force against the feed after over before", "", after_N / before_N, 1.05);
+  return run.Finish();
+}
+
+/// The spindle is reversed, stopped and started again in the middle of a cut, each in a tick.
+ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  ScenarioRun run(subject, scenario);
+  run.AwaitRamp();
+  run.Lean(run.CalcPush_N(5) * subject.into_W);
+  run.Run(0.8);
+  const std::size_t begun = run.now();
+  for (const double rpm : {-subject.rpm, 0.0, subject.rpm, 0.0, -subject.rpm}) {
+    run.set_rpm(rpm);
+    run.Run(0.2);
+  }
+  const TickSteps steps = CalcTickSteps(run.forces_N(begun));
+  run.AtMost("step of the force in a tick, largest", "just noticeable", steps.max, 2);
+  run.AddEnergy();
+  return run.Finish();
+}
+
+/// Any hand within what has been measured of hands; the worst is named.
+ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto draw = [&](double lower, double upper) {
+    const double share = static_cast<double>(random() >> 11U) * 0x1p-53;
+    return lower * std::pow(upper / lower, share);
+  };
+  constexpr int kHands = 8;
+  ScenarioResult worst;
+  double worst_share = -1;
+  for (int i = 0; i < kHands; ++i) {
+    StabilitySubject held = subject;
+    held.setup.hand.name = "random";
+    held.setup.hand.mass_kg = draw(0.02, 1);
+    held.setup.hand.damping_Ns_per_mm = 1e-3 * draw(0.5, 20);
+    held.setup.hand.stiffness_N_per_mm = 1e-3 * draw(1, 1000);
+    const double push_N = draw(1, 20);
+    ScenarioRun run(held, scenario);
+    run.AwaitRamp();
+    run.Lean(run.CalcPush_N(push_N) * subject.into_W);
+    run.Run(1);
+    const std::size_t early = run.now();
+    run.Run(0.5);
+    const std::size_t late = run.now();
+    run.Run(0.5);
+    const double noise_mN = 1000 * CalcNoise(run.forces_N(late), run.T());
+    // A heavy hand with little damping goes on ringing from the push's coming on: then it must be dying out.
+    const double before_mN = 1000 * CalcNoise(run.forces_N(early, late), run.T());
+    const double bound_mN = std::max({20.0, 10 * run.MeanForce_N(late), 0.75 * before_mN});
+    run.AtMost("noise above 20 Hz", "mN", noise_mN, bound_mN);
+    run.AddEnergy();
+    run.Say(fmt::format(" The worst of {}: {:.3f} kg, {:.2f} N s/m, {:.0f} N/m, pushed with {:.1f} N.", kHands,
+                        held.setup.hand.mass_kg, 1000 * held.setup.hand.damping_Ns_per_mm,
+                        1000 * held.setup.hand.stiffness_N_per_mm, push_N));
+    ScenarioResult result = run.Finish();
+    const double share = result.holds() ? noise_mN / bound_mN : 2 + noise_mN / bound_mN;
+    if (share > worst_share) {
+      worst_share = share;
+      worst = std::move(result);
+    }
+  }
+  return worst;
+}
+
+}  // namespace
+
+void AddCuttingScenarios(std::vector<Scenario>& all) {
+  const auto cut = [](double simulated_N) {
+    return [=](const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+      return CutUnderPush(subject, scenario, simulated_N);
+    };
+  };
+  Add(all, "cut_1N", "The hand pushes the turning tool into the bone with 1 N.", cut(1));
+  Add(all, "cut_5N", "The same with 5 N.", cut(5));
+  Add(all, "cut_20N", "The same with 20 N, or what the device bears for long.", cut(20));
+  Add(all, "sideways_in_kerf", "The hand leans to one side and the other while the tool turns in its kerf.", Sideways);
+  Add(all, "tilt_in_kerf", "Spindle stopped, the hand turns the tool in its kerf by 3 degrees and back.", Tilt);
+  Add(all, "break_through", "The hand pushes the tool through the bone and out on the other side.", BreakThrough);
+  Add(all, "spindle_changes",
+      "The spindle is reversed, stopped and started in the cut, each from one tick to the next.", SpindleChanges);
+  Add(all, "any_hand", "Hands drawn from what has been measured push the tool into the bone.", AnyHand);
+}
+
+}  // namespace kerf
