@@ -20,6 +20,11 @@ CouplingLimits CalcCouplingLimits(const DeviceProfile& profile, const HandModel&
   const double b = profile.own_damping_Ns_per_mm + hand.damping_Ns_per_mm;
   const double B = force_scale * coupling.damping_Ns_per_mm;
   limits.sampled_stiffness_N_per_mm = 2 * (b + B) / (dt_s * (1 + 2 * delay_ticks)) / force_scale;
+  const double c = hand.torsion_damping_Nmms;
+  const double C = torque_scale * coupling.torsion_damping_Nmms;
+  limits.sampled_torsion_Nmm_per_rad = hand.torsion_Nmm_per_rad > 0
+                                           ? of_sim(2 * (c + C) / (dt_s * (1 + 2 * delay_ticks)), torque_scale)
+                                           : std::numeric_limits<double>::infinity();
   limits.quantum_stiffness_N_per_mm = profile.resolution_mm > 0
                                           ? 2 * profile.friction_N / profile.resolution_mm / force_scale
                                           : std::numeric_limits<double>::infinity();
@@ -54,6 +59,11 @@ FittedCoupling FitCoupling(const DeviceProfile& profile, const HandModel& hand, 
   if (fitted.coupling.stiffness_N_per_mm > held) {
     fitted.coupling.stiffness_N_per_mm = held;
     fitted.lowered.by_loop = true;
+  }
+  const double held_torsion = kSampledShare * calc(fitted.coupling).sampled_torsion_Nmm_per_rad;
+  if (fitted.coupling.torsion_Nmm_per_rad > held_torsion) {
+    fitted.coupling.torsion_Nmm_per_rad = held_torsion;
+    fitted.lowered.torsion_by_loop = true;
   }
   fitted.limits = calc(fitted.coupling);
   return fitted;

@@ -18,6 +18,9 @@ struct CouplingLimits {
   /// Stable with this hand on the device while K < 2 (b + B) / (T + 2 t_d): b of device and hand, B of the coupling,
   /// t_d delay besides the tick's own (Gil, Hulin et al.; for small B).
   double sampled_stiffness_N_per_mm = 0;
+  /// The same of turning, by the hand's damping against it. Infinite for a device that drives no torques, and with a
+  /// hand of whose turning nothing is known.
+  double sampled_torsion_Nmm_per_rad = 0;
   /// No limit cycle from the encoder's steps while K <= 2 f_c / Delta: f_c friction of the device (Abbott and Okamura
   /// 2005). 0 without friction: there is no such limit to keep, damping alone must do.
   double quantum_stiffness_N_per_mm = 0;
@@ -29,15 +32,18 @@ struct CouplingLimits {
 CouplingLimits CalcCouplingLimits(const DeviceProfile& profile, const HandModel& hand, const CouplingParams& coupling,
                                   double force_scale, double torque_scale, double dt_s, int delay_ticks = 0);
 
-/// Share of sampled_stiffness_N_per_mm that a coupling is given at most: the rule is for a linear spring and a hand
-/// that is known, and neither is.
-constexpr double kSampledShare = 0.5;
+/// Share of sampled_stiffness_N_per_mm, and of sampled_torsion_Nmm_per_rad, that a coupling is given at most: the rule
+/// is for a linear spring and a hand that is known, and neither is. With it the loop bears a gain 1 / 0.3 = 3.3 times
+/// as high, and a further tick of delay, up to 1/3 of the rule, with a tenth to spare. At 0.5 it would not bear the
+/// tick. Measured with every profile and hand: docs/stability.md.
+constexpr double kSampledShare = 0.3;
 
 /// By what a coupling was lowered.
 struct CouplingLowered {
-  bool by_device = false;  // a stiffness or damping above what its profile allows
-  bool by_loop = false;    // the stiffness above kSampledShare of what a sampled loop with this hand holds
-  bool any() const { return by_device || by_loop; }
+  bool by_device = false;        // a stiffness or damping above what its profile allows
+  bool by_loop = false;          // the stiffness above kSampledShare of what a sampled loop with this hand holds
+  bool torsion_by_loop = false;  // likewise against turning
+  bool any() const { return by_device || by_loop || torsion_by_loop; }
 };
 
 /// The coupling lowered to what device and loop bear; `limits` are those of the result. Tick dt_s, delay as above.

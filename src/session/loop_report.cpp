@@ -213,6 +213,8 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"damping_Ns_per_mm", fitted.coupling.damping_Ns_per_mm},
         {"lowered_for_device", fitted.lowered.by_device},
         {"lowered_for_loop", fitted.lowered.by_loop},
+        {"torsion_Nmm_per_rad", fitted.coupling.torsion_Nmm_per_rad},
+        {"torsion_lowered_for_loop", fitted.lowered.torsion_by_loop},
         {"device_bears_N_per_mm", finite(fitted.limits.stiffness_N_per_mm)},
         {"sampled_loop_holds_N_per_mm", finite(fitted.limits.sampled_stiffness_N_per_mm)},
         {"share_of_sampled_loop", kSampledShare},

@@ -52,18 +52,20 @@ LoopSetup MakeLoopSetup(const Scene& scene) {
 std::string DescribeCoupling(const LoopSetup& setup) {
   const FittedCoupling& f = setup.fitted;
   std::string text = Both(f.coupling.stiffness_N_per_mm, setup.force_scale);
-  if (!f.lowered.any()) return text;
+  const std::string share =
+      fmt::format("{:.0f} % of what a loop at this rate holds with this hand", 100 * kSampledShare);
+  const std::string torsion = f.lowered.torsion_by_loop ? fmt::format("; its torsion lowered to {:.4g} N mm/rad, {}",
+                                                                      f.coupling.torsion_Nmm_per_rad, share)
+                                                        : "";
+  if (!f.lowered.by_loop && !f.lowered.by_device) return text + torsion;
   text += ", lowered";
   if (f.coupling.stiffness_N_per_mm < setup.asked_stiffness_N_per_mm) {
     text += fmt::format(" from {:.4g}", setup.asked_stiffness_N_per_mm);
   }
   if (f.lowered.by_loop) {
-    return text + fmt::format(
-                      " to {:.0f} % of what a loop at this rate holds with this hand: above, the hand would be flung "
-                      "about",
-                      100 * kSampledShare);
+    return text + fmt::format(" to {}: above, the hand might be flung about", share) + torsion;
   }
-  return text + " to what the device bears";
+  return text + " to what the device bears" + torsion;
 }
 
 std::string DescribeLimits(const LoopSetup& setup) {

@@ -13,18 +13,20 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kPush_N = 5;         // of the simulation
 constexpr double kSidePush_N = 2;     // likewise, on the wall of a kerf
+constexpr double kSideways_mm = 1;    // likewise, that the coupling gives
 constexpr double kShareOfPeak = 0.3;  // that the push may take of what device and coupling can give
 constexpr double kApproach_mm_per_s = 10;
 constexpr double kTick_s = 0.001;  // of the approach
 constexpr int kMostTicks = 4000;   // likewise
 constexpr double kYield_s = 0.5;
+constexpr double kKick_rad = 1e-5;
 
 /// How deep the tool is to be for a state, mm along the feed from the first touch.
 double CalcDepth(const StabilitySubject& subject, HeldState state) {
   const double voxel_mm = subject.bone.voxel_mm();
   if (state == HeldState::kCutting) return std::max(1.0, 2 * voxel_mm);
   // The walls of a kerf hold a turning disc from 3.25 voxels on.
-  return std::min(std::max(3.0, 6 * voxel_mm), std::max(0.6 * CalcReach(subject.setup.coupled.tool), 4 * voxel_mm));
+  return std::max(6 * voxel_mm, 0.5 * CalcReach(subject.setup.coupled.tool));
 }
 
 /// Square to the feed, along the spindle if that can be.
@@ -51,7 +53,9 @@ Sizes CalcSizes(const HeldTool& held, const ClosedLoopSetup& setup) {
   Sizes z;
   z.scale = ForceMap(setup.profile, setup.force_map).force_scale();
   const double K = setup.coupled.coupling.stiffness_N_per_mm;
-  const double push_N = std::min({held.push_N, kShareOfPeak * setup.profile.peak_force_N / z.scale,
+  // Rubbing pulls the tool along a wall by a share of what presses it on: with a soft spring it would come out.
+  const double bears_N = held.slips ? kSideways_mm * K : held.push_N;
+  const double push_N = std::min({held.push_N, bears_N, kShareOfPeak * setup.profile.peak_force_N / z.scale,
                                   kShareOfPeak * setup.coupled.coupling.max_force_N});
   z.push_N = push_N * z.scale;
   z.compression_mm = push_N / (setup.loop_gain * K);
@@ -75,6 +79,7 @@ class Held {
     calm.mass_kg = 0;
     calm.stiffness_N_per_mm = 0;
     calm.damping_Ns_per_mm = std::max(8 * K * lag_s, 2.0 * std::sqrt(K * m));
+    calm.torsion_damping_Nmms *= 8;
     loop_.device().SetHand(calm);
     loop_.device().SetIntention({.X_WH = loop_.X_WH_start(), .push_W_N = sizes.push_N * held.push_W});
     const double b = calm.damping_Ns_per_mm;
@@ -94,7 +99,7 @@ class Held {
     Intend(Vec3(0), 0);
   }
 
-  /// One tick; `kick_N` more along the push, the hand turned by `turn_rad` about it.
+  /// One tick; `kick_N` more along the push, the hand turned by `turn_rad` about all three axes.
   const ClosedLoopTick& Step(double kick_N = 0, double turn_rad = 0) {
     if (kick_N != 0 || turn_rad != 0) Intend(kick_N * held_.push_W, turn_rad);
     tick_ = loop_.Step(held_.rpm);
@@ -115,7 +120,7 @@ class Held {
 
   void Intend(const Vec3& kick_N, double turn_rad) {
     Pose X = X_WH_;
-    if (turn_rad != 0) X.R_AB = glm::angleAxis(turn_rad, held_.push_W) * X.R_AB;
+    if (turn_rad != 0) X.R_AB = X.R_AB * glm::angleAxis(turn_rad, glm::normalize(Vec3(1)));
     loop_.device().SetIntention({.X_WH = X,
                                  .push_W_N = sizes_.push_N * held_.push_W + balance_N_ + kick_N,
                                  .yield_s = held_.feeds ? kYield_s : 0});
@@ -298,7 +303,7 @@ double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
   const double kick_N = sizes.mass * kick_mm * 2 * kPi / (sizes.period_s * setup.period_s);
   const bool turns = setup.profile.degrees_of_freedom == 6 && setup.hand.torsion_Nmm_per_rad > 0;
   still.Step();
-  kicked.Step(kick_N, turns ? 1e-5 : 0);
+  kicked.Step(kick_N, turns ? kKick_rad : 0);
 
   constexpr double kPeriods = 6;
   constexpr std::size_t kFirst = 1;  // of the swings that count: the one before is still the kick's
@@ -331,10 +336,10 @@ double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
     const double change = swings.log_swing(swings.size() - 1) - swings.log_swing(kFirst);
     if (std::abs(change) > 2) break;
   }
-  // Turning swings fast or not at all, so that two stretches tell.
-  const double turn_growth = std::log(std::max(most(turn, 0.75, 1), 1e-11) / std::max(most(turn, 0.25, 0.5), 1e-11));
   const double length_s = static_cast<double>(speed.size()) * setup.period_s;
-  if (turns && turn_growth > 1) return turn_growth / (0.5 * length_s);
+  // Turning has no weight here: it comes to rest within some ticks, or it grows to what the torque allows.
+  const double turned = most(turn, 0, 1);
+  if (turned > 30 * kKick_rad) return std::log(turned / kKick_rad) / length_s;
   if (swings.size() >= kFirst + 3) return swings.CalcGrowth(kFirst);
   if (speed.size() < 8) return 0;
   return std::log(std::max(most(speed, 0.75, 1), 1e-300) / std::max(most(speed, 0.25, 0.5), 1e-300)) / (0.5 * length_s);

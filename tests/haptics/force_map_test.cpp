@@ -290,6 +290,23 @@ TEST(FitCoupling, StaysBelowAShareOfWhatASampledLoopHolds) {
   const FittedCoupling soft = FitCoupling(omega, FindHandModel("H3"), coupling, scale, 0, 0.001);
   EXPECT_EQ(soft.coupling.stiffness_N_per_mm, 1);
   EXPECT_FALSE(soft.lowered.any());
+  // Against turning: H1 damps it with 5 N mm s, so that the loop of a device with torques holds 10000 N mm/rad at 1
+  // kHz.
+  EXPECT_EQ(soft.limits.sampled_torsion_Nmm_per_rad, std::numeric_limits<double>::infinity());
+  const FittedCoupling turned =
+      FitCoupling(FindDeviceProfile("virtuose_6d"), FindHandModel("H1"), coupling, 1, 0.5, 0.001);
+  EXPECT_NEAR(turned.limits.sampled_torsion_Nmm_per_rad, 10000 / 0.5, 1e-9);
+  EXPECT_EQ(turned.coupling.torsion_Nmm_per_rad, 5000);
+  coupling.torsion_Nmm_per_rad = 7000;
+  const FittedCoupling stiff =
+      FitCoupling(FindDeviceProfile("virtuose_6d"), FindHandModel("H1"), coupling, 1, 0.5, 0.001);
+  EXPECT_NEAR(stiff.coupling.torsion_Nmm_per_rad, kSampledShare * 10000 / 0.5, 1e-9);
+  EXPECT_TRUE(stiff.lowered.torsion_by_loop);
+  EXPECT_FALSE(stiff.lowered.by_loop);
+  // Nothing is known of how a device that is let go of turns.
+  EXPECT_EQ(FitCoupling(FindDeviceProfile("virtuose_6d"), FindHandModel("H0"), coupling, 1, 0.5, 0.001)
+                .coupling.torsion_Nmm_per_rad,
+            7000);
 }
 
 }  // namespace

@@ -173,11 +173,11 @@ TEST(RunLoop, LowersACouplingThatTheLoopCouldNotHold) {
                    kSampledShare * s.setup.fitted.limits.sampled_stiffness_N_per_mm);
   // The coupling gives at most 40 N, which is what a hand that is flung about would feel; leaning does not reach 20 N.
   EXPECT_LT(s.force.largest_simulated_N, 20);
-  EXPECT_THAT(s.warnings, testing::Contains(testing::HasSubstr("lowered from 100 to 50 % of what a loop")));
+  EXPECT_THAT(s.warnings, testing::Contains(testing::HasSubstr("lowered from 100 to 30 % of what a loop")));
   const auto json = nlohmann::json::parse(FormatLoopJson(scene, s));
   EXPECT_TRUE(json["coupling"]["lowered_for_loop"]);
   EXPECT_EQ(json["coupling"]["asked_stiffness_N_per_mm"], 100);
-  EXPECT_THAT(FormatLoopReport(scene, s, false), testing::HasSubstr("lowered from 100 to 50 % of what a loop"));
+  EXPECT_THAT(FormatLoopReport(scene, s, false), testing::HasSubstr("lowered from 100 to 30 % of what a loop"));
 }
 
 TEST(RunLoop, WarnsOfWhatIsSeldomMeant) {
