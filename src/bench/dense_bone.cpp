@@ -6,6 +6,7 @@
 
 #include "bone/grids.h"
 #include "kerf/error.h"
+#include "removal/cutter.h"
 
 namespace kerf {
 namespace {
@@ -70,7 +71,7 @@ void DenseBone::Cut(const Tool& tool, const Pose& X_from, const Pose& X_to) {
   box = box.Grown(reach + band_mm_);
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     Cut(box, [&](const Vec3& p_W) {
-      return CalcDiscSweepDistance(p_W, X_from, X_to, disc->radius_mm(), disc->thickness_mm);
+      return CalcDiscSweepDistance(p_W, X_from, X_to, disc->radius_mm(), CalcKerfWidth(*disc, voxel_mm_));
     });
   } else {
     Cut(box, [&](const Vec3& p_W) { return CalcBallSweepDistance(p_W, X_from.p_AB, X_to.p_AB, reach); });

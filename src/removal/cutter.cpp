@@ -12,6 +12,9 @@ namespace kerf {
 namespace {
 
 constexpr double kAll = std::numeric_limits<double>::infinity();
+// Wherever a slot as wide as a voxel lies, phi interpolated at its middle is not below 0 in any orientation: the mean
+// distance of a cell's corners from a plane through it, so weighted, is at most half a voxel. The rest is for rounding.
+constexpr double kLeastKerfVoxels = 1.005;
 
 /// The zone in which the tool cuts.
 EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
@@ -20,7 +23,7 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
   zone.depth_mm = kAll;
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     zone.radius_mm = disc->radius_mm();
-    zone.half_thickness_mm = 0.5 * disc->thickness_mm;
+    zone.half_thickness_mm = 0.5 * CalcKerfWidth(*disc, field.voxel_mm());
     if (with == CutWith::kEdge) zone.depth_mm = Cutter::kEdgeVoxels * field.voxel_mm();
   } else {
     zone.ball = true;
@@ -63,6 +66,10 @@ struct Cutter::State {
   Effort effort;
   std::array<float, BoneField::kLeafVoxels> values;
 };
+
+double CalcKerfWidth(const DiscSaw& disc, double voxel_mm) {
+  return std::max(disc.thickness_mm, kLeastKerfVoxels * voxel_mm);
+}
 
 Cutter::Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels, int old_leaves)
     : state_(std::make_unique<State>(field, tool, with, whole_voxels, old_leaves)) {}

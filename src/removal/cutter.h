@@ -73,6 +73,11 @@ class Cutter {
   std::unique_ptr<State> state_;
 };
 
+/// Width of the kerf that a disc leaves, mm: its thickness, but at least a little more than a voxel. A level set holds
+/// no narrower slot: between two layers of voxel centres it would not be there at all, the bone would never come apart,
+/// and on its way back the disc would meet what it has cut. Tick-safe.
+double CalcKerfWidth(const DiscSaw& disc, double voxel_mm);
+
 /// How many steps the way from a to b must be cut in: in one the edge moves outwards by at most half a voxel, and no
 /// part of a disc along the spindle by more than a quarter of the thinner of disc and voxel: nothing is jumped over,
 /// and the force sees each layer. A whole number >= 1. Tick-safe.

@@ -18,9 +18,8 @@ void FindVoxelDoubts(const Scene& scene, double voxel_mm, std::vector<std::strin
   const double voxels = disc && voxel_mm > 0 ? scene.tool.thickness_mm / voxel_mm : kResolvedVoxels;
   if (voxels < 1) {
     doubts.push_back(
-        fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): removed volume and kerf "
-                    "width can be off by "
-                    "half and more; use voxels of at most {:.3g} mm",
+        fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): its kerf comes out a voxel "
+                    "wide, and so does the removed volume; use voxels of at most {:.3g} mm",
                     scene.tool.thickness_mm, voxel_mm, scene.tool.thickness_mm / kResolvedVoxels));
   } else if (voxels < kResolvedVoxels) {
     doubts.push_back(fmt::format(

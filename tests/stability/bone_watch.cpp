@@ -20,6 +20,11 @@ double CalcThickness(const Tool& tool) {
   return disc ? disc->thickness_mm : 2 * CalcReach(tool);
 }
 
+/// A kerf is no narrower than a voxel and a little: docs/physics.md.
+double CalcKerf(const DiscSaw& disc, double h) {
+  return std::max(disc.thickness_mm, 1.005 * h);
+}
+
 Vec3 VoxelCentre(const LeafIndex& leaf, int offset, double h) {
   return h * Vec3(8 * leaf.x + (offset >> 6), 8 * leaf.y + (offset >> 3 & 7), 8 * leaf.z + (offset & 7));
 }
@@ -43,7 +48,7 @@ double BoneWatch::CalcDistance(const Pose& X_WT, const Vec3& p_W) const {
   const auto* disc = std::get_if<DiscSaw>(&tool_);
   if (!disc) return glm::length(p) - reach_mm_;
   const double radial = std::hypot(p.x, p.y) - disc->radius_mm();
-  const double axial = std::abs(p.z) - 0.5 * disc->thickness_mm;
+  const double axial = std::abs(p.z) - 0.5 * CalcKerf(*disc, h_);
   return std::min(std::max(radial, axial), 0.0) + std::hypot(std::max(radial, 0.0), std::max(axial, 0.0));
 }
 

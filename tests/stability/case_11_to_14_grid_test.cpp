@@ -248,6 +248,81 @@ TEST(HardCase12, AHairsTiltAgainstALayerChangesAlmostNothing) {
   verdict.AtMost("change of force and volume by a tilt of 1e-12 to 1e-9", 1e6 * worst, 1, "ppm");
 }
 
+// ---- 13: a disc thinner than a voxel
+
+/// Removed when a thin disc goes right through a square block of this size, and in how many pieces it is then.
+double CutThrough(const DiscSaw& saw, double size_mm, double y, double h) {
+  SimulationParams params;
+  params.tool = saw;
+  const double start = -0.5 * size_mm - 12;
+  WatchedPath path(MakeBox({}, {size_mm, 3.2, size_mm}, h), params, DiscPose({}, {start, y, 3}));
+  for (double x = start; x < -start; x += 0.4) path.Tick(DiscPose({}, {x, y, 3}));
+  path.invariants.CheckBone();
+  EXPECT_EQ(SplitPieces(path.simulation.bone(), 0.5).pieces.size(), 2u) << saw.thickness_mm << " at " << y;
+  return path.CalcRemoved();
+}
+
+TEST(HardCase13, ADiscThinnerThanAVoxelCutsAndSeparates) {
+  Verdict verdict(
+      "holds for 0.3 mm in 0.4 mm voxels; thinner still, the kerf is a voxel wide: a level set can't separate by less, "
+      "so the volume is that of a voxel's width and not t A");
+  const double h = 0.4;
+  double widths_mm[2] = {};
+  const double thicknesses_mm[2] = {0.3, 0.02};
+  for (int n = 0; n < 2; ++n) {
+    DiscSaw saw;
+    saw.thickness_mm = thicknesses_mm[n];
+    constexpr int kOffsets = 8;
+    for (int k = 0; k < kOffsets; ++k) {
+      // From one layer of voxel centres to the next. Of two blocks, so that the rims, bevelled by about half a voxel,
+      // are left out: V = width A + rims, four edges to each.
+      const double y = h * (k + 0.5) / kOffsets;
+      widths_mm[n] += (CutThrough(saw, 12, y, h) - 2 * CutThrough(saw, 6, y, h)) / 72 / kOffsets;
+    }
+  }
+  verdict.AtMost("mean volume over offsets of a 0.3 mm disc against t A", 100 * std::abs(widths_mm[0] / 0.3 - 1), 5,
+                 "%");
+  verdict.Note("mean width of the kerf of a 0.02 mm disc", widths_mm[1] / h, "voxels");
+  EXPECT_NEAR(widths_mm[0], widths_mm[1], 1e-6);
+}
+
+TEST(HardCase13, InAHandAThinDiscGoesThroughAndItsKerfIsFree) {
+  Verdict verdict("holds");
+  const double h = 0.4;
+  double back_N = 0;
+  double again_N = 0;
+  double cut_N = INFINITY;
+  for (const double t : {0.25, 0.1}) {
+    for (const double y : {0.0, 0.1, 0.2}) {
+      DiscSaw saw;
+      saw.thickness_mm = t;
+      CoupledParams params = DiscParams();
+      params.tool = saw;
+      params.coupling.stiffness_N_per_mm = 4;
+      params.max_substeps = 100;
+      WatchedTool tool(MakeBox({}, {8, 4, 4}, h), params, DiscPose({}, {0, y, 2 + kR + 0.2}));
+      const auto to = [&](double z) { return tool.Tick(DiscPose({}, {0, y, z})); };
+      double most = 0;
+      for (int i = 1; i <= 1200; ++i) {
+        most = std::max(most, glm::length(to(2 + kR + 0.2 - 0.008 * std::min(i, 900)).f_H_W_N));
+      }
+      EXPECT_EQ(SplitPieces(tool.simulation.bone(), 0.5).pieces.size(), 2u) << t << " " << y;
+      cut_N = std::min(cut_N, most);
+      for (int i = 1; i <= 360; ++i) {
+        back_N = std::max(back_N, glm::length(to(2 + kR + 0.2 - 7.2 + 0.02 * i).f_H_W_N));
+      }
+      // In again: what is cut is gone.
+      for (int i = 1; i <= 300; ++i) {
+        again_N = std::max(again_N, glm::length(to(2 + kR + 0.2 - 0.02 * i).f_H_W_N));
+      }
+      tool.invariants.CheckBone();
+    }
+  }
+  EXPECT_GT(cut_N, 0.5);
+  verdict.AtMost("force on the way back, of that of cutting", 100 * back_N / cut_N, 2, "%");
+  verdict.AtMost("force on the way in again", 100 * again_N / cut_N, 2, "%");
+}
+
 // ---- 14: directions
 
 TEST(HardCase14, TheForceHasNoDirectionFromTheGrid) {
