@@ -38,6 +38,11 @@ CouplingLimits CalcCouplingLimits(const DeviceProfile& profile, const HandModel&
 /// tick. Measured with every profile and hand: docs/stability.md.
 constexpr double kSampledShare = 0.3;
 
+/// A force that is held over a tick is half a tick old in the mean, so that a spring gives back up to 1/2 K dx^2 a tick
+/// more than it took. A damper of K T / 2 takes that back. It knows the velocity half a tick late itself, so a coupling
+/// has so many times that at least, as far as its device bears it (docs/decisions.md).
+constexpr double kHoldingShare = 1.5;
+
 /// By what a coupling was lowered.
 struct CouplingLowered {
   bool by_device = false;        // a stiffness or damping above what its profile allows
@@ -46,7 +51,8 @@ struct CouplingLowered {
   bool any() const { return by_device || by_loop || torsion_by_loop; }
 };
 
-/// The coupling lowered to what device and loop bear; `limits` are those of the result. Tick dt_s, delay as above.
+/// The coupling lowered to what device and loop bear, its damping then raised to kHoldingShare; `limits` are those of
+/// the result without what the damping was raised by. Tick dt_s, delay as above.
 struct FittedCoupling {
   CouplingParams coupling;
   CouplingLimits limits;

@@ -60,7 +60,8 @@ void Describe(SceneCoupling& p, V&& visit) {
   p.at = at == "grip" ? CouplingPoint::kGrip : CouplingPoint::kTool;
   visit("stiffness_N_per_mm", q.stiffness_N_per_mm, Range{1e-3, 1000},
         "spring between handle and tool; lowered to what device and loop bear");
-  visit("damping_Ns_per_mm", q.damping_Ns_per_mm, Range{0, 1}, "damper beside it; lowered likewise");
+  visit("damping_Ns_per_mm", q.damping_Ns_per_mm, Range{0, 1},
+        "damper beside it; lowered likewise, and raised to what a sampled spring needs");
   visit("torsion_Nmm_per_rad", q.torsion_Nmm_per_rad, Range{1, 1e7}, "spring against turning");
   visit("torsion_damping_Nmms", q.torsion_damping_Nmms, Range{0, 1e4}, "damper against turning");
   visit("max_force_N", q.max_force_N, Range{0.1, 1e4}, "the spring gives no more, however far the handle goes");

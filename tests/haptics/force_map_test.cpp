@@ -309,5 +309,26 @@ TEST(FitCoupling, StaysBelowAShareOfWhatASampledLoopHolds) {
             7000);
 }
 
+TEST(FitCoupling, HasTheDamperThatAHeldSpringNeeds) {
+  CouplingParams coupling;
+  coupling.stiffness_N_per_mm = 2;
+  const DeviceProfile& omega = FindDeviceProfile("omega_6");
+  const HandModel& hand = FindHandModel("H3");
+  const double scale = 12.0 / 28;
+  const FittedCoupling fitted = FitCoupling(omega, hand, coupling, scale, 0, 0.001);
+  EXPECT_NEAR(fitted.coupling.damping_Ns_per_mm, 1.5 * 2 * 0.001 / 2, 1e-15);
+  EXPECT_NEAR(FitCoupling(omega, hand, coupling, scale, 0, 0.004).coupling.damping_Ns_per_mm, 1.5 * 2 * 0.004 / 2,
+              1e-15);
+  // It doesn't count as damping that the scene asked for.
+  EXPECT_NEAR(fitted.limits.sampled_stiffness_N_per_mm * scale, 2 * (0.001 + 0.00645) / 0.001, 1e-9);
+  // More stays, and never is it more than the device bears.
+  coupling.damping_Ns_per_mm = 0.01;
+  EXPECT_EQ(FitCoupling(omega, hand, coupling, scale, 0, 0.001).coupling.damping_Ns_per_mm, 0.01);
+  DeviceProfile weak = omega;
+  weak.max_damping_Ns_per_mm = 0.0005;
+  coupling.damping_Ns_per_mm = 0;
+  EXPECT_NEAR(FitCoupling(weak, hand, coupling, scale, 0, 0.001).coupling.damping_Ns_per_mm * scale, 0.0005, 1e-15);
+}
+
 }  // namespace
 }  // namespace kerf
