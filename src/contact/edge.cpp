@@ -173,7 +173,13 @@ void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_pe
       push_out_.set_known_mm(static_cast<int>(i), 0);
       continue;
     }
-    const Vec3 away = probe.Away(point.p_T);
+    Vec3 away = probe.Away(point.p_T);
+    // What touches a rim is across it. Without this the points of a rim would catch one by one on a sharp edge of bone,
+    // of which they see the side that they have just passed.
+    if (ring_radius_mm_ > 0) {
+      const Vec3 along(-point.e_T.y, point.e_T.x, 0);
+      away -= glm::dot(away, along) * along;
+    }
     const double length = glm::length(away);
     // Deep in the bone there is no way out to be seen: back along the edge's own direction.
     const Vec3 into = length > 0.1 ? -away / length : point.e_T;
