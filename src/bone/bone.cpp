@@ -42,6 +42,29 @@ void ForEachTile(const FloatTree& tree, Visit visit) {
   }
 }
 
+/// Calls visit(cell, share) for the cells of a tile of bone that are not whole. There are none in a level set, whose
+/// tiles lie far from the surface; but a cut that ran out of memory ends at one.
+template <typename Accessor, typename Visit>
+void ForEachCutCell(const Accessor& accessor, const openvdb::CoordBBox& tile, Visit visit) {
+  CellBlock block;
+  const openvdb::Coord last = tile.max().offsetBy(-7);
+  for (int x = tile.min().x(); x <= last.x(); x += 8) {
+    for (int y = tile.min().y(); y <= last.y(); y += 8) {
+      // Only the uppermost cells reach out of the tile.
+      const bool outermost = x == last.x() || y == last.y();
+      for (int z = outermost ? tile.min().z() : last.z(); z <= last.z(); z += 8) {
+        block.Load(accessor, openvdb::Coord(x, y, z));
+        if (std::all_of(block.data(), block.data() + CellBlock::kCount, [](float phi) { return phi < 0; })) continue;
+        for (int i = 0; i < 512; ++i) {
+          const openvdb::Coord cell(x + i / 64, y + i / 8 % 8, z + i % 8);
+          const double share = CalcCellShare(block.Corners(i / 64, i / 8 % 8, i % 8));
+          if (share < 1) visit(cell, share);
+        }
+      }
+    }
+  }
+}
+
 /// Sums of cell shares over all leaves and tiles, by region when asked; in units of one cell.
 std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
   const FloatTree& tree = grids.phi->tree();
@@ -80,10 +103,14 @@ std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
         for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
         return a;
       });
-  // A tile of the narrow band's level set is far from the surface: all its cells are whole.
+  // A tile of the narrow band's level set is far from the surface: all its cells are whole, or nearly all.
+  openvdb::tree::ValueAccessor<const FloatTree> accessor(tree);
   openvdb::tree::ValueAccessor<const RegionTree> regions(grids.region->constTree());
   ForEachTile(tree, [&](const openvdb::CoordBBox& box, float value) {
     if (value >= 0) return;
+    ForEachCutCell(accessor, box, [&](const openvdb::Coord& cell, double share) {
+      sums[by_region ? region_of(regions, cell) : 0] -= 1 - share;
+    });
     if (!by_region) {
       sums[0] += static_cast<double>(box.volume());
       return;

@@ -9,6 +9,7 @@ namespace kerf {
 class CellBlock {
  public:
   static constexpr int kEdge = 9;
+  static constexpr int kCount = kEdge * kEdge * kEdge;
 
   float& at(int x, int y, int z) { return values_[(x * kEdge + y) * kEdge + z]; }
   float at(int x, int y, int z) const { return values_[(x * kEdge + y) * kEdge + z]; }
@@ -64,7 +65,7 @@ class CellBlock {
     }
   }
 
-  std::array<float, kEdge * kEdge * kEdge> values_{};
+  std::array<float, kCount> values_{};
 };
 
 }  // namespace kerf

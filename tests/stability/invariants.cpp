@@ -209,7 +209,8 @@ void Invariants::CheckEnergy(const CoupledInput& in, const CoupledOutput& out) {
   spindle_mJ_ += out.spindle_mJ;
   stored_mJ_ += out.stored_mJ;
   lost_mJ_ += out.cut_mJ + out.friction_mJ + out.numerical_mJ;
-  most_mJ_ = std::max(most_mJ_, std::abs(hand_mJ_) + std::abs(spindle_mJ_));
+  const double put_in_mJ = hand_mJ_ + spindle_mJ_ + set_down_mJ_;
+  most_mJ_ = std::max(most_mJ_, std::abs(hand_mJ_) + std::abs(spindle_mJ_) + std::abs(set_down_mJ_));
   const double rounding = 1e-7 * (1 + most_mJ_);  // the solver's residual, of the forces, over all the way
   const double coupling_mJ = CalcCouplingEnergy(out.X_WT, in.X_WH);
   if (!(stored_mJ_ >= coupling_mJ - 1e-9 * (1 + most_mJ_))) {
@@ -218,7 +219,7 @@ void Invariants::CheckEnergy(const CoupledInput& in, const CoupledOutput& out) {
   if (!(lost_mJ_ >= -rounding)) {
     Fail("I15", fmt::format("cut + friction + numerical have come to {} mJ since the start", lost_mJ_));
   }
-  if (!(hand_mJ_ + spindle_mJ_ >= -rounding)) {
+  if (!(put_in_mJ >= -rounding)) {
     Fail("I15", fmt::format("the hand has put in {} mJ, the spindle {}: less than nothing", hand_mJ_, spindle_mJ_));
   }
 }
@@ -331,7 +332,9 @@ void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
 void Invariants::SetDown(const Pose& X_WT) {
   X_WT_ = X_WT;
   // The springs start anew, by nobody's work.
-  stored_mJ_ = CalcCouplingEnergy(X_WT_, X_WH_);
+  const double stored_mJ = CalcCouplingEnergy(X_WT_, X_WH_);
+  set_down_mJ_ += stored_mJ - stored_mJ_;
+  stored_mJ_ = stored_mJ;
 }
 
 void Invariants::CheckBone() {

@@ -84,6 +84,7 @@ class Invariants {
   double removed_since_check_mm3_ = 0;
   double largest_force_N_ = 0;
   double hand_mJ_ = 0, spindle_mJ_ = 0, stored_mJ_ = 0, lost_mJ_ = 0, most_mJ_ = 0;
+  double set_down_mJ_ = 0;  // what setting down drew the springs by
 
   struct Watched {
     DeviceProfile profile;

@@ -1,0 +1,53 @@
+// Random numbers that are the same with every standard library: its distributions are not.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <random>
+
+#include "kerf/geometry.h"
+
+namespace kerf::test {
+
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : random_(seed) {}
+
+  std::uint64_t Bits() { return random_(); }
+  /// 0 to 1, without the 1.
+  double Unit() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
+  double Uniform(double lower, double upper) { return lower + (upper - lower) * Unit(); }
+  /// Each order of magnitude as likely as the others.
+  double LogUniform(double lower, double upper) { return lower * std::pow(upper / lower, Unit()); }
+  /// 0 to count - 1.
+  int Below(int count) { return static_cast<int>(Unit() * count); }
+  bool OneIn(int count) { return Below(count) == 0; }
+  template <typename T>
+  T One(std::initializer_list<T> of) {
+    return of.begin()[Below(static_cast<int>(of.size()))];
+  }
+  /// Evenly in a cube from -1 to 1.
+  Vec3 InCube() {
+    const double x = Uniform(-1, 1);
+    const double y = Uniform(-1, 1);
+    return {x, y, Uniform(-1, 1)};
+  }
+  /// Unit length, all ways alike.
+  Vec3 Direction() {
+    for (;;) {
+      const Vec3 v = InCube();
+      const double length = glm::length(v);
+      if (length > 0.1 && length <= 1) return v / length;
+    }
+  }
+  Quat Rotation() {
+    const Vec3 axis = Direction();
+    return glm::angleAxis(Uniform(0, 3.14159265358979), axis);
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+}  // namespace kerf::test
