@@ -20,7 +20,8 @@ Vec3 AdaptiveVelocity::Update(const Vec3& p_mm, double dt_s) {
   p_[static_cast<std::size_t>(newest_)] = p_mm;
   t_[static_cast<std::size_t>(newest_)] = 0;
   count_ = std::min(count_ + 1, max_samples_);
-  v_ = count_ < 2 ? Vec3{0} : Vec3{CalcAxis(0), CalcAxis(1), CalcAxis(2)};
+  const Vec3 v = count_ < 2 ? Vec3{0} : Vec3{CalcAxis(0), CalcAxis(1), CalcAxis(2)};
+  if (std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z)) v_ = v;
   return v_;
 }
 
