@@ -124,6 +124,29 @@ TEST(HardCase06, AStoppedSawDoesNotGetThroughAPlateOfTwoVoxels) {
   verdict.AtMost("deepest in the plate", furthest_mm, 0.03, "mm");
 }
 
+TEST(HardCase06, AStoppedEdgeGivesWayAsItsSpringsSay) {
+  Verdict verdict("holds");
+  // The lowest point of the rim and those beside it, 1/8 of a pitch apart, each a spring of 2000 N/mm.
+  double worst = 0;
+  for (const double push_N : {2.0, 10.0, 30.0}) {
+    double most = 0.1, least = 0;
+    for (int i = 0; i < 60; ++i) {
+      const double depth = 0.5 * (least + most);
+      double force = 0;
+      for (int k = -20; k <= 20; ++k) {
+        const double angle = 2 * kPi / (8 * kSaw.teeth) * k;
+        force += 2000 * std::max(0.0, depth - kR * (1 - std::cos(angle))) * std::cos(angle);
+      }
+      (force < push_N ? least : most) = depth;
+    }
+    WatchedTool tool(MakeBox({}, {26, 2, 8}, 0.2), DiscParams(), DiscPose({}, {0, 0, 4 + kR + 0.1}));
+    for (int i = 0; i < 100; ++i) tool.Tick(DiscPose({}, {0, 0, 4 + kR - push_N}), 0);
+    worst = std::max(worst, std::abs((4 + kR - tool.X_WT.p_AB.z) / least - 1));
+    tool.invariants.CheckBone();
+  }
+  verdict.AtMost("error of how deep it stands at 2 to 30 N", 100 * worst, 3, "%");
+}
+
 TEST(HardCase06, ATurningSawGetsThroughOnlyWhereItHasCut) {
   Verdict verdict("holds");
   double most_mm = 0;

@@ -79,6 +79,20 @@ TEST(HardCase11, TheForceDoesNotGoByTheSizeOfAVoxel) {
   verdict.Note("force in a hand, 0.8 against 0.1 mm", 100 * (hand_N[0] / hand_N[3] - 1), "%");
 }
 
+TEST(HardCase11, TeethMeetTheBoneAQuarterOfAVoxelAhead) {
+  Verdict verdict("holds");
+  double worst = 0;
+  for (const double h : {0.4, 0.2, 0.1}) {
+    WatchedPath path(MakeBox({}, {8, 2, 8}, h), {}, DiscPose({}, {0, 0, 4 + kR + 0.5 * h}));
+    double onset = 0;
+    for (double above = 0.5 * h; above > 0 && onset == 0; above -= 0.005 * h) {
+      if (path.Tick(DiscPose({}, {0, 0, 4 + kR + above})).engaged_teeth > 0) onset = above;
+    }
+    worst = std::max(worst, std::abs(onset / h - 0.25));
+  }
+  verdict.AtMost("first contact, off a quarter of a voxel", worst, 0.015, "voxels");
+}
+
 TEST(HardCase11, VoxelsFromAFiftiethOfAMillimetreToTwoMillimetresKeepWhatMustHold) {
   Verdict verdict("holds");
   // The smallest voxels, with a small saw in a small block: its force as at ten times the size of voxel.

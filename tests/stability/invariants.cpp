@@ -172,6 +172,27 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   }
 }
 
+void Invariants::CheckStep(const CoupledInput& in, const CoupledOutput& out) {
+  const bool held =
+      out.engaged_teeth > 0 || out.f_face_W_N != Vec3(0) || out.f_friction_W_N != Vec3(0) || out.thrust_sum_N != 0;
+  if (out.substeps != 1 || !held || out.X_WT.p_AB == in.X_WH.p_AB) return;
+  // As docs/tick.md has it; the origin's way is a little bent where the tool turns.
+  constexpr double kBent = 1.02;
+  const Vec3 way = X_WT_.InverseVector(out.X_WT.p_AB - X_WT_.p_AB);
+  const auto* disc = std::get_if<DiscSaw>(&params_.tool);
+  const double across = disc ? std::hypot(way.x, way.y) : glm::length(way);
+  if (!(across <= kBent * 0.5 * h_)) {
+    Fail("I7", fmt::format("the tool went {} voxels in one look at the bone", across / h_));
+  }
+  if (!disc) return;
+  const double tilt = glm::length(glm::cross(X_WT_.Vector({0, 0, 1}), out.X_WT.Vector({0, 0, 1})));
+  const double along = std::abs(way.z) + tilt * disc->radius_mm();
+  const double most = 0.25 * std::min(h_, disc->thickness_mm);
+  if (!(along <= kBent * most)) {
+    Fail("I7", fmt::format("the rim went {} mm along the spindle in one look at the bone, of at most {}", along, most));
+  }
+}
+
 double Invariants::CalcCouplingEnergy(const Pose& X_WT, const Pose& X_WH) const {
   const CouplingParams& c = params_.coupling;
   return SaturatingSpring{c.stiffness_N_per_mm, c.max_force_N}.Energy(X_WH.Point(c.p_TC_mm) - X_WT.Point(c.p_TC_mm)) +
@@ -243,6 +264,7 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
   CheckBounds(in, out);
   CheckAir(in, out);
   CheckForce(in, out);
+  CheckStep(in, out);
   CheckEnergy(in, out);
   removed_mm3_ += out.removed_mm3;
   removed_since_check_mm3_ += out.removed_mm3;

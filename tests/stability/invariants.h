@@ -28,6 +28,7 @@ namespace kerf::test {
 ///   I4 to I7: see BoneWatch
 ///   I15 the energy of the tick closes; what is lost for good is never negative; the sums since the start never fall
 ///      below what coupled.h promises
+///   I7 in one look at the bone the tool goes half a voxel at most, or a quarter of disc or voxel along the spindle
 ///   I17 the force on the hand is the spring's between the poses that were given out, and what holds the tool from the
 ///      other side is as large
 class Invariants {
@@ -68,6 +69,7 @@ class Invariants {
   void CheckBounds(const CoupledInput& in, const CoupledOutput& out);
   void CheckAir(const CoupledInput& in, const CoupledOutput& out);
   void CheckForce(const CoupledInput& in, const CoupledOutput& out);
+  void CheckStep(const CoupledInput& in, const CoupledOutput& out);
   void CheckEnergy(const CoupledInput& in, const CoupledOutput& out);
   double CalcCouplingEnergy(const Pose& X_WT, const Pose& X_WH) const;
 

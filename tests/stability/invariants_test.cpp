@@ -77,6 +77,9 @@ TEST(Invariants, EachIsSeenToFail) {
          o[250].spindle_mJ = 0;
          o[250].stored_mJ += 10;
        }},
+      {"I7", [](auto& o) { o[250].X_WT.p_AB.x += 0.11; }},
+      {"I7", [](auto& o) { o[250].X_WT.p_AB.y += 0.06; }},
+      {"I7", [](auto& o) { o[250].X_WT.R_AB = o[250].X_WT.R_AB * glm::angleAxis(0.006, Vec3(1, 0, 0)); }},
       {"I17", [](auto& o) { o[250].f_H_W_N *= 1.01; }},
       {"I17", [](auto& o) { o[250].f_H_W_N *= -1; }},
       {"I17", [](auto& o) { o[250].X_WT = o[249].X_WT; }},  // a stale pose
