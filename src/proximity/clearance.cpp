@@ -101,9 +101,8 @@ struct Clearance::State {
       const Plate plate_W{centre_W, X_WT.Vector({0, 0, 1}), plate.radius_mm, plate.half_thickness_mm};
       clear_mm = std::max(clear_mm, tree.CalcPlateBound(plate_W, plate_distance[lowest].mm, margin_mm));
     }
-    if (clear_mm > margin_mm) {
-      until[lowest] = std::max(until[lowest], travel + clear_mm);
-    } else if (bound() <= margin_mm) {
+    if (clear_mm > margin_mm) until[lowest] = std::max(until[lowest], travel + clear_mm);
+    if (bound() <= margin_mm) {
       until[lowest] = -kInfinity;  // asked first in the next tick
       return false;
     }
@@ -116,15 +115,19 @@ struct Clearance::State {
   bool Ask(double wanted_mm, double margin_mm) {
     if (ball.CalcMost(travel) > wanted_mm) {
       AskBall();
-    } else if (plates.empty()) {
-      return bound() > margin_mm;
-    } else if (behind.CalcMost(travel, 2) > wanted_mm) {  // its centre moves, and the disc against it
-      AskBehind();
-    } else {
-      return AskLowestPlate(margin_mm);
+      return IsRaised(ball.mm, margin_mm);
     }
-    return true;
+    if (plates.empty()) return bound() > margin_mm;
+    if (behind.CalcMost(travel, 2) > wanted_mm) {  // its centre moves, and the disc against it
+      AskBehind();
+      return IsRaised(behind.mm, margin_mm);
+    }
+    return AskLowestPlate(margin_mm);
   }
+
+  /// False when an answer of more than the margin has not lifted the bound above it: they differ by rounding then, and
+  /// to ask again would give the same for ever.
+  bool IsRaised(double clear_mm, double margin_mm) const { return !(clear_mm > margin_mm && bound() <= margin_mm); }
 
   /// At most one query, so that what is known lasts some ticks more.
   bool LookAhead(double margin_mm, double motion_mm) {

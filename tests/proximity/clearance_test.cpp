@@ -220,6 +220,30 @@ TEST(Clearance, ToolInTheBoneIsNear) {
   }
 }
 
+// A clearance that is the margin to the last bits is not lifted above it, for rounding: to ask until it is would never
+// end.
+TEST(Clearance, OfTheMarginItselfIsAnswered) {
+  Bone bone = test::MakeBox({}, Vec3(20, 20, 4), 0.2);
+  const BoneField field(bone, 0);
+  constexpr double kMargin_mm = 0.3;
+  for (const Tool& tool : {Tool(BallBurr{}), Tool(DiscSaw{})}) {
+    Clearance clearance(field, tool);
+    const double high_mm = CalcReach(tool) + 12;
+    clearance.IsNear({Quat{1, 0, 0, 0}, Vec3(0, 0, high_mm)}, 0);
+    const double margin_z_mm = high_mm - clearance.bound_mm() + kMargin_mm;
+    for (int lift = 0; lift < 40; ++lift) {
+      for (int ulps = -30; ulps <= 30; ++ulps) {
+        // What has been travelled sets how the sums round.
+        clearance.IsNear({Quat{1, 0, 0, 0}, Vec3(0, 0, margin_z_mm + 0.1 + 0.037 * lift)}, kMargin_mm);
+        double z_mm = margin_z_mm;
+        for (int i = 0; i < std::abs(ulps); ++i) z_mm = std::nextafter(z_mm, ulps < 0 ? -1e9 : 1e9);
+        clearance.IsNear({Quat{1, 0, 0, 0}, Vec3(0, 0, z_mm)}, kMargin_mm);
+        EXPECT_GE(clearance.bound_mm(), 0);  // that it came back is what counts
+      }
+    }
+  }
+}
+
 TEST(Clearance, StaysTrueWhileBoneIsCutAway) {
   Bone bone = test::MakeSphere({0, 0, 0}, 8, 0.2);
   BoneField field(bone);
