@@ -526,7 +526,7 @@ bool CoupledSimulation::SetDown(const Pose& X_WT) {
   s.u = {};
   s.edge.Forget();
   s.faces.Forget();
-  s.contact_mJ = 0;
+  s.contact_mJ = s.reserve_mJ = 0;
   s.EndSlab();
   s.path.Forget();
   s.teeth = 0;
