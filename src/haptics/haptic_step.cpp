@@ -4,6 +4,7 @@ namespace kerf {
 namespace {
 
 constexpr double kTurningQuantum_rad = 1e-4;  // of a sensed orientation: 0.006 degrees, finer than any gimbal's
+constexpr double kTurningReach_mm = 100;      // from a wrist to what it holds
 
 bool IsFinite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -24,7 +25,7 @@ HapticStep::HapticStep(CoupledSimulation& simulation, const DeviceProfile& profi
     : simulation_(&simulation),
       force_map_(profile, force_map),
       velocity_(profile.resolution_mm > 0 ? profile.resolution_mm : 1e-9),
-      turning_(kTurningQuantum_rad) {}
+      turning_(kTurningQuantum_rad, 16, kTurningReach_mm) {}
 
 HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, TickObserver* observer) {
   HapticStepOutput out;

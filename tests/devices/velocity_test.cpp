@@ -71,5 +71,41 @@ TEST(AdaptiveVelocity, TakesUnevenTicksAndSurvivesNonsense) {
   EXPECT_EQ(velocity.Update(Vec3(9, 9, 9), kDt_s), Vec3{0});
 }
 
+TEST(AdaptiveVelocity, HoldsOverRepeatedSamplesForAWhileOnly) {
+  AdaptiveVelocity velocity(0.001);
+  double x = 0;
+  Vec3 v{0};
+  for (int i = 0; i < 50; ++i) v = velocity.Update(Vec3(x += 0.02, 0, 0), kDt_s);
+  EXPECT_NEAR(v.x, 20, 1e-6);
+  for (int i = 1; i <= 5; ++i) EXPECT_NEAR(velocity.Update(Vec3(x, 0, 0), kDt_s).x, 20, 1e-6) << i;
+  for (int i = 6; i <= 100; ++i) EXPECT_EQ(velocity.Update(Vec3(x, 0, 0), kDt_s).x, 0) << i;
+  x += 0.1;  // where it comes back is no way that it went
+  EXPECT_EQ(velocity.Update(Vec3(x, 0, 0), kDt_s).x, 0);
+  EXPECT_NEAR(velocity.Update(Vec3(x += 0.02, 0, 0), kDt_s).x, 20, 1e-6);
+}
+
+TEST(AdaptiveVelocity, RepeatedSamplesOfASlowHandleAreWhatAnEncoderSees) {
+  // 4 mm/s in steps of 0.01 mm: two of three samples are repeated, and that is no fault. The window of 16 ms says 4 to
+  // a step over it.
+  AdaptiveVelocity velocity(0.01);
+  Vec3 v{0};
+  for (int i = 0; i < 200; ++i) {
+    v = velocity.Update(Vec3(0.01 * std::floor(0.4 * i), 0, 0), kDt_s);
+    if (i > 20) {
+      EXPECT_NEAR(v.x, 4, 0.01 / 0.015) << i;
+    }
+  }
+}
+
+TEST(AdaptiveVelocity, ALeapIsNoSpeed) {
+  AdaptiveVelocity velocity(0.001);
+  double x = 0;
+  for (int i = 0; i < 50; ++i) velocity.Update(Vec3(x += 0.02, 0, 0), kDt_s);
+  EXPECT_EQ(velocity.Update(Vec3(x += 5, 0, 0), kDt_s).x, 0);
+  EXPECT_NEAR(velocity.Update(Vec3(x += 0.02, 0, 0), kDt_s).x, 20, 1e-6);
+  // As fast as a hand can start, it is a speed.
+  for (int i = 1; i <= 3; ++i) EXPECT_GT(velocity.Update(Vec3(x += 0.02 + 0.25 * i, 0, 0), kDt_s).x, 200) << i;
+}
+
 }  // namespace
 }  // namespace kerf
