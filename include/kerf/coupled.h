@@ -88,6 +88,12 @@ struct CoupledOutput {
   double mean_E_MPa = 0;
   double mean_bite_mm = 0;
   int main_region = 0;
+  /// Regions in which a tooth cut, one bit by id: a layer of one voxel of the region grid is not missed, however little
+  /// force it makes. Without what the slab's law passed.
+  std::array<std::uint64_t, 4> regions_cut{};
+  bool HasCut(int region) const {
+    return region >= 0 && region < 256 && (regions_cut[region / 64] >> (region % 64) & 1) != 0;
+  }
   double removed_mm3 = 0;  // by occupancy of voxels: docs/physics.md
   // Energy in this tick, mJ = N mm: hand + spindle = stored + cut + friction + damping + numerical.
   // By the hand on the coupling. The handle is taken to move first, with the tool held, and the tool then to follow:

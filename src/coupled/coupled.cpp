@@ -173,7 +173,7 @@ void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutpu
   faces.set_stride(stride);
   const bool may = fidelity == Fidelity::kSlab && is_disc && in.rpm != 0;
   if (may && !slab.active() && teeth > kLeastTeeth && glm::length(f_cut_T) > kLeastThrust_N) {
-    slab.Begin(X_WT, f_cut_T, teeth);
+    slab.Begin(X_WT, f_cut_T, teeth, u);
   }
   if (slab.active()) {
     if (may && slab.CalcDepth(X_WT) > 0) {
@@ -342,7 +342,9 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double force = p.teeth * problem.ToothForceAt(speed, p.E_star_MPa);
     f_edge_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
     sums.thrust += time_s * force;
-    sums.thrust_by_region[static_cast<std::size_t>(edge.met()[i].region)] += time_s * force;
+    const auto region = static_cast<std::size_t>(edge.met()[i].region);
+    sums.thrust_by_region[region] += time_s * force;
+    out.regions_cut[region / 64] |= std::uint64_t{1} << (region % 64);
     sums.bite += time_s * p.teeth * speed / problem.passes_per_s;
     out.cut_mJ += time_s * force * speed;
   }
@@ -374,7 +376,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
   for (const YieldPoint& p : problem.yields) {
     const double speed = Dot(p.row, u);
     if (!(speed > 0)) continue;
-    const double force = p.force_N * std::min(1.0, speed / problem.creep_mm_per_s);
+    const double force = p.Force(speed, problem.creep_mm_per_s);
     f_edge_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
     sums.thrust += time_s * force;
     out.cut_mJ += time_s * force * speed;
