@@ -107,7 +107,7 @@ Twist StepProblem::CalcGradient(const Twist& u) const {
   }
   for (const YieldPoint& p : yields) {
     const double speed = Dot(p.row, u);
-    if (speed > 0) AddTo(g, p.force_N * std::min(1.0, speed / creep_mm_per_s), p.row);
+    if (speed > 0) AddTo(g, p.Force(speed, creep_mm_per_s), p.row);
   }
   return g;
 }
@@ -127,7 +127,9 @@ double StepProblem::CalcValueWithoutCutting(const Twist& u) const {
   }
   for (const YieldPoint& p : yields) {
     const double speed = std::max(0.0, Dot(p.row, u));
+    const double beyond = std::max(0.0, speed - p.rated_mm_per_s);
     J += p.force_N * (speed < creep_mm_per_s ? 0.5 * speed * speed / creep_mm_per_s : speed - 0.5 * creep_mm_per_s);
+    J += p.force_N * 0.5 * beyond * beyond / p.rated_mm_per_s;
   }
   for (const FrictionPoint& p : frictions) {
     const double a = Dot(p.row_a, u) + p.slip_a_mm_per_s;
@@ -192,8 +194,7 @@ double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const T
   }
   for (std::size_t i = 0; i < problem.yields.size(); ++i) {
     const double speed = yields_.at[i] + alpha * yields_.along[i];
-    if (speed > 0)
-      slope += problem.yields[i].force_N * std::min(1.0, speed / problem.creep_mm_per_s) * yields_.along[i];
+    if (speed > 0) slope += problem.yields[i].Force(speed, problem.creep_mm_per_s) * yields_.along[i];
   }
   return slope;
 }
@@ -330,8 +331,8 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
       const YieldPoint& point = problem.yields[i];
       const double speed = yields_.at[i];
       if (!(speed > 0)) continue;
-      AddTo(g, point.force_N * std::min(1.0, speed / problem.creep_mm_per_s), point.row);
-      if (speed < problem.creep_mm_per_s) AddOuter(H, point.force_N / problem.creep_mm_per_s, point.row);
+      AddTo(g, point.Force(speed, problem.creep_mm_per_s), point.row);
+      AddOuter(H, point.Slope(speed, problem.creep_mm_per_s), point.row);
     }
     const double tolerance_N = kForceTolerance * (1 + glm::length(force) + glm::length(torque) / reach_mm);
     solution.converged = std::abs(g[0]) + std::abs(g[1]) + std::abs(g[2]) <= tolerance_N &&

@@ -1,7 +1,9 @@
 // One step of the tool: the motion that is the least of a convex function of six unknowns.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "contact/spring.h"
@@ -66,10 +68,23 @@ struct FrictionPoint {
   double limit_N = 0;                               // coefficient times normal force
 };
 
-/// A resistance of its own size, ramped as the law is: dissipates force * s at speed s = max(0, row . u).
+/// A resistance of its own size, ramped as the law is: dissipates force * s at speed s = max(0, row . u). Faster than
+/// `rated` it grows with the speed.
 struct YieldPoint {
   Twist row;
   double force_N = 0;
+  double rated_mm_per_s = std::numeric_limits<double>::infinity();  // not below the ramp
+
+  /// At a speed above 0. Tick-safe.
+  double Force(double speed_mm_per_s, double creep_mm_per_s) const {
+    return force_N * std::min(1.0, speed_mm_per_s / creep_mm_per_s) * std::max(1.0, speed_mm_per_s / rated_mm_per_s);
+  }
+  /// Its slope there.
+  double Slope(double speed_mm_per_s, double creep_mm_per_s) const {
+    return speed_mm_per_s < creep_mm_per_s   ? force_N / creep_mm_per_s
+           : speed_mm_per_s > rated_mm_per_s ? force_N / rated_mm_per_s
+                                             : 0;
+  }
 };
 
 /// J(u) = [U(x - tau u) + contact(depth + tau row.u)] / tau + damper(u_H - u) + cutting(u) + friction(u), in N mm/s:

@@ -21,7 +21,7 @@ double CalcLaw(const DiscSaw& saw, double depth_mm, PaperReading reading) {
 SlabGuide::SlabGuide(const DiscSaw& saw, const Vec3& p_TC_mm, PaperReading reading)
     : saw_(saw), p_TC_(p_TC_mm), reading_(reading) {}
 
-void SlabGuide::Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth) {
+void SlabGuide::Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth, const Twist& u) {
   active_ = true;
   stopped_ = false;
   X_plane_ = X_WT;
@@ -29,6 +29,7 @@ void SlabGuide::Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth) {
   const Vec3 in_plane(f_cut_T_N.x, f_cut_T_N.y, 0);
   start_force_N_ = glm::length(in_plane);
   direction_W_ = X_WT.Vector(-in_plane / start_force_N_);
+  rated_mm_per_s_ = std::max(kLeastRated_mm_per_s, kMostFeed * Dot(MakeRow(-in_plane / start_force_N_, -p_TC_), u));
   // The depth at which an arc of so many teeth lies symmetrically about the direction.
   const double half_angle = std::min(0.5 * teeth * saw_.pitch_mm() / saw_.radius_mm(), 3.14);
   start_depth_mm_ = saw_.radius_mm() * (1 - std::cos(half_angle));
@@ -74,7 +75,7 @@ void SlabGuide::AddTo(const Pose& X_WT, double share, StepProblem& problem) cons
   }
   const double force_N = share * CalcResistance(CalcDepth(X_WT));
   if (!(force_N > 0)) return;
-  problem.yields.push_back({MakeRow(d_T, -p_TC_), force_N});
+  problem.yields.push_back({MakeRow(d_T, -p_TC_), force_N, rated_mm_per_s_});
   problem.frictions.push_back({MakeRow(glm::cross(Vec3(0, 0, 1), d_T), -p_TC_), Twist{}, 0, 0, force_N});
 }
 

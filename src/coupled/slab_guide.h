@@ -13,14 +13,18 @@ namespace kerf {
 /// which
 ///        the teeth cut then, meets F(h) = F_0 n(h) / n(h_0), with the paper's number of teeth n at depth h (cubed in
 ///        the reading as computed) and the thrust F_0 that there was: the law's shape at the size that was felt. Along
-///        the slot it meets as much; coming out nothing.
+///        the slot it meets as much; coming out nothing. The law knows no feed: from kMostFeed times that at the start
+///        on (kLeastRated at least), the force grows with the feed, or a harder push would go through at any speed.
 class SlabGuide {
  public:
   SlabGuide(const DiscSaw& saw, const Vec3& p_TC_mm, PaperReading reading);
 
   bool active() const { return active_; }
-  /// `f_cut_T_N`: of the teeth on the tool; `teeth`: how many are engaged. Tick-safe.
-  void Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth);
+  static constexpr double kMostFeed = 2;
+  static constexpr double kLeastRated_mm_per_s = 5;
+
+  /// `f_cut_T_N`: of the teeth on the tool; `teeth`: how many are engaged; `u`: the tool's motion. Tick-safe.
+  void Begin(const Pose& X_WT, const Vec3& f_cut_T_N, double teeth, const Twist& u);
   void End() { active_ = false; }
   /// Along the direction of the cut, mm; below 0 the tool is out. Tick-safe.
   double CalcDepth(const Pose& X_WT) const;
@@ -56,6 +60,7 @@ class SlabGuide {
   double start_depth_mm_ = 0;
   double start_force_N_ = 0;
   double start_law_ = 0;  // n, or its cube, at the start
+  double rated_mm_per_s_ = kLeastRated_mm_per_s;
   bool stopped_ = false;
   double stopped_depth_mm_ = 0;
 };

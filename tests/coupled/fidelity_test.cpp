@@ -88,11 +88,15 @@ TEST(CoupledFidelity, SlabFollowsThePapersLawWithDepth) {
     double first_N = 0;
     double first_n = 0;
     int checked = 0;
+    double last_z = 0;
     for (int i = 0; i < 4000; ++i) {
       simulation.SetFidelity(i < 600 ? Fidelity::kFull : Fidelity::kSlab);
       const double z = 5 + kR + 0.2 - 0.003 * i;
       const CoupledOutput out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, z})));
-      if (out.fidelity != Fidelity::kSlab || out.X_WT.p_AB.z < kR - 2) continue;
+      // Where it catches up, faster than 5 mm/s, it meets more than the law.
+      const bool fast = last_z - out.X_WT.p_AB.z > 0.005;
+      last_z = out.X_WT.p_AB.z;
+      if (out.fidelity != Fidelity::kSlab || fast || out.X_WT.p_AB.z < kR - 2) continue;
       const double depth = 5 + kR - out.X_WT.p_AB.z;
       const double n = CalcPaperTeeth(kSaw, depth, reading);
       const double shape = reading == PaperReading::kCorrected ? n : n * n * n;
