@@ -30,29 +30,33 @@ Bone MakeBlockOfBone(double E_MPa = 19300) {
   return bone;
 }
 
-/// A stopped saw on the block, which has lost more energy by rubbing on it than is kept in reserve.
+/// A stopped saw set down in the bone, too deep by `depth_mm`, that has lost more energy there by rubbing than is kept
+/// in reserve: pressed down and turned about its spindle, it goes nowhere.
 struct RubbedSaw {
-  RubbedSaw() : simulation(MakeBlockOfBone(), DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.05})) {
-    for (int i = 0; i < 3000; ++i) {
-      const double x = 4 * std::sin(0.01 * i);
-      const CoupledOutput out = simulation.Tick(Handle(DiscPose(Pose{}, {x, 0, 4 + kR - 5}), 0));
+  explicit RubbedSaw(double depth_mm)
+      : X(DiscPose(Pose{}, {0, 0, 4 + kR - depth_mm})),
+        simulation(MakeBlockOfBone(), DiscParams(), X),
+        hand(simulation, X) {
+    for (int i = 0; i < 60; ++i) {
+      hand.R_WH() = glm::angleAxis(0.01 * i, Vec3(0, 1, 0)) * X.R_AB;
+      const CoupledOutput out = hand.Push({0, 0, -35}, 0);
       lost_mJ += out.friction_mJ + out.numerical_mJ;
     }
+    hand.R_WH() = hand.X_WT().R_AB;
   }
+  Pose X;
   CoupledSimulation simulation;
+  PushingHand hand;
   double lost_mJ = 0;
 };
 
 TEST(Mutants, PushOutIsAsFastAsItSays) {
-  RubbedSaw saw;
+  RubbedSaw saw(1);
   ASSERT_GT(saw.lost_mJ, 10);
-  // Set down 0.2 mm too deep, held by nothing. It comes out at the speed that it may.
-  const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR - 0.2});
-  saw.simulation.Tick(Handle(X, 0));
-  ASSERT_TRUE(saw.simulation.SetDown(X));
-  PushingHand hand(saw.simulation, X);
+  // Let go. It comes out at the speed that it may.
   double z[61];
-  for (double& height : z) height = hand.Push({0, 0, -1e-3}, 0).X_WT.p_AB.z;
+  for (double& height : z) height = saw.hand.Push({0, 0, -1e-3}, 0).X_WT.p_AB.z;
+  ASSERT_LT(z[60], 4 + kR - 0.1);
   const double speed = (z[60] - z[10]) / 0.05;
   EXPECT_NEAR(speed, PushOut::kSpeed_mm_per_s, 0.25 * PushOut::kSpeed_mm_per_s);
   EXPECT_NEAR(speed, 2, 0.5);  // and that speed is slow
@@ -71,14 +75,12 @@ TEST(Mutants, PushOutTakesNoMoreThanWasLostBefore) {
 
 TEST(Mutants, PushOutTakesNoMoreThanIsKept) {
   // Much was lost, but only so much of it is kept: 5 mJ lift a tool that is pressed down with 10 N by 0.5 mm.
-  RubbedSaw saw;
-  const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR - 2.5});
-  saw.simulation.Tick(Handle(X, 0));
-  ASSERT_TRUE(saw.simulation.SetDown(X));
-  PushingHand hand(saw.simulation, X);
+  RubbedSaw saw(3);
+  ASSERT_GT(saw.lost_mJ, 20);
+  const double z = saw.hand.X_WT().p_AB.z;
   CoupledOutput out;
-  for (int i = 0; i < 2000; ++i) out = hand.Push({0, 0, -10}, 0);
-  const double lifted_mJ = 10 * (out.X_WT.p_AB.z - X.p_AB.z);
+  for (int i = 0; i < 2000; ++i) out = saw.hand.Push({0, 0, -10}, 0);
+  const double lifted_mJ = 10 * (out.X_WT.p_AB.z - z);
   EXPECT_GT(lifted_mJ, 2.5);
   EXPECT_LT(lifted_mJ, 10);
 }
