@@ -49,10 +49,10 @@ struct HandOrbit {
 };
 
 /// Over a block whose top is z = 0: it presses on the top, rubs along it and leaves it again. `reach_mm`: the largest
-/// amplitude; `most_Hz`: of the waves.
-inline HandOrbit DrawOrbit(std::mt19937_64& random, double reach_mm = 4, double most_Hz = 4) {
+/// amplitude; `most_Hz`: of the waves; `deep`: most of the way is below the top, for a saw that cuts.
+inline HandOrbit DrawOrbit(std::mt19937_64& random, double reach_mm = 4, double most_Hz = 4, bool deep = false) {
   HandOrbit orbit;
-  const double z_mm = Uniform(random, -0.3, 0.6) * reach_mm;
+  const double z_mm = (deep ? Uniform(random, -1.2, -0.4) : Uniform(random, -0.3, 0.6)) * reach_mm;
   orbit.X_WH_middle = Upright(Vec3(0, 0, 11 + z_mm));
   const int most = static_cast<int>(most_Hz * orbit.seconds);
   for (int i = 0; i < 2; ++i) {
