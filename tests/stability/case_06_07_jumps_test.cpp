@@ -198,6 +198,52 @@ TEST(HardCase06, WhereASawComesToRestDoesNotDependOnTheSubsteps) {
   verdict.AtMost("difference in volume", 100 * most_removed, 1, "%");
 }
 
+TEST(HardCase06, ASolverThatRunsOutOfIterationsMakesNoEnergy) {
+  Verdict verdict("holds");
+  const int seeds = std::max(1, static_cast<int>(6 * Effort()));
+  int ran_out = 0;
+  double least_mJ = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(3000 + seed));
+    const double rpm = seed % 2 == 0 ? 0 : 7500;
+    CoupledParams params = DiscParams();
+    params.max_iterations = 1 + seed % 3;
+    params.friction_coefficient = seed < 3 ? 2 : 0.2;
+    params.coupling.stiffness_N_per_mm = seed % 4 < 2 ? 5 : 500;
+    params.coupling.p_TC_mm = {0, 0, seed % 2 == 0 ? 40.0 : 0.0};
+    const Vec3 home(0, 0, 4 + kR - 0.5);
+    WatchedTool tool(MakeBox({}, {12, 3, 8}, 0.2), params, DiscPose({}, {0, 0, 4 + kR + 0.5}));
+    for (int i = 0; i < 120; ++i) {
+      Pose X_WH = DiscPose({}, home + kJumps_mm[random() % 2] * DrawDirection(random));
+      X_WH.R_AB = glm::normalize(X_WH.R_AB * glm::angleAxis(0.1, DrawDirection(random)));
+      for (int k = 0; k < 5; ++k) ran_out += (tool.Tick(X_WH, rpm).status & kCoupledIterationsUsedUp) != 0;
+      least_mJ = std::min(least_mJ, tool.invariants.lost_mJ());
+    }
+    tool.invariants.CheckBone();
+  }
+  // On a plane nothing uneven pushes the tool out: there no tick by itself may give anything back.
+  double least_tick_mJ = 0;
+  for (const int iterations : {1, 2, 4}) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(iterations));
+    CoupledParams params = DiscParams();
+    params.max_iterations = iterations;
+    params.coupling.stiffness_N_per_mm = 50;
+    params.coupling.p_TC_mm = {0, 0, 40};
+    WatchedTool tool(MakeBox({}, {40, 20, 4}, 0.2), params, DiscPose({}, {0, 0, 2 + kR + 0.1}));
+    for (int i = 0; i < 400; ++i) {
+      Pose X_WH = DiscPose({}, Vec3(0, 0, 2 + kR - 0.1) + 0.5 * DrawDirection(random));
+      X_WH.R_AB = glm::normalize(X_WH.R_AB * glm::angleAxis(0.02, DrawDirection(random)));
+      const CoupledOutput out = tool.Tick(X_WH, 0);
+      const double lost = out.cut_mJ + out.friction_mJ + out.numerical_mJ;
+      least_tick_mJ = std::min(least_tick_mJ, lost / (1e-3 + std::abs(out.hand_mJ)));
+    }
+  }
+  // A step's turn is taken as a small one: so much may come back of what it stores.
+  verdict.AtLeast("least lost in a tick on a plane, of the hand's work", least_tick_mJ, -1e-3);
+  verdict.AtLeast("ticks in which 1 to 3 iterations did not do", ran_out, 100);
+  verdict.AtLeast("least of what was lost for good since the start", least_mJ, -1e-6, "mJ");
+}
+
 TEST(HardCase06, ManyJumpsAnyWayKeepWhatMustHold) {
   Verdict verdict("holds");
   const int seeds = std::max(1, static_cast<int>(4 * Effort()));
@@ -246,6 +292,30 @@ TEST(HardCase07, OnAPathADiscThatTurnsOverSweepsHalfABall) {
   }
   // A disc that shrank on the way, as between two matrices, would sweep a third less. What is left is the grid's.
   verdict.AtMost("error of the volume swept in a quarter turn", 100 * worst, 1, "%");
+}
+
+TEST(HardCase07, ATurnIsTheSameByEitherSignOfItsQuaternion) {
+  Verdict verdict("holds");
+  double most_N = 0, most_Nmm = 0;
+  for (const double rpm : {0.0, 7500.0}) {
+    const Pose X_start = DiscPose({}, {0, 0, 4 + kR + 0.3});
+    const Bone bone = MakeBox({}, {16, 3, 8}, 0.2);
+    WatchedTool plain(bone, DiscParams(), X_start);
+    WatchedTool other(bone, DiscParams(), X_start);
+    for (int i = 0; i < 300; ++i) {
+      Pose X = DiscPose({}, {0, 0.002 * i, 4 + kR + 0.3 - 0.01 * i});
+      X.R_AB = glm::normalize(X.R_AB * glm::angleAxis(0.001 * i, glm::normalize(Vec3(1, 2, 3))));
+      const CoupledOutput a = plain.Tick(X, rpm);
+      if (i % 3 == 0) X.R_AB = -X.R_AB;
+      const CoupledOutput b = other.Tick(X, rpm);
+      most_N = std::max(most_N, glm::length(a.f_H_W_N - b.f_H_W_N));
+      most_Nmm = std::max(most_Nmm, glm::length(a.tau_H_W_Nmm - b.tau_H_W_Nmm));
+    }
+    EXPECT_GT(plain.invariants.largest_force_N(), 1);
+  }
+  // Rounding, and the solver's residual of 1e-8.
+  verdict.AtMost("difference of the force", most_N, 1e-6, "N");
+  verdict.AtMost("difference of the torque", most_Nmm, 1e-5, "N mm");
 }
 
 TEST(HardCase07, AJumpThatTurnsKeepsWhatMustHold) {

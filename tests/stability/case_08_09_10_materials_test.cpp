@@ -397,6 +397,30 @@ TEST(HardCase10, AtRestAndThroughZeroSpeedThereIsNoChatter) {
   verdict.AtMost("change of friction in a tick at rest", 1000 * rest_N, 0.1, "mN");
 }
 
+TEST(HardCase10, WhatFrictionTookMayLiftABuriedSawAndNoMore) {
+  Verdict verdict("holds");
+  // Made 0.3 mm deep in the bone and stopped, pressed down with 4 N: nothing lifts it, for that would be energy from
+  // nowhere. Dragged aside, friction takes some; as much may lift it out, at 2 mm/s.
+  const Pose X_start = DiscPose({}, {0, 0, 2 + kR - 0.3});
+  WatchedTool tool(MakeBox({}, {24, 8, 4}, 0.2), DiscParams(), X_start);
+  const auto to = [&](double y) { return tool.Tick(DiscPose({}, {0, y, 2 + kR - 4.3}), 0); };
+  double fastest = 0;
+  const auto lowest = [&] { return tool.X_WT.Point({0, kR, 0}).z - 2; };
+  for (int i = 0; i < 300; ++i) to(0);
+  const double before = lowest();
+  double last = before;
+  for (int i = 0; i < 1000; ++i) {
+    to(0.003 * std::min(i, 700));
+    fastest = std::max(fastest, (lowest() - last) * 1000);
+    last = lowest();
+  }
+  tool.invariants.CheckBone();
+  verdict.AtMost("height before it is dragged", before, -0.25, "mm");
+  verdict.AtLeast("height afterwards", last, -0.1, "mm");
+  verdict.AtMost("fastest rise", fastest, 2.1, "mm/s");
+  verdict.AtLeast("lost for good in all", tool.invariants.lost_mJ(), 0, "mJ");
+}
+
 TEST(HardCase10, OfATurningSawInItsKerfStaysBoundedAndAgainstTheSlip) {
   Verdict verdict("holds");
   const Bone bone = MakeBox({}, {26, 4, 10}, 0.2);
@@ -420,6 +444,12 @@ TEST(HardCase10, OfATurningSawInItsKerfStaysBoundedAndAgainstTheSlip) {
       EXPECT_EQ(out.f_friction_W_N, Vec3(0));
       EXPECT_EQ(tool.invariants.spindle_mJ(), 0);
     }
+    // Against the other wall: that one pushes the other way.
+    const double wall_N = out.f_face_W_N.y;
+    EXPECT_LT(wall_N, -1);
+    for (int i = 0; i < 1000; ++i) out = tool.Tick(DiscPose({}, {0, 1.5 - 0.003 * i, 5 + kR - 5.9}));
+    EXPECT_NEAR(out.f_face_W_N.y, -wall_N, 0.1);
+    for (int i = 0; i < 1000; ++i) out = tool.Tick(DiscPose({}, {0, -1.5 + 0.003 * i, 5 + kR - 5.9}));
     // The spindle the other way round: so is the drag.
     for (int i = 0; i < 300; ++i) out = tool.Tick(DiscPose({}, {0, 1.5, 5 + kR - 5.9}), -7500);
     if (mus[n] > 0) {
