@@ -356,8 +356,9 @@ Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linea
   const double step_mm = setup.quantise ? setup.profile.resolution_mm : 0;
   const double compression_mm = CalcSizes(held, setup).compression_mm;
   const double kick_mm = std::min(0.3 * compression_mm, std::max(10 * step_mm, 0.03 * compression_mm));
-  // While it feeds, the encoder's steps go by and are felt; else any sway is one too many.
-  const double least_mm = std::max(held.feeds ? step_mm : 0.02 * step_mm, 1e-4 * kick_mm);
+  // While it feeds the encoder's steps go by and are felt, and without friction nothing holds the handle within one.
+  const bool still = !held.feeds && setup.profile.friction_N > 0;
+  const double least_mm = std::max(still ? 0.02 * step_mm : step_mm, 1e-4 * kick_mm);
   return Watch(held, setup, kick_mm, least_mm);
 }
 

@@ -83,6 +83,7 @@ StabilityMap DrawMap(const StabilitySubject& subject, HeldState state, const std
   for (const double damping : damping_Ns_per_mm) {
     for (const double stiffness : stiffness_N_per_mm) {
       ClosedLoopSetup setup = subject.setup;
+      setup.profile.friction_N = 0;
       setup.coupled.coupling.stiffness_N_per_mm = stiffness;
       setup.coupled.coupling.damping_Ns_per_mm = damping;
       map.behaviour.push_back(TryHeld(held, setup, false));

@@ -161,6 +161,19 @@ void ScenarioRun::Run(double seconds) {
   for (int i = 0; i < ticks; ++i) Step();
 }
 
+std::size_t ScenarioRun::RunInBone(double seconds) {
+  const int ticks = static_cast<int>(std::lround(seconds / T()));
+  const auto tenth = static_cast<std::size_t>(std::lround(0.1 / T()));
+  const std::size_t begun = now();
+  std::size_t idle = 0;
+  for (int i = 0; i < ticks; ++i) {
+    Step();
+    idle = f_N_.back() == Vec3(0) ? idle + 1 : 0;
+    if (idle > tenth) return std::max(begun, now() - std::min(now(), 2 * tenth));
+  }
+  return now();
+}
+
 void ScenarioRun::AwaitRamp() {
   Run(subject_.setup.force_map.ramp_in_s + 2 * T());
 }
@@ -195,6 +208,10 @@ void ScenarioRun::AtLeast(const std::string& name, const std::string& unit, doub
 }
 
 void ScenarioRun::AddNoise(std::size_t from, std::size_t to, double share) {
+  if (static_cast<double>(std::min(to, now()) - from) * T() < 0.25) {
+    Say(" The tool was through the bone too soon for the noise to be told.");
+    return;
+  }
   const double noise_mN = 1000 * CalcNoise(forces_N(from, to), T());
   AtMost("noise above 20 Hz", "mN", noise_mN, std::max(20.0, 1000 * share * MeanForce_N(from, to)));
 }

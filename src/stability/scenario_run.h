@@ -39,6 +39,9 @@ class ScenarioRun {
 
   const ClosedLoopTick& Step();
   void Run(double seconds);
+  /// Likewise, but no longer than the tool is in bone. Up to where (as now()) the force may be judged: a tenth of a
+  /// second before the tool had nothing to cut for a tenth.
+  std::size_t RunInBone(double seconds);
   /// In the air, until the force is no longer ramped in.
   void AwaitRamp();
 
@@ -50,7 +53,8 @@ class ScenarioRun {
 
   void AtMost(const std::string& name, const std::string& unit, double value, double bound);
   void AtLeast(const std::string& name, const std::string& unit, double value, double bound);
-  /// Force above 20 Hz: at most 20 mN, or that share of the force where it is more.
+  /// Force above 20 Hz: at most 20 mN, or that share of the force where it is more. Of less than a quarter of a second
+  /// it is not told, and that is said.
   void AddNoise(std::size_t from, std::size_t to = SIZE_MAX, double share = 0.01);
   /// That the motors never gave more than was put in.
   void AddEnergy();

@@ -1,6 +1,7 @@
 // What can go wrong between hand and tick: jumps, lost time, bad samples, and a hand that lets go.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "devices/hand.h"
 #include "stability/measures.h"
@@ -18,9 +19,14 @@ ScenarioResult Jump(const StabilitySubject& subject, const Scenario& scenario, d
   run.AwaitRamp();
   const Tool& tool = subject.setup.coupled.tool;
   double deepest_mm = -1;
+  double way_mm = 0;
+  double removed_mm3 = 0;
+  Vec3 p_W = run.tick().out.coupled.X_WT.p_AB;
   run.loop().device().SetFaults({.jump_mm = jump_mm * subject.into_W});
   for (int i = 0; i < 20; ++i) {
     run.Step();
+    way_mm += glm::length(run.tick().out.coupled.X_WT.p_AB - std::exchange(p_W, run.tick().out.coupled.X_WT.p_AB));
+    removed_mm3 += run.tick().out.coupled.removed_mm3;
     if (rpm == 0) deepest_mm = std::max(deepest_mm, CalcBuried(subject.bone, tool, run.tick().out.coupled.X_WT));
   }
   run.loop().device().SetFaults({});
@@ -29,7 +35,14 @@ ScenarioResult Jump(const StabilitySubject& subject, const Scenario& scenario, d
   const double off_mm = glm::length(run.tick().out.coupled.X_WT.Point(p_TC) - run.tick().out.sample.X_WH.Point(p_TC));
   // It comes no deeper than the half voxel of a sub-step, whatever the pull.
   if (rpm == 0) run.AtMost("edge in the bone, deepest", "mm", deepest_mm, 0.5 * subject.bone.voxel_mm() + 0.05);
-  run.AtMost("tool from the handle afterwards", "mm", off_mm, 0.2);
+  if (rpm == 0) run.AtMost("tool from the handle afterwards", "mm", off_mm, 0.2);
+  // Not more than it swept, with half a voxel all round.
+  const double half_mm = 0.5 * subject.bone.voxel_mm();
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  const double R = CalcReach(tool) + half_mm;
+  const double thick_mm = disc ? disc->thickness_mm + 2 * half_mm : 0;
+  const double swept_mm3 = disc ? thick_mm * (kPi * R * R + 2 * R * way_mm) : kPi * R * R * (4 * R / 3 + way_mm);
+  run.AtMost("bone removed in the jump", "mm3", removed_mm3, rpm == 0 ? 0 : swept_mm3);
   return run.Finish();
 }
 
@@ -64,14 +77,14 @@ ScenarioResult UnevenTime(const StabilitySubject& subject, const Scenario& scena
   run.Run(0.8);
   const std::size_t begun = run.now();
   run.loop().SetTiming(timing);
-  run.Run(1.5);
+  const std::size_t end = run.RunInBone(1.5);
   const bool trips = 1000 * timing.burst_s > subject.setup.watchdog_ms;
   if (trips) {
     const auto forces = run.forces_N(begun);
     run.AtLeast("ticks without force", "", static_cast<double>(std::count(forces.begin(), forces.end(), Vec3(0))), 1);
   } else {
     // A hand feels a step of 7 % of the force; half of that is allowed.
-    run.AddNoise(begun, SIZE_MAX, 0.035);
+    run.AddNoise(begun, end, 0.035);
     run.AddEnergy();
   }
   return run.Finish();
@@ -102,8 +115,7 @@ ScenarioResult LetGo(const StabilitySubject& subject, const Scenario& scenario, 
   run.Lean(push_N);
   run.Run(1.5);
   const std::size_t again = run.now();
-  run.Run(0.5);
-  run.AddNoise(again);
+  run.AddNoise(again, run.RunInBone(0.5));
   return run.Finish();
 }
 
@@ -142,8 +154,7 @@ ScenarioResult Frozen(const StabilitySubject& subject, const Scenario& scenario,
   run.loop().device().SetFaults({});
   run.Run(0.7);
   const std::size_t after = run.now();
-  run.Run(0.5);
-  run.AddNoise(after);
+  run.AddNoise(after, run.RunInBone(0.5));
   return run.Finish();
 }
 
@@ -157,8 +168,7 @@ ScenarioResult CoarseEncoder(const StabilitySubject& asked, const Scenario& scen
   run.Lean(run.CalcPush_N(5) * subject.into_W);
   run.Run(0.8);
   const std::size_t begun = run.now();
-  run.Run(1);
-  run.AddNoise(begun);
+  run.AddNoise(begun, run.RunInBone(1));
   return run.Finish();
 }
 
