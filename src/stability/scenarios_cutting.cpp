@@ -119,7 +119,10 @@ ScenarioResult BreakThrough(const StabilitySubject& subject, const Scenario& sce
     double& most_N = through ? after_N : before_N;
     most_N = std::max(most_N, -glm::dot(tick.f_device_N, subject.into_W));
   }
-  if (!through) return ScenarioRun::Skip(scenario, "the tool does not get through in 6 s.");
+  if (!through) {
+    run.Say(" It did not get through in 6 s.");
+    return run.Finish();
+  }
   // It may fall on what lies behind, from 2 mm at most before the hand has it again: F (1 + sqrt(1 + 2 K d / F)).
   const double K = run.scale() * subject.setup.coupled.coupling.stiffness_N_per_mm;
   run.AtMost("force against the feed after over before", "", after_N / before_N,
