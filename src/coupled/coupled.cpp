@@ -43,6 +43,12 @@ bool IsFinite(const Vec3& v, double most) {
   return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
 }
 
+/// Into how many parts a way must be divided, whose straight share falls with the parts and whose bend with their
+/// square, for each to be `most` long.
+double CountSteps(double straight, double bent, double most) {
+  return (straight + std::sqrt(straight * straight + 4 * bent * most)) / (2 * most);
+}
+
 double CalcThickness(const Tool& tool) {
   const auto* disc = std::get_if<DiscSaw>(&tool);
   return disc ? disc->thickness_mm : 0;
@@ -310,14 +316,16 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
 double CoupledSimulation::State::CalcStepShare(const Twist& motion, double time_s) const {
   const Vec3 w(motion[3], motion[4], motion[5]);
   const Vec3 v = Vec3(motion[0], motion[1], motion[2]) - glm::cross(w, coupling.p_TC_mm());  // of the tool's origin
+  // Turning about a coupling point far off, the tool goes on an arc: by so much it leaves the straight way.
+  const double bent = 0.5 * glm::length(w) * glm::length(glm::cross(w, coupling.p_TC_mm())) * time_s * time_s;
   double steps = glm::length(w) * time_s / kLargestTurn_rad;
   if (is_disc) {
     const double across = std::hypot(v.x, v.y) * time_s;
     const double along = (std::abs(v.z) + std::hypot(w.x, w.y) * shape.reach_mm) * time_s;
-    steps =
-        std::max({steps, across / (kStepVoxels * h), along / (kAxialShare * std::min(h, CalcThickness(params.tool)))});
+    steps = std::max({steps, CountSteps(across, bent, kStepVoxels * h),
+                      CountSteps(along, bent, kAxialShare * std::min(h, CalcThickness(params.tool)))});
   } else {
-    steps = std::max(steps, glm::length(v) * time_s / (kStepVoxels * h));
+    steps = std::max(steps, CountSteps(glm::length(v) * time_s, bent, kStepVoxels * h));
   }
   return steps > 1 ? 1 / steps : 1;
 }

@@ -2,6 +2,7 @@
 // it, by the generator of that time.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -40,10 +41,37 @@ TEST(FuzzRegression, VolumeAddsUpWhereTheSpareLeavesRanOut) {
 TEST(FuzzRegression, VelocityStaysFiniteHoweverShortTheTick) {
   AdaptiveVelocity velocity(0.01);
   velocity.Update({0, 0, 0}, 0.001);
-  const Vec3 before = velocity.Update({0.1, 0, 0}, 0.001);
-  EXPECT_EQ(velocity.Update({0.2, 0, 0}, std::numeric_limits<double>::denorm_min()), before);
-  const Vec3 after = velocity.Update({0.3, 0, 0}, 0.001);
-  EXPECT_TRUE(std::isfinite(after.x));
+  for (const double dt_s : {0.001, std::numeric_limits<double>::denorm_min(), 1e-300, 0.001, 0.001}) {
+    EXPECT_TRUE(std::isfinite(velocity.Update(velocity.velocity_mm_per_s() + Vec3(0.1, 0, 0), dt_s).x)) << dt_s;
+  }
+}
+
+/// Seed 1000046: turning about a coupling point far off, the tool went on an arc that nothing measured: several voxels,
+/// with one look at the bone.
+TEST(FuzzRegression, ATurnAboutAFarCouplingPointIsLookedAtAllTheWay) {
+  test::Verdict verdict("holds");
+  constexpr double kVoxel_mm = 0.2;
+  const Pose start = test::DiscPose(Pose{}, {0, 0, 3 + 11 - 0.5});
+  double longest_mm = 0;
+  for (const double arm_mm : {80.0, 1000.0}) {
+    CoupledParams params = test::DiscParams();
+    params.coupling.p_TC_mm = {arm_mm, 0, 0};
+    params.coupling.stiffness_N_per_mm = 100;
+    params.max_substeps = 1;
+    CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 3, 6}, kVoxel_mm), params, start);
+    Pose X_WT = start;
+    for (int i = 1; i <= 50; ++i) {
+      // The handle turns about the coupling point.
+      Pose X_WH;
+      X_WH.R_AB = glm::normalize(start.R_AB * glm::angleAxis(0.05 * i, Vec3(0, 0, 1)));
+      X_WH.p_AB = start.Point(params.coupling.p_TC_mm) - X_WH.Vector(params.coupling.p_TC_mm);
+      const CoupledOutput out = simulation.Tick(test::Handle(X_WH));
+      if (out.engaged_teeth > 0) longest_mm = std::max(longest_mm, glm::length(out.X_WT.p_AB - X_WT.p_AB));
+      X_WT = out.X_WT;
+    }
+  }
+  EXPECT_GT(longest_mm, 0.01);
+  verdict.AtMost("longest way of the disc in one look", longest_mm, 0.51 * kVoxel_mm, "mm");
 }
 
 }  // namespace
