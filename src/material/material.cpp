@@ -10,7 +10,7 @@ namespace kerf {
 namespace {
 
 constexpr int kMaxRegion = 255;
-constexpr double kMaxE_MPa = 1e7;  // ten times diamond: beyond it a unit was mixed up
+constexpr double kMaxE_MPa = 1e9;  // rigid to any tool; beyond it the compliances' sum loses its digits
 
 }  // namespace
 

@@ -13,6 +13,8 @@
 namespace kerf {
 namespace {
 
+constexpr double kMaxE_MPa = 1e7;  // ten times diamond: beyond it a unit was mixed up
+
 enum Column { kId, kName, kTissue, kE, kNu, kEstimate, kSource };
 const std::vector<std::string> kColumns = {"id", "name", "tissue", "E_GPa", "nu", "estimate", "source"};
 
@@ -32,6 +34,10 @@ Region ParseRow(const std::vector<std::string>& fields, const CsvPlace& place) {
   }
   region.tissue = *tissue;
   region.E_MPa = ParseCsvNumber(field(kE), 3, "E_GPa", place);
+  if (!(region.E_MPa > 0 && region.E_MPa <= kMaxE_MPa)) {
+    place.Fail(fmt::format("region {}: E = {} GPa is not above 0 and at most {}", region.id, region.E_MPa / 1000,
+                           kMaxE_MPa / 1000));
+  }
   region.nu = ParseCsvNumber(field(kNu), 0, "nu", place);
   const std::string& estimate = field(kEstimate);
   if (estimate != "yes" && estimate != "no") {

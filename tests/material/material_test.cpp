@@ -29,10 +29,10 @@ TEST(MaterialTable, AcceptsTheEndsOfEachRangeAndRefusesWhatIsBeyond) {
   EXPECT_EQ(MessageOf(MakeRegion(255, 1e7, 0.5)), "accepted");
   EXPECT_EQ(MessageOf(MakeRegion(0, 1000, 0.3)), "region id 0 is not within 1 to 255");
   EXPECT_EQ(MessageOf(MakeRegion(256, 1000, 0.3)), "region id 256 is not within 1 to 255");
-  EXPECT_EQ(MessageOf(MakeRegion(7, 0, 0.3)), "region 7: E = 0 GPa is not above 0 and at most 10000");
-  EXPECT_EQ(MessageOf(MakeRegion(7, -5000, 0.3)), "region 7: E = -5 GPa is not above 0 and at most 10000");
+  EXPECT_EQ(MessageOf(MakeRegion(7, 0, 0.3)), "region 7: E = 0 GPa is not above 0 and at most 1000000");
+  EXPECT_EQ(MessageOf(MakeRegion(7, -5000, 0.3)), "region 7: E = -5 GPa is not above 0 and at most 1000000");
   EXPECT_EQ(MessageOf(MakeRegion(7, std::numeric_limits<double>::quiet_NaN(), 0.3)),
-            "region 7: E = nan GPa is not above 0 and at most 10000");
+            "region 7: E = nan GPa is not above 0 and at most 1000000");
   EXPECT_EQ(MessageOf(MakeRegion(7, 1000, -0.1)), "region 7: nu = -0.1 is not within 0 to 0.5");
   EXPECT_EQ(MessageOf(MakeRegion(7, 1000, 0.51)), "region 7: nu = 0.51 is not within 0 to 0.5");
 }

@@ -110,12 +110,12 @@ Bone MakeFuzzBone(Dice& dice, double& voxel_mm) {
   auto found = made.find({kind, voxel_mm});
   if (found == made.end()) found = made.emplace(std::pair(kind, voxel_mm), MakeKind(kind, voxel_mm)).first;
   Bone bone = found->second;
-  const double E_MPa = dice.OneIn(2) ? 19300 : dice.LogUniform(1, 1e7);
+  const double E_MPa = dice.OneIn(2) ? 19300 : dice.LogUniform(1, 1e9);
   const double nu = dice.One({0.0, 0.28, 0.28, 0.499999, 0.5});
   if (kind == BoneKind::kMandible) {
     bone.set_materials(MakeUniformTable(bone.materials(), E_MPa, nu));
   } else {
-    bone.set_materials(MakeTable(E_MPa, nu, dice.OneIn(2) ? 200000 : dice.LogUniform(1, 1e7), nu));
+    bone.set_materials(MakeTable(E_MPa, nu, dice.OneIn(2) ? 200000 : dice.LogUniform(1, 1e9), nu));
   }
   return bone;
 }
