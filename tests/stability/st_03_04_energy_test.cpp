@@ -79,8 +79,9 @@ TEST(ClosedLoopST3, NothingComesBackFromAStoppedSawAtAnyTick) {
       "holds, from the end of the half second on in which the force is ramped in: while it rises, what was put in for "
       "less "
       "comes back for more (ST9 bounds that)");
+  const int rounds = static_cast<int>(std::ceil(50 * Effort()));
   for (const bool stiff : {false, true}) {
-    const Rounds all = GoRounds(static_cast<int>(std::ceil(50 * Effort())), 0, stiff, 1, stiff ? 2 : 1);
+    const Rounds all = GoRounds(rounds, 0.0, stiff, 1.0, stiff ? 2 : 1);
     const std::string which = stiff ? ", as stiff as it is given" : ", 1 N/mm asked for";
     EXPECT_GT(all.exchanged_mJ, 10);
     EXPECT_GT(all.most_N, 1);
@@ -93,7 +94,7 @@ TEST(ClosedLoopST3, NothingComesBackFromAStoppedSawAtAnyTick) {
 // So that it is known what the test above would find: the same ways without the damper, which the coupling has since.
 TEST(ClosedLoopST3, WithoutTheDamperOfTheHeldForceSomethingWouldComeBack) {
   Verdict verdict("the test can tell");
-  const Rounds all = GoRounds(24, 0, true, 0, 2);
+  const Rounds all = GoRounds(24, 0.0, true, 0.0, 2);
   verdict.AtLeast("ways overdrawn of 24", all.overdrawn_rounds, 3);
   verdict.AtMost("least energy at the motors", all.lowest_mJ, -0.02, "mJ");
 }
@@ -108,8 +109,9 @@ TEST(ClosedLoopST4, ARunningSawGivesNoMoreThanItsSpindlePutInAtAnyTick) {
       "that was done is given");
   double removed_mm3 = 0;
   double cut_mJ = 0;
+  const int rounds = static_cast<int>(std::ceil(50 * Effort()));
   for (const bool stiff : {false, true}) {
-    const Rounds all = GoRounds(static_cast<int>(std::ceil(50 * Effort())), 7500, stiff, 1, stiff ? 4 : 3);
+    const Rounds all = GoRounds(rounds, 7500.0, stiff, 1.0, stiff ? 4 : 3);
     const std::string which = stiff ? ", as stiff as it is given" : ", 1 N/mm asked for";
     EXPECT_GT(all.exchanged_mJ, 10);
     EXPECT_GT(all.spindle_mJ, 0.001);

@@ -165,7 +165,7 @@ TEST(ClosedLoopST8, JitterLeavesTheHoldStillAndGivesNothing) {
   double of_held = 0;
   for (const Fault& fault : faults) {
     for (const bool stiff : {false, true}) {
-      const Rounds all = GoRounds(fault.timing, static_cast<int>(std::ceil(9 * Effort())), 0, stiff, 7);
+      const Rounds all = GoRounds(fault.timing, static_cast<int>(std::ceil(9 * Effort())), 0.0, stiff, 7);
       overdrawn = std::max(overdrawn, all.overdrawn);
       handle_mJ = std::min(handle_mJ, all.lowest_handle_mJ);
       of_held = std::max(of_held, all.of_held);
