@@ -56,6 +56,9 @@ void Faces::Find(const Probe& probe, double reach_mm, double friction_coefficien
   const Vec3 normal_W = probe.X_WT().Vector({0, 0, 1});
   const double cell_mm = voxel_mm_ * (std::abs(normal_W.x) + std::abs(normal_W.y) + std::abs(normal_W.z));
   const double in_mm = std::max(0.0, cell_mm - half_mm_);
+  // Interpolated between corners at most a cell apart along the normal, the ridge of distances in the middle comes out
+  // nearer to the bone at a flat by at most this.
+  const double most_blur_mm = in_mm * in_mm / (2 * cell_mm);
   for (std::size_t j = 0; j < pairs_.size(); j += static_cast<std::size_t>(stride_)) {
     const int low = static_cast<int>(2 * j);
     const Pair& pair = pairs_[j];
@@ -67,13 +70,16 @@ void Faces::Find(const Probe& probe, double reach_mm, double friction_coefficien
     const double z = half_mm_ + in_mm;
     double depth[2] = {-slack_mm_ - in_mm - probe.Distance({pair.x, pair.y, -z}),
                        -slack_mm_ - in_mm - probe.Distance({pair.x, pair.y, z})};
-    // Where there is no wall on the other side there is no kerf whose middle could blur what lies at the flat itself,
-    // and a wall may be so thin that a look into it comes out behind: the nearer of both is the wall.
+    // A wall may be so thin that a look into it comes out behind: the nearer of that and what lies at the flat itself
+    // is the wall, the latter less what the kerf's middle may blur it by. Where there is no wall on the other side
+    // there is no kerf whose middle could.
     const double open_mm = -2 * in_mm;
+    const double in_kerf[2] = {depth[1], depth[0]};  // how near the other wall is
     for (int side = 0; in_mm > 0 && side < 2; ++side) {
-      if (depth[1 - side] > open_mm || depth[side] < open_mm - reach_mm) continue;
-      depth[side] =
-          std::max(depth[side], -slack_mm_ - probe.Distance({pair.x, pair.y, side == 0 ? -half_mm_ : half_mm_}));
+      if (depth[side] < open_mm - reach_mm) continue;
+      const double blur_mm = most_blur_mm * std::clamp((in_kerf[side] - open_mm) / in_mm, 0.0, 1.0);
+      depth[side] = std::max(depth[side],
+                             -slack_mm_ - blur_mm - probe.Distance({pair.x, pair.y, side == 0 ? -half_mm_ : half_mm_}));
     }
     const double clear_mm = -std::max(depth[0], depth[1]) - reach_mm + open_mm;
     if (clear_mm > 0) clear_until_mm_[j] = travelled_mm_ + clear_mm / kSteepest;
