@@ -150,7 +150,8 @@ TEST(HardCase37, WhatCountsTimeAndWayStaysExact) {
   const Deadlines::Tick after = deadlines.Begin(17 + kMonth);
   EXPECT_EQ(after.skipped, kMonth / kPeriod - 1);
   deadlines.End(17 + kMonth + 100'000);
-  verdict.Equal("deadline after a month off by", static_cast<double>(deadlines.due_ns() - (17 + kMonth + kPeriod)), 0, "ns");
+  verdict.Equal("deadline after a month off by", static_cast<double>(deadlines.due_ns() - (17 + kMonth + kPeriod)), 0,
+                "ns");
   // Motors at a constant force.
   const DeviceProfile profile = FindDeviceProfile("omega_3");
   ForceMap map(profile);
