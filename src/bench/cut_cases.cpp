@@ -63,6 +63,25 @@ CutCase MakeHandCut() {
   return cut;
 }
 
+CutCase MakeBuriedCut() {
+  CutCase cut = MakeDiscCut(0.1);
+  cut.name = "disc-0.1-buried";
+  cut.title = "the same disc buried whole, begun inside the bone";
+  BlockParams block;
+  block.size_mm = {46, 4, 24};
+  block.X_WB = cut.X_WB;
+  block.voxel_mm = 0.1;
+  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  cut.X_BT_start = HoldDisc({-11.5, 0, -12});
+  cut.flat_top = false;  // its rear rim cuts as well, out of what the disc stood in
+  cut.warm_up_mm = 1;
+  cut.measured_mm = 20;
+  cut.baseline = BenchBaseline::kNone;
+  cut.dense_edge_mm = 0;
+  cut.spare_leaves = 16384;
+  return cut;
+}
+
 CutCase MakeThickDiscCut() {
   CutCase cut = MakeDiscCut(0.2);
   cut.name = "thick-disc-0.2";

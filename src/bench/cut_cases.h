@@ -10,6 +10,8 @@ namespace kerf {
 CutCase MakeDiscCut(double voxel_mm);
 /// The same at 0.1 mm, held as a device holds it, by a hand that trembles: the faces meet the walls of the kerf.
 CutCase MakeHandCut();
+/// The saw of the paper with all of its disc inside the bone, where it began: the most that its rim and flats can meet.
+CutCase MakeBuriedCut();
 /// The disc that iMSTK was measured with.
 CutCase MakeThickDiscCut();
 /// The peers' cut: a ball of 3 mm radius, 2 mm deep. `whole`: in their block of 256^3 voxels, else in a bar of it.

@@ -60,6 +60,7 @@ const std::vector<Entry>& Entries() {
   static const std::vector<Entry> entries = {
       Cut(MakeDiscCut(0.1), 50, 100, 100),
       Cut(MakeHandCut(), 50, 100, 0),
+      Cut(MakeBuriedCut(), 0, 0, 0),
       Cut(MakeDiscCut(0.2), 0, 60, 0),
       Cut(MakeDiscCut(0.05), 0, 250, 0),
       BallCut(0.2, 10, true, 50, 150),

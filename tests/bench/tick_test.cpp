@@ -58,6 +58,13 @@ TEST(BenchTick, DiscsRemoveWhatTheySweepAndWhatTheDenseReferenceDoes) {
   ExpectGoodCut(RunCut(MakeThickDiscCut(), FewTicks(300)), 300, 10);
 }
 
+TEST(BenchTick, ABuriedDiscCutsAtTheFeedThatItIsLed) {
+  const BenchResult r = RunCut(MakeBuriedCut(), FewTicks(150));
+  ExpectGoodCut(r, 150, 5);
+  // Half of the teeth, in front; the flats are in what they have not cut.
+  EXPECT_GT(Figure(r, "removed"), 0);
+}
+
 TEST(BenchTick, TremblingHandCutsWithoutReachingALimit) {
   const BenchResult r = RunCut(MakeHandCut(), FewTicks(150));
   EXPECT_EQ(r.times.count, 150u);

@@ -20,7 +20,7 @@ const DiscSaw kSaw;
 const double kR = kSaw.radius_mm();
 
 TEST(HardCase31, ABuriedDiscIsBoundedInForceAndWork) {
-  Verdict verdict("holds; the time that it takes is `kerf bench tick --case buried`");
+  Verdict verdict("holds; the time that it takes is case disc-0.1-buried of `kerf bench tick`");
   const Bone bone = test::MakeBox(Pose{}, {28, 6, 28}, 0.2);
   double worst_angle = 0;
   double most_N = 0;
