@@ -54,8 +54,9 @@ struct CoupledInput {
   Pose X_WH;               // handle: where the hand wants the tool frame
   Vec3 v_H_W_mm_per_s{0};  // of the coupling point, as measured; 0 when the coupling has no damping
   Vec3 w_H_W_rad_per_s{0};
-  double dt_s = 0.001;  // 1e-6 to 1; outside: nothing done
-  double rpm = 7500;    // spindle; below 1 stopped. Its sign is the direction of turning, about +z
+  // 0 to 1; below 1e-6 nothing is done and the force stays as it was, outside it is a bad input
+  double dt_s = 0.001;
+  double rpm = 7500;  // spindle; below 1 stopped. Its sign is the direction of turning, about +z
 };
 
 /// Bits of CoupledOutput::status. Each says what was done instead.
@@ -73,6 +74,7 @@ enum CoupledStatus : std::uint32_t {
   kCoupledAsleep = 1u << 5,          // nothing near: the tool is where the handle is
   kCoupledSpindleStopped = 1u << 6,  // rpm = 0: the edge does not cut, it is a solid contact
   kCoupledBlending = 1u << 7,        // between two fidelities
+  kCoupledNoTime = 1u << 8,          // dt below 1e-6 s: nothing done, the last tick's forces given again
 };
 
 /// Vectors in the world frame.

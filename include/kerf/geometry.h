@@ -31,7 +31,7 @@ struct Pose {
 bool IsValid(const Pose& X);
 
 /// Coordinates in W go from minus this to this, mm: a point beyond is a mistake.
-inline constexpr double kWorldReach_mm = 5000;
+inline constexpr double kWorldReach_mm = 1e6;
 /// Finite and within the world.
 bool IsInWorld(const Vec3& p_W);
 

@@ -18,18 +18,22 @@ struct SimulationParams {
   int rim_samples_per_pitch = 8;  // 1 to 256; how finely the rim looks for bone
 };
 
+/// A shorter time is none.
+inline constexpr double kLeastTick_s = 1e-6;
+
 struct TickInput {
   Pose X_WT;            // the tool at the end of the tick
-  double dt_s = 0.001;  // > 0
+  double dt_s = 0.001;  // 0 or more; below 1e-6 nothing is done and the force stays as it was
   double rpm = 7500;    // spindle speed; 0: stopped, does not cut
 };
 
 /// Bits of TickOutput::status. Each says what was done instead.
 enum TickStatus : std::uint32_t {
   kTickOk = 0,
-  kTickBadPose = 1u << 0,          // pose or dt not finite: nothing done, zero force, last good pose kept
+  kTickBadPose = 1u << 0,  // pose or dt not finite or out of range: nothing done, zero force, last good pose kept
   kTickSpindleStopped = 1u << 1,   // rpm = 0: the tool moved, nothing was cut, zero force
   kTickSubstepsLimited = 1u << 2,  // the tool jumped further than max sub-steps resolve: coarser steps along the path
+  kTickNoTime = 1u << 3,           // dt below kLeastTick_s: nothing done, the last tick's force given again
 };
 
 /// All vectors in the world frame. Forces are forces on the tool, means over the tick.

@@ -28,6 +28,8 @@ using RegionLeaf = RegionTree::LeafNodeType;
 constexpr int kLeafEdge = 8;
 constexpr int kCoarseEdge = 64;                  // blocks are sorted at this size first, then at the leaves' own
 constexpr double kMaxBoxVoxels = 68719476736.0;  // 2^36
+constexpr double kMostIndex = 1 << 30;           // of a voxel
+constexpr double kMostMeshIndex = 1 << 17;       // where a float still tells a hundredth of a voxel
 
 /// Half the diagonal of a block of `edge` voxels, centre of first to centre of last, plus the band around it.
 double BallRadius(int edge, double h) {
@@ -182,6 +184,11 @@ void CheckBox(const Box3& box, double voxel_mm) {
     throw Error(fmt::format("{:.0f} x {:.0f} x {:.0f} mm at {} mm voxels is more than 2^36 voxels; use larger voxels",
                             box.size().x, box.size().y, box.size().z, voxel_mm));
   }
+  const Vec3 furthest = glm::max(glm::abs(box.lower), glm::abs(box.upper));
+  const double most_vox = std::max({furthest.x, furthest.y, furthest.z}) / voxel_mm;
+  if (!IsInWorld(box.centre()) || !(most_vox < kMostIndex)) {
+    throw Error(fmt::format("the bone lies beyond {} mm from the world's origin", kWorldReach_mm));
+  }
 }
 
 }  // namespace
@@ -264,6 +271,13 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
   std::vector<openvdb::Vec3s> points(mesh.points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 p_vox = mesh.points[i] / options.voxel_mm;
+    if (const double most = std::max({std::abs(p_vox.x), std::abs(p_vox.y), std::abs(p_vox.z)});
+        !(most <= kMostMeshIndex)) {
+      throw Error(
+          fmt::format("the surface reaches {:.0f} mm from the world's origin; with voxels of {} mm at most "
+                      "{:.0f} mm: move it nearer",
+                      most * options.voxel_mm, options.voxel_mm, kMostMeshIndex * options.voxel_mm));
+    }
     points[i] = openvdb::Vec3s(static_cast<float>(p_vox.x), static_cast<float>(p_vox.y), static_cast<float>(p_vox.z));
   }
   std::vector<openvdb::Vec3I> triangles(mesh.triangles.size());

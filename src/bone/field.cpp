@@ -15,6 +15,7 @@ using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
 constexpr int kLeafEdge = 8;
+constexpr int kOriginLeaves = 1 << 14;      // frame F lies at multiples of so many leaves
 constexpr std::uint8_t kMarkChanged = 1;    // since ClearChanged()
 constexpr std::uint8_t kMarkUnsettled = 2;  // since Settle()
 
@@ -46,31 +47,65 @@ void ForEachLeafBetween(const LeafIndex& first, const LeafIndex& last, Visit vis
   }
 }
 
-/// A table of a grid's leaves and the blocks that stand for its tiles, one for each value.
+LeafIndex operator+(const LeafIndex& a, const LeafIndex& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+LeafIndex operator-(const LeafIndex& a, const LeafIndex& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+/// The leaves of a tree that are not background: first, last; {0, 0, 0} and {-1, -1, -1} when there are none.
+template <typename Tree>
+std::pair<LeafIndex, LeafIndex> FindLeafBox(const Tree& tree) {
+  bool any = false;
+  LeafIndex first{0, 0, 0};
+  LeafIndex last{-1, -1, -1};
+  const auto include = [&](const LeafIndex& lower, const LeafIndex& upper) {
+    first = any ? LeafIndex{std::min(first.x, lower.x), std::min(first.y, lower.y), std::min(first.z, lower.z)} : lower;
+    last = any ? LeafIndex{std::max(last.x, upper.x), std::max(last.y, upper.y), std::max(last.z, upper.z)} : upper;
+    any = true;
+  };
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) include(LeafAt(leaf->origin()), LeafAt(leaf->origin()));
+  ForEachTile(tree, [&](const LeafIndex& lower, const LeafIndex& upper, auto) { include(lower, upper); });
+  return {first, last};
+}
+
+/// The multiple of kOriginLeaves that is nearest to the middle of a tree's leaves.
+LeafIndex FindOrigin(const FloatTree& tree) {
+  const auto [first, last] = FindLeafBox(tree);
+  const auto nearest = [](int a, int b) {
+    return kOriginLeaves * static_cast<int>(std::floor(0.5 * (static_cast<double>(a) + b) / kOriginLeaves + 0.5));
+  };
+  return {nearest(first.x, last.x), nearest(first.y, last.y), nearest(first.z, last.z)};
+}
+
+/// Where frame F lies in a grid of another voxel size: in whole leaves, and what is left over, in voxels.
+struct GridOrigin {
+  GridOrigin(const Vec3& p_WF_mm, double voxel_mm) {
+    const Vec3 p_vox = p_WF_mm / voxel_mm;
+    const Vec3 leaves = glm::floor(p_vox / double{kLeafEdge} + 0.5);
+    leaf = {static_cast<int>(leaves.x), static_cast<int>(leaves.y), static_cast<int>(leaves.z)};
+    rest_vox = p_vox - double{kLeafEdge} * leaves;
+  }
+  LeafIndex leaf;
+  Vec3 rest_vox;
+};
+
+/// A table of a grid's leaves, numbered from `origin` on, and the blocks that stand for its tiles, one for each value.
 template <typename Tree>
 struct TreeTable {
   using Value = typename Tree::ValueType;
   using Block = std::array<Value, BoneField::kLeafVoxels>;
 
-  explicit TreeTable(const Tree& tree) {
-    bool any = false;
-    LeafIndex first{0, 0, 0};
-    LeafIndex last{-1, -1, -1};
-    const auto include = [&](const LeafIndex& lower, const LeafIndex& upper) {
-      first =
-          any ? LeafIndex{std::min(first.x, lower.x), std::min(first.y, lower.y), std::min(first.z, lower.z)} : lower;
-      last = any ? LeafIndex{std::max(last.x, upper.x), std::max(last.y, upper.y), std::max(last.z, upper.z)} : upper;
-      any = true;
-    };
-    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) include(LeafAt(leaf->origin()), LeafAt(leaf->origin()));
-    ForEachTile(tree, [&](const LeafIndex& lower, const LeafIndex& upper, Value) { include(lower, upper); });
-    table = LeafTable<Value>(first, last, BlockOf(tree.background()));
+  TreeTable(const Tree& tree, const LeafIndex& origin) {
+    const auto [first, last] = FindLeafBox(tree);
+    table = LeafTable<Value>(first - origin, last - origin, BlockOf(tree.background()));
     ForEachTile(tree, [&](const LeafIndex& lower, const LeafIndex& upper, Value value) {
       const Value* block = BlockOf(value);
-      ForEachLeafBetween(lower, upper, [&](const LeafIndex& leaf) { table.Set(table.Find(leaf), block); });
+      ForEachLeafBetween(lower, upper, [&](const LeafIndex& leaf) { table.Set(table.Find(leaf - origin), block); });
     });
     for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-      table.Set(table.Find(LeafAt(leaf->origin())), leaf->buffer().data());
+      table.Set(table.Find(LeafAt(leaf->origin()) - origin), leaf->buffer().data());
     }
   }
 
@@ -107,18 +142,23 @@ FloatTree& Split(FloatTree& tree) {
 struct BoneField::State {
   State(const Bone::Grids& grids, FloatTree& the_tree)
       : tree(Split(the_tree)),
-        phi(tree),
-        region(grids.region->constTree()),
+        origin(FindOrigin(tree)),
         h(grids.voxel_mm()),
+        p_WF_mm(h * (double{kLeafEdge} * Vec3(origin.x, origin.y, origin.z))),
+        phi(tree, origin),
         region_h(grids.region_voxel_mm()),
+        region_origin(p_WF_mm, region_h),
+        region(grids.region->constTree(), region_origin.leaf),
         band(tree.background()),
         outside(phi.BlockOf(band)),
         inside(phi.BlockOf(-band)),
         marks(phi.table.size(), 0),
         by_modulus(grids.by_modulus) {
     if (grids.modulus) {
-      modulus = std::make_unique<TreeTable<FloatTree>>(grids.modulus->constTree());
       modulus_h = grids.modulus->voxelSize()[0];
+      const GridOrigin modulus_origin(p_WF_mm, modulus_h);
+      modulus_rest_vox = modulus_origin.rest_vox;
+      modulus = std::make_unique<TreeTable<FloatTree>>(grids.modulus->constTree(), modulus_origin.leaf);
     }
     own_leaves = tree.leafCount();
     ReserveMarks();
@@ -132,12 +172,16 @@ struct BoneField::State {
   }
 
   FloatTree& tree;
+  LeafIndex origin;  // of F, and the same as a point:
+  double h;
+  Vec3 p_WF_mm;
   TreeTable<FloatTree> phi;
+  double region_h;
+  GridOrigin region_origin;
   TreeTable<openvdb::Int32Tree> region;
   std::unique_ptr<TreeTable<FloatTree>> modulus;  // null when no E is from the CT
-  double h;
-  double region_h;
   double modulus_h = 1;
+  Vec3 modulus_rest_vox{0};
   float band;
   const float* outside;
   const float* inside;
@@ -162,6 +206,12 @@ double BoneField::voxel_mm() const {
 }
 double BoneField::band_mm() const {
   return static_cast<double>(state_->band);
+}
+LeafIndex BoneField::origin_leaf() const {
+  return state_->origin;
+}
+Vec3 BoneField::p_WF_mm() const {
+  return state_->p_WF_mm;
 }
 double BoneField::region_voxel_mm() const {
   return state_->region_h;
@@ -193,21 +243,21 @@ Vec3 BoneField::SampleGradient(const Vec3& p_vox) const {
   const CellPoint cell = FindCell(p_vox);
   return InterpolateGradient(state_->table().Corners(cell), cell.f) / state_->h;
 }
-int BoneField::RegionAt(const Vec3& p_W) const {
-  const CellPoint cell = FindCell(p_W / state_->region_h + 0.5);
+int BoneField::RegionAt(const Vec3& p_F) const {
+  const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox + 0.5);
   return state_->region.table.Get(cell.x, cell.y, cell.z);
 }
-int BoneField::FindRegions(const Vec3& p_W, std::array<RegionShare, 8>& shares) const {
-  const CellPoint cell = FindCell(p_W / state_->region_h);
+int BoneField::FindRegions(const Vec3& p_F, std::array<RegionShare, 8>& shares) const {
+  const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox);
   std::size_t count = 0;
   VisitRegions(state_->region.table.Corners(cell), cell.f, [&](int region, double weight) {
     shares[count++] = {region, weight};
   });
   return static_cast<int>(count);
 }
-double BoneField::ModulusAt(const Vec3& p_W) const {
+double BoneField::ModulusAt(const Vec3& p_F) const {
   if (!state_->modulus) return 0;
-  const CellPoint cell = FindCell(p_W / state_->modulus_h);
+  const CellPoint cell = FindCell(p_F / state_->modulus_h + state_->modulus_rest_vox);
   return InterpolatePositive(state_->modulus->table.Corners(cell), cell.f);
 }
 
@@ -220,7 +270,7 @@ float* BoneField::Write(const LeafIndex& leaf) {
     if (s.spare.empty()) return nullptr;
     FloatLeaf* own = s.spare.back().release();
     s.spare.pop_back();
-    own->setOrigin(OriginOf(leaf));
+    own->setOrigin(OriginOf(leaf + s.origin));
     s.tree.addLeaf(own);  // the nodes above it are there: SplitInsideTiles()
     values = own->buffer().data();
     s.phi.table.Set(place, values);
@@ -282,7 +332,7 @@ void BoneField::Settle() {
   for (const LeafIndex& index : s.unsettled) {
     const std::size_t place = s.table().Find(index);
     s.marks[place] &= static_cast<std::uint8_t>(~kMarkUnsettled);
-    FloatLeaf* leaf = s.tree.probeLeaf(OriginOf(index));
+    FloatLeaf* leaf = s.tree.probeLeaf(OriginOf(index + s.origin));
     for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
       leaf->setActiveState(i, std::abs(leaf->getValue(i)) < s.band);
     }

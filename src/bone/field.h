@@ -17,6 +17,9 @@ namespace kerf {
 /// the grid holds one value for a whole leaf, the table points to a shared leaf full of that value: kOutside
 /// (+band_mm) or kInside (-band_mm); so reading never branches. Writing into a shared inside leaf first takes one of
 /// the leaves set aside when the field was made.
+///
+/// Points and leaves are those of the field's own frame F: the world's, moved by whole leaves to where the bone is, so
+/// that a bone far from the world's origin loses no digits. For a bone within 65536 voxels of it they are the world's.
 class BoneField {
  public:
   static constexpr int kLeafVoxels = 512;
@@ -32,6 +35,9 @@ class BoneField {
 
   double voxel_mm() const;
   double band_mm() const;
+  /// Where F is: its first leaf, and the same as a point.
+  LeafIndex origin_leaf() const;
+  Vec3 p_WF_mm() const;
   /// Leaves that are not air lie from lowest() to highest(), both included; highest() is below lowest() when there are
   /// none. As it was when the field was made.
   LeafIndex lowest() const;
@@ -40,12 +46,12 @@ class BoneField {
   // ---- reading: tick-safe, O(1), any index; outside the bone's box it is air
   LeafKind kind(const LeafIndex& leaf) const;
   const float* Read(const LeafIndex& leaf) const;
-  /// phi, mm, trilinear; `p_vox` = p_W / voxel_mm().
+  /// phi, mm, trilinear; `p_vox` = p_F / voxel_mm().
   double Sample(const Vec3& p_vox) const;
   /// The gradient of that interpolation (no unit; about unit length near the surface).
   Vec3 SampleGradient(const Vec3& p_vox) const;
   /// Region of the nearest voxel; 0: none.
-  int RegionAt(const Vec3& p_W) const;
+  int RegionAt(const Vec3& p_F) const;
   double region_voxel_mm() const;
   struct RegionShare {
     int region;
@@ -54,9 +60,9 @@ class BoneField {
   /// The regions of the eight region voxels around a point and their shares by trilinear interpolation, as
   /// ForEachRegionAround() in bone/grids.h: fills `shares` (one a voxel that has a region) and returns how many.
   /// Weights are not normalised. E* and E there come from the caller's tables.
-  int FindRegions(const Vec3& p_W, std::array<RegionShare, 8>& shares) const;
+  int FindRegions(const Vec3& p_F, std::array<RegionShare, 8>& shares) const;
   /// E from the CT at a point, MPa; 0 where the bone has none there.
-  double ModulusAt(const Vec3& p_W) const;
+  double ModulusAt(const Vec3& p_F) const;
   /// Whether E of a region, 0 to 255, is from the CT where there is one.
   bool by_modulus(int region) const;
 

@@ -55,8 +55,8 @@ void OpenTiles(FloatTree& tree, const PlaneDistance& distance, double reach_mm) 
 
 void CheckInWorld(const Vec3& p_W, const char* what) {
   if (IsInWorld(p_W)) return;
-  throw Error(fmt::format("{} ({:g}, {:g}, {:g}) lies outside the world; coordinates go from {:g} to {:g} mm", what,
-                          p_W.x, p_W.y, p_W.z, -kWorldReach_mm, kWorldReach_mm));
+  throw Error(fmt::format("{} ({:g}, {:g}, {:g}) lies outside the world; coordinates go from {} to {} mm", what, p_W.x,
+                          p_W.y, p_W.z, -kWorldReach_mm, kWorldReach_mm));
 }
 
 void CheckCut(const Bone& bone, const SlabCut& cut) {

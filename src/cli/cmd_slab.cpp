@@ -143,7 +143,7 @@ void AddSlabCommand(CLI::App& app) {
   c->add_option("-o,--output", o->parts.folder, "The folder to write into; made when it is not there.")->required();
   c->add_option(
       "--plane", o->plane,
-      "The slice's middle plane, x,y,z,nx,ny,nz: a point, mm, -5000 to 5000, and a normal of any length, in patient "
+      "The slice's middle plane, x,y,z,nx,ny,nz: a point, mm, -10^6 to 10^6, and a normal of any length, in patient "
       "coordinates LPS. The normal points to the right segment.");
   c->add_option(
       "--plane-markups", o->plane_markups,

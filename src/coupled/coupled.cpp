@@ -5,39 +5,24 @@
 #include <optional>
 #include <utility>
 
-#include "bone/field.h"
-#include "contact/edge.h"
-#include "contact/faces.h"
-#include "contact/step.h"
-#include "coupled/coupling.h"
-#include "coupled/setup.h"
-#include "coupled/slab_guide.h"
-#include "kerf/error.h"
-#include "proximity/clearance.h"
-#include "removal/cutter.h"
-#include "tool/shape.h"
+#include "coupled/state.h"
+#include "kerf/simulation.h"
 
 namespace kerf {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-constexpr double kFaceSpacing_mm = 1.4;
 constexpr double kFlatStiffness_N_per_mm = 3000;   // of one point of a flat
 constexpr double kSolidStiffness_N_per_mm = 2000;  // of one point of a stopped edge
-constexpr double kCreep_mm_per_s = 0.02;  // of friction that sticks, and of a law with a force at the least bite
-constexpr double kStepVoxels = 0.5;       // way of the tool in one sub-step
-constexpr double kAxialShare = 0.25;      // along the spindle, of the thinner of disc and voxel
+constexpr double kStepVoxels = 0.5;                // way of the tool in one sub-step
+constexpr double kAxialShare = 0.25;               // along the spindle, of the thinner of disc and voxel
 constexpr double kLargestTurn_rad = 0.5;
 constexpr double kMarginVoxels = 1.5;  // nearer than that is near
+constexpr double kMostTick_s = 1;
 constexpr double kMostRpm = 1e6;
 constexpr double kLeastRpm = 1;
 constexpr double kMostSpeed = 1e6;  // of the handle, mm/s and rad/s
-constexpr double kMostReserve_mJ = 5;
-constexpr double kBlend_s = 0.2;      // from one law to the other
-constexpr int kCutsOfPath = 4;        // in a tick, of what the slab has passed
-constexpr double kLeastTeeth = 0.05;  // in a cut, to go on as a slab
-constexpr double kLeastThrust_N = 0.05;
 
 bool IsFinite(const Vec3& v, double most) {
   return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
@@ -56,108 +41,6 @@ double CalcThickness(const Tool& tool) {
 
 }  // namespace
 
-const char* ToString(Fidelity fidelity) {
-  switch (fidelity) {
-    case Fidelity::kFull:
-      return "full";
-    case Fidelity::kCoarse:
-      return "coarse";
-    case Fidelity::kSlab:
-      return "slab";
-  }
-  return "";
-}
-
-struct CoupledSimulation::State {
-  State(Bone the_bone, const CoupledParams& the_params, const Pose& X_WT_start)
-      : bone(std::move(the_bone)),
-        params(the_params),
-        field(bone, params.spare_leaves),
-        h(bone.voxel_mm()),
-        is_disc(std::holds_alternative<DiscSaw>(params.tool)),
-        shape(MakeToolShape(params.tool, params.edge_samples_per_pitch, kFaceSpacing_mm, Faces::CalcRimMargin(h),
-                            Faces::CalcStoppedMargin(h))),
-        coupling(params.coupling),
-        edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
-        faces(field, shape, params.tool, params.coupling.p_TC_mm),
-        cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal, CountOldLeaves(field, params)),
-        clearance(field, params.tool),
-        slab(is_disc ? std::get<DiscSaw>(params.tool) : DiscSaw{}, params.coupling.p_TC_mm, params.slab_reading),
-        solver(edge.size() + faces.size() + Faces::kPatches),
-        X_WT(X_WT_start),
-        X_WH(X_WT_start) {
-    problem.law = MakeToothForce(params.law, params.tool);
-    problem.ramp_mm_per_s = CalcRamp(problem.law, kCreep_mm_per_s);
-    problem.creep_mm_per_s = kCreep_mm_per_s;
-    problem.cutting.reserve(edge.size());
-    problem.solids.reserve(edge.size() + 8);
-    problem.yields.reserve(1);
-    problem.flats.reserve(faces.size());
-    problem.frictions.reserve(edge.size() + Faces::kPatches + 1);
-  }
-
-  /// What a tick adds up over its sub-steps; times time, but for time itself.
-  struct Sums {
-    double time_s = 0;  // made good
-    Vec3 f_cut_W{0}, f_face_W{0}, f_friction_W{0};
-    double thrust = 0, teeth = 0, E = 0, bite = 0;
-    std::array<double, 256> thrust_by_region{};
-    Vec3 f_damper_W{0}, tau_damper_W{0};  // on the hand, in the last sub-step; not times time
-    bool touched = false;                 // anything but air
-  };
-
-  bool Accepts(const CoupledInput& in) const;
-  void StepFidelity(const CoupledInput& in, CoupledOutput& out);
-  void CutPath(CoupledOutput& out);
-  void FinishPath();
-  void EndSlab() {
-    slab.End();
-    blend = looked_share = 1;
-  }
-  void Release();
-  /// Through air; what came of it.
-  enum class Flight { kNear, kUnderWay, kThere };
-  Flight Fly(const CoupledInput& in);
-  void Engage(const CoupledInput& in, double time_s);
-  double CalcStepShare(const Twist& motion, double time_s) const;
-  void AddUp(double time_s, Sums& sums, CoupledOutput& out);
-  void Move(const Pose& X_next, double share);
-  /// What is stored less what was put in: falls by what is lost to the bone and to the steps.
-  double CalcBalance(const CoupledOutput& out) const {
-    return coupling_mJ + contact_mJ - out.hand_mJ - out.spindle_mJ + out.damping_mJ;
-  }
-  void Reserve(double lost_mJ) { reserve_mJ = std::clamp(reserve_mJ + lost_mJ, 0.0, kMostReserve_mJ); }
-  void Publish(const Sums& sums, CoupledOutput& out) const;
-
-  Bone bone;
-  CoupledParams params;
-  BoneField field;
-  double h;
-  bool is_disc;
-  ToolShape shape;
-  Coupling coupling;
-  Edge edge;
-  Faces faces;
-  Cutter cutter;
-  Clearance clearance;
-  StepProblem problem;
-  SlabGuide slab;
-  PassedPath path;
-  StepSolver solver;
-  Fidelity fidelity = Fidelity::kFull;  // asked for
-  double blend = 1;                     // falls and rises with time; 0: the slab's law alone
-  double looked_share = 1;              // of the forces that come from looking at the bone; the rest is the slab's
-  Vec3 f_cut_T{0};                      // of the last sub-step
-  double teeth = 0;                     // likewise
-
-  Pose X_WT;               // the tool
-  Pose X_WH;               // last good handle pose
-  Twist u{};               // of the last sub-step, to start the next from
-  double coupling_mJ = 0;  // in the coupling's springs at the end of the last tick
-  double contact_mJ = 0;   // in the contact's springs
-  double reserve_mJ = 0;   // lost so far and not given back: what a push-out may take (push_out.h)
-};
-
 CoupledSimulation::CoupledSimulation(Bone bone, const CoupledParams& params, const Pose& X_WT_start) {
   CheckParams(params);
   state_ = std::make_unique<State>(std::move(bone), params, MakeStart(X_WT_start));
@@ -168,71 +51,20 @@ CoupledSimulation& CoupledSimulation::operator=(CoupledSimulation&&) noexcept = 
 
 bool CoupledSimulation::State::Accepts(const CoupledInput& in) const {
   return IsValid(in.X_WH) && IsInWorld(in.X_WH.p_AB) && IsFinite(in.v_H_W_mm_per_s, kMostSpeed) &&
-         IsFinite(in.w_H_W_rad_per_s, kMostSpeed) && in.dt_s >= 1e-6 && in.dt_s <= 1 && std::abs(in.rpm) <= kMostRpm;
+         IsFinite(in.w_H_W_rad_per_s, kMostSpeed) && in.dt_s >= 0 && in.dt_s <= kMostTick_s &&
+         std::abs(in.rpm) <= kMostRpm;
 }
 
-/// Takes the fidelity that is asked for, and passes from one law to the other.
-void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutput& out) {
-  const int stride = fidelity == Fidelity::kFull ? 1 : 2;
-  if (stride != edge.stride()) contact_mJ = 0;
-  edge.set_stride(stride);
-  faces.set_stride(stride);
-  const bool may = fidelity == Fidelity::kSlab && is_disc && in.rpm != 0;
-  if (may && !slab.active() && teeth > kLeastTeeth && glm::length(f_cut_T) > kLeastThrust_N) {
-    slab.Begin(X_WT, f_cut_T, teeth, u);
-  }
-  if (slab.active()) {
-    if (may && slab.CalcDepth(X_WT) > 0) {
-      blend = std::max(0.0, blend - in.dt_s / kBlend_s);
-    } else if (path.empty()) {
-      blend = std::min(1.0, blend + in.dt_s / kBlend_s);
-    }
-    looked_share = blend * blend * (3 - 2 * blend);  // without a corner at either end
-    if (blend == 1) EndSlab();
-  }
-  const bool is_slab = slab.active() && may && looked_share == 0;
-  if (!is_slab && !path.forgotten()) {
-    // Up to here, and no further once the spindle stands still: the saw is held then.
-    if (in.rpm != 0 || (slab.active() && !slab.stopped())) path.Record(X_WT, 0);
-    CutPath(out);
-  }
-  if (in.rpm == 0) {
-    slab.Stop(X_WT);
-  } else {
-    slab.Turn();
-  }
-  if (slab.active() && !is_slab) out.status |= kCoupledBlending;
-  out.fidelity = is_slab ? Fidelity::kSlab : stride == 2 ? Fidelity::kCoarse : Fidelity::kFull;
-}
-
-/// Removes some of what the slab has passed.
-void CoupledSimulation::State::CutPath(CoupledOutput& out) {
-  Pose from, to;
-  cutter.Lift();
-  for (int n = 0; n < kCutsOfPath && path.Next(params.tool, h, from, to); ++n) {
-    const Cutter::Result cut = cutter.Cut(from, to);
-    out.removed_mm3 += cut.removed_mm3;
-    if (cut.out_of_leaves) {
-      out.status |= kCoupledLeavesUsedUp;
-      path.PutBack();
-      break;
-    }
-  }
-  cutter.Lift();
-}
-
-/// Removes all that the slab has passed. Not for the tick.
-void CoupledSimulation::State::FinishPath() {
-  if (path.forgotten()) return;
-  path.Record(X_WT, 0);
-  CoupledOutput unused;
-  while (!path.forgotten()) {
-    unused.status = 0;
-    CutPath(unused);
-    if ((unused.status & kCoupledLeavesUsedUp) == 0) continue;
-    field.Refill(std::max(params.spare_leaves, 1024));
-    cutter.Refill();
-  }
+/// What the last tick gave, of a tick in which nothing happened.
+CoupledOutput CoupledSimulation::State::Repeat() const {
+  CoupledOutput out = last;
+  out.regions_cut = {};
+  out.removed_mm3 = 0;
+  out.hand_mJ = out.spindle_mJ = 0;
+  out.stored_mJ = out.cut_mJ = out.friction_mJ = out.damping_mJ = out.numerical_mJ = 0;
+  out.substeps = out.iterations = 0;
+  out.status = kCoupledNoTime;
+  return out;
 }
 
 /// Nothing holds the tool.
@@ -405,7 +237,7 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
 
 /// Means over the time that was made good, and what the hand feels.
 void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) const {
-  out.X_WT = X_WT;
+  out.X_WT = World(X_WT);
   const Coupling::Load load = coupling.CalcLoadOnHand(X_WT, X_WH);
   out.f_H_W_N = load.f_W_N + sums.f_damper_W;
   out.tau_H_W_Nmm = load.tau_W_Nmm + sums.tau_damper_W;
@@ -437,11 +269,17 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   // 1 accept: nothing but good numbers gets further
   enter(TickStage::kAccept);
   if (!s.Accepts(in)) {
-    out.X_WT = s.X_WT;
+    out.X_WT = s.World(s.X_WT);
     out.status = kCoupledBadPose;
+    s.last = out;
     enter(TickStage::kEnd);
     return out;
   }
+  if (in.dt_s < kLeastTick_s) {
+    enter(TickStage::kEnd);
+    return s.Repeat();
+  }
+  in.X_WH = s.Local(in.X_WH);
   if (in.rpm == 0) out.status |= kCoupledSpindleStopped;
   // The handle moves first, with the tool held; then the tool follows.
   const double stored_mJ = s.coupling_mJ + s.contact_mJ;
@@ -522,9 +360,12 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   // 6 publish
   enter(TickStage::kPublish);
   s.Publish(sums, out);
+  // With the handle the tool is exactly where it was asked to be.
+  if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT = asked.X_WH;
   if (!sums.touched && reached) out.hand_mJ = 0;  // in the air handle and tool move as one
   out.stored_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
   out.numerical_mJ = out.hand_mJ + out.spindle_mJ - out.stored_mJ - out.cut_mJ - out.friction_mJ - out.damping_mJ;
+  s.last = out;
   enter(TickStage::kEnd);
   return out;
 }
@@ -532,7 +373,9 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
 bool CoupledSimulation::SetDown(const Pose& X_WT) {
   if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return false;
   State& s = *state_;
-  s.X_WT = X_WT;
+  s.X_WT = s.Local(X_WT);
+  s.last = {};
+  s.last.X_WT = X_WT;
   s.u = {};
   s.edge.Forget();
   s.faces.Forget();
@@ -550,19 +393,13 @@ void CoupledSimulation::Refill() {
   state_->cutter.Refill();
 }
 
-void CoupledSimulation::SetFidelity(Fidelity fidelity) {
-  state_->fidelity = fidelity;
-}
-Fidelity CoupledSimulation::fidelity() const {
-  return state_->fidelity;
-}
-
 int CoupledSimulation::changed_count() const {
   return static_cast<int>(state_->field.changed().size());
 }
 CoupledSimulation::ChangedLeaf CoupledSimulation::changed(int i) const {
   const LeafIndex& leaf = state_->field.changed()[static_cast<std::size_t>(i)];
-  return {{leaf.x, leaf.y, leaf.z}, state_->field.Read(leaf)};
+  const LeafIndex origin = state_->field.origin_leaf();
+  return {{origin.x + leaf.x, origin.y + leaf.y, origin.z + leaf.z}, state_->field.Read(leaf)};
 }
 void CoupledSimulation::ClearChanged() {
   state_->field.ClearChanged();

@@ -1,5 +1,7 @@
 #include "kerf/simulation.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -36,12 +38,15 @@ struct Simulation::State {
         field(bone, kSpareLeaves),
         edge(field, bone, params.tool, shape, Vec3(0)),
         cutter(field, params.tool, CutWith::kWholeTool),
-        X_WT(X_WT_start) {
+        X_WT(Local(X_WT_start)) {
     met.law = MakeToothForce(params.law, params.tool);
     met.cutting.reserve(shape.edge.size());
     angle_between_points = glm::length(shape.edge[1].e_T - shape.edge[0].e_T);
   }
 
+  /// Within the tick all poses are those of the field's frame F, which stands for W.
+  Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
+  TickOutput Repeat() const;
   EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
 
   Bone bone;
@@ -52,8 +57,17 @@ struct Simulation::State {
   StepProblem met;              // what the teeth meet
   double angle_between_points;  // neighbours on the edge, rad
   Cutter cutter;
-  Pose X_WT;  // last good pose
+  Pose X_WT;        // last good pose
+  TickOutput last;  // what the last tick gave
 };
+
+/// What the last tick gave, of a tick in which nothing happened.
+TickOutput Simulation::State::Repeat() const {
+  TickOutput out = last;
+  out.removed_mm3 = 0;
+  out.status = kTickNoTime;
+  return out;
+}
 
 /// Mean force over many tooth passages while the tool moves with velocity `v_T_mm_per_s`, not turning but about its
 /// spindle. Error: docs/physics.md. Tick-safe.
@@ -88,6 +102,9 @@ Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_
     throw Error("rim_samples_per_pitch is out of range; valid range 1 to 256");
   }
   if (!IsValid(X_WT_start)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
+  if (!IsInWorld(X_WT_start.p_AB)) {
+    throw Error(fmt::format("the tool's start lies beyond {} mm from the world's origin", kWorldReach_mm));
+  }
   state_ = std::make_unique<State>(std::move(bone), params, X_WT_start);
 }
 Simulation::~Simulation() = default;
@@ -111,8 +128,9 @@ void Simulation::Refill() {
 }
 
 bool Simulation::SetDown(const Pose& X_WT) {
-  if (!IsValid(X_WT)) return false;
-  state_->X_WT = X_WT;
+  if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return false;
+  state_->X_WT = state_->Local(X_WT);
+  state_->last = {};
   state_->cutter.Lift();
   return true;
 }
@@ -122,17 +140,22 @@ TickOutput Simulation::Tick(const TickInput& in) {
   TickOutput out;
 
   // 1 accept
-  if (!IsValid(in.X_WT) || !std::isfinite(in.rpm) || !(in.dt_s > 0) || !std::isfinite(in.dt_s)) {
+  if (!IsValid(in.X_WT) || !IsInWorld(in.X_WT.p_AB) || !std::isfinite(in.rpm) || !(in.dt_s >= 0) ||
+      !std::isfinite(in.dt_s)) {
+    s.last = {};
     out.status = kTickBadPose;
     return out;
   }
-  const Pose X_from = std::exchange(s.X_WT, in.X_WT);
+  if (in.dt_s < kLeastTick_s) return s.Repeat();
+  const Pose X_to = s.Local(in.X_WT);
+  const Pose X_from = std::exchange(s.X_WT, X_to);
   const double passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
   if (passes_per_s == 0) {
     out.status = kTickSpindleStopped;
+    s.last = out;
     return out;
   }
-  double substeps = CountSubsteps(X_from, in.X_WT, s.params.tool, s.field.voxel_mm());
+  double substeps = CountSubsteps(X_from, X_to, s.params.tool, s.field.voxel_mm());
   if (substeps > kMaxSubsteps) {
     out.status |= kTickSubstepsLimited;
     substeps = kMaxSubsteps;
@@ -146,7 +169,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
   std::array<double, 256> thrust_by_region_N{};
   Pose X_a = X_from;
   for (int i = 1; i <= static_cast<int>(substeps); ++i) {
-    const Pose X_b = i == static_cast<int>(substeps) ? in.X_WT : Interpolate(X_from, in.X_WT, i / substeps);
+    const Pose X_b = i == static_cast<int>(substeps) ? X_to : Interpolate(X_from, X_to, i / substeps);
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
     const EdgeLoad load = s.CalcLoad(X_a, v_T, passes_per_s);
     out.f_T_W_N += X_a.Vector(load.f_T_N);
@@ -179,6 +202,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
   out.tau_TG_W_Nmm /= substeps;
   out.thrust_sum_N /= substeps;
   out.engaged_teeth /= substeps;
+  s.last = out;
   return out;
 }
 

@@ -376,16 +376,16 @@ TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
   EXPECT_THAT(message({0, 0, 0}, x, std::nan("")), HasSubstr("valid range 0.02 to 50 mm"));
   EXPECT_EQ(message({0, 0, 0}, {1, 1, 0}, 0.25), "the plane must have a normal of unit length");
   EXPECT_EQ(message({0, 0, std::nan("")}, x, 0.25),
-            "the plane's point (0, 0, nan) lies outside the world; coordinates go from -5000 to 5000 mm");
+            "the plane's point (0, 0, nan) lies outside the world; coordinates go from -1000000 to 1000000 mm");
   EXPECT_EQ(message({0, -1e17, 0}, x, 0.25),
-            "the plane's point (0, -1e+17, 0) lies outside the world; coordinates go from -5000 to 5000 mm");
+            "the plane's point (0, -1e+17, 0) lies outside the world; coordinates go from -1000000 to 1000000 mm");
   try {
-    MakeSlabParts(block, {{{0, 0, 0}, x}, 0.25, false, Vec3(0, 0, 5001)});
+    MakeSlabParts(block, {{{0, 0, 0}, x}, 0.25, false, Vec3(0, 0, 1000001)});
     ADD_FAILURE() << "a point outside the world was accepted";
   } catch (const Error& e) {
     EXPECT_STREQ(e.what(),
-                 "the point that says where to cut (0, 0, 5001) lies outside the world; coordinates go from -5000 to "
-                 "5000 mm");
+                 "the point that says where to cut (0, 0, 1000001) lies outside the world; coordinates go from "
+                 "-1000000 to 1000000 mm");
   }
   EXPECT_THAT(message({8, 0, 0}, x, 0.25),
               HasSubstr("the plane misses the bone: along its normal the bone lies -12.8"));

@@ -46,7 +46,7 @@ TEST(CoupledInput, BadNumbersHoldTheLastGoodPoseWithoutForce) {
     if (n == 0) in.X_WH.p_AB.x = nan;
     if (n == 1) in.X_WH.p_AB.y = inf;
     if (n == 2) in.X_WH.R_AB.w = 2;
-    if (n == 3) in.dt_s = 0;
+    if (n == 3) in.dt_s = -1e-3;
     if (n == 4) in.dt_s = 2;
     if (n == 5) in.rpm = nan;
     if (n == 6) in.v_H_W_mm_per_s.z = inf;

@@ -131,7 +131,7 @@ TEST(SceneMessages, EveryFaultIsToldInTheOrderOfTheFile) {
             "s.toml:10:1: [[path.stroke]] has no end_mm\n"
             "s.toml:10:1: [[path.stroke]] has no feed_mm_per_s\n"
             "s.toml:10:1: [[path.stroke]] has no disc_normal\n"
-            "s.toml:11:1: start_mm has 2 items; it must be a list of three numbers [x, y, z] from -5000 to 5000 mm\n"
+            "s.toml:11:1: start_mm has 2 items; it must be a list of three numbers [x, y, z] from -1000000 to 1000000 mm\n"
             "s.toml:13:1: unknown key \"low\" in [force]; the nearest valid key is \"law\"");
 }
 

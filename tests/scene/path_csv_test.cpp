@@ -53,8 +53,8 @@ TEST(PathCsv, FaultsHaveLineAndColumn) {
             "p.csv:3:1: more than 8 columns; a row has 8: time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");
   EXPECT_EQ(MessageFor(kHeader + "0,1,2,3,0.9,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
             "p.csv:2:9: the quaternion has length 0.9; it must be 1");
-  EXPECT_EQ(MessageFor(kHeader + "0,6000,2,3,1,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
-            "p.csv:2:3: x_mm = 6000 is outside -5000 to 5000 mm");
+  EXPECT_EQ(MessageFor(kHeader + "0,1000001,2,3,1,0,0,0\n1,0,0,0,1,0,0,0\n2,0,0,0,1,0,0,0\n"),
+            "p.csv:2:3: x_mm = 1000001 is outside -1000000 to 1000000 mm");
   EXPECT_EQ(MessageFor("time,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0,0\n"),
             "p.csv:1:1: the header must be time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");
   EXPECT_EQ(MessageFor(""), "p.csv:1:1: no header; it must be time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz");

@@ -267,7 +267,7 @@ TEST(Simulation, BadPoseChangesNothingAndGivesNoForce) {
     TickInput in = bad;
     if (i > 0) in.X_WT = DiscPose(Pose{}, {0, 0, kR});
     if (i == 1) in.X_WT.R_AB.w = 2;
-    if (i == 2) in.dt_s = 0;
+    if (i == 2) in.dt_s = -0.001;
     if (i == 3) in.rpm = nan;
     const TickOutput out = simulation.Tick(in);
     EXPECT_EQ(out.status, kTickBadPose);
