@@ -16,7 +16,7 @@ void AdaptiveVelocity::Reset() {
 
 Vec3 AdaptiveVelocity::Update(const Vec3& p_mm, double dt_s) {
   if (!std::isfinite(p_mm.x) || !std::isfinite(p_mm.y) || !std::isfinite(p_mm.z)) return v_;
-  if (count_ > 0 && !(dt_s > 0)) return v_;
+  if (count_ > 0 && (!(dt_s > 0) || !std::isfinite(dt_s))) return v_;
   if (count_ > 1) {
     const Vec3 step = p_mm - p_[static_cast<std::size_t>(newest_)];
     const double speed = glm::length(v_);

@@ -131,7 +131,7 @@ ForceMapOutput ForceMap::Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, 
                               double slew_dt_s) {
   ForceMapOutput out;
   ++counts_.ticks;
-  const bool time_ok = dt_s > 0 && std::isfinite(dt_s);
+  const bool time_ok = dt_s >= 0 && std::isfinite(dt_s);
   const double dt = time_ok ? std::min(dt_s, kMaxTick_s) : 0;
   if (fault) out.status |= kForceMapFault;
   if (!time_ok || !IsFinite(f_sim_W_N) || !IsFinite(tau_sim_W_Nmm)) out.status |= kForceMapNotFinite;
@@ -145,6 +145,11 @@ ForceMapOutput ForceMap::Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, 
   ramp_s_done_ = std::min(ramp_s_done_ + dt, params_.ramp_in_s);
   out.ramp = params_.ramp_in_s > 0 ? SmoothStep(ramp_s_done_ / params_.ramp_in_s) : 1;
   if (out.ramp < 1) out.status |= kForceMapRampIn;
+  if (dt == 0) {
+    out.f_H_W_N = force_.last;
+    out.tau_H_W_Nmm = torque_.last;
+    return out;
+  }
   if (force_.Calc(f_sim_W_N, out.ramp, params_.knee, dt, slew_dt_s, params_.thermal_s, out, kForceMapForceLimited)) {
     out.f_H_W_N = force_.last;
   }

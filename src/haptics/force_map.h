@@ -22,7 +22,7 @@ struct ForceMapParams {
 /// Bits of ForceMapOutput::status.
 enum ForceMapStatus : std::uint32_t {
   kForceMapOk = 0,
-  kForceMapNotFinite = 1u << 0,     // NaN or infinite force, or a dt that is not above 0: no force
+  kForceMapNotFinite = 1u << 0,     // NaN or infinite force, or a dt below 0 or not finite: no force
   kForceMapFault = 1u << 1,         // told so by the caller (watchdog, device failed, state too old): no force
   kForceMapRampIn = 1u << 2,        // less than the whole force, after the start or a fault
   kForceMapForceLimited = 1u << 3,  // beyond the knee; the direction is kept
@@ -54,7 +54,7 @@ class ForceMap {
   ForceMap(const DeviceProfile& profile, const ForceMapParams& params = {});
 
   /// One tick of dt_s (held to at most 0.1 s). The slew is that of `slew_dt_s` when that is shorter: after missed ticks
-  /// the force still changes by no more than in one tick. Tick-safe.
+  /// the force still changes by no more than in one tick. With a dt of 0 it stays as it is. Tick-safe.
   ForceMapOutput Calc(const Vec3& f_sim_W_N, const Vec3& tau_sim_W_Nmm, double dt_s, bool fault = false,
                       double slew_dt_s = std::numeric_limits<double>::infinity());
   /// As after the start. Tick-safe.

@@ -133,6 +133,7 @@ struct SlabSimulation::State {
   Vec3 hand_aside_W{0};           // the hand's then
   SlabBody holds = SlabBody::kSlice;
   SlabState out;
+  TickOutput last;  // what the last tick gave
 
   double hand_mm(const Vec3& p_W) const { return glm::dot(p_W, params.direction_W) - hand_origin_mm; }
   Vec3 Across(const Vec3& p_W) const { return p_W - glm::dot(p_W, params.direction_W) * params.direction_W; }
@@ -355,9 +356,10 @@ std::uint64_t SlabSimulation::CalcMemoryBytes() const {
 }
 
 bool SlabSimulation::SetDown(const Pose& X_WT) {
-  if (!IsValid(X_WT)) return false;
+  if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return false;
   State& s = *state_;
   const double before_mJ = s.out.kinetic_mJ + s.out.elastic_mJ;
+  s.last = {};
   s.Place(X_WT);
   s.MeasureEnergy();
   s.out.hand_work_mJ += s.out.kinetic_mJ + s.out.elastic_mJ - before_mJ;
@@ -384,8 +386,15 @@ TickOutput SlabSimulation::Tick(const TickInput& in) {
   TickOutput out;
 
   // 1 accept
-  if (!IsValid(in.X_WT) || !std::isfinite(in.rpm) || !(in.dt_s > 0) || !std::isfinite(in.dt_s)) {
+  if (!IsValid(in.X_WT) || !IsInWorld(in.X_WT.p_AB) || !std::isfinite(in.rpm) || !(in.dt_s >= 0) ||
+      !std::isfinite(in.dt_s)) {
+    s.last = {};
     out.status = kTickBadPose;
+    return out;
+  }
+  if (in.dt_s < kLeastTick_s) {
+    out = s.last;
+    out.status = kTickNoTime;
     return out;
   }
   const Vec3 from_W = std::exchange(s.hand_W, in.X_WT.p_AB);
@@ -431,6 +440,7 @@ TickOutput SlabSimulation::Tick(const TickInput& in) {
     out.mean_E_MPa = load.E_MPa;
     if (const SlabProfile::Layer* layer = s.profile.Find(s.out.depth_mm)) out.main_region = layer->region;
   }
+  s.last = out;
   return out;
 }
 

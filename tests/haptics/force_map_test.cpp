@@ -112,7 +112,7 @@ TEST(ForceMap, NeverGivesMoreThanAnyDeviceBearsWhateverItIsGiven) {
       RC_ASSERT(CalcLongLength(out.f_H_W_N) <= static_cast<long double>(profile.peak_force_N));
       RC_ASSERT(CalcLongLength(out.tau_H_W_Nmm) <= static_cast<long double>(profile.peak_torque_Nmm));
       RC_ASSERT(out.thermal_load <= 1 + 1e-12);
-      if (fault || !IsFinite(f) || !IsFinite(tau) || !(dt > 0) || !std::isfinite(dt)) {
+      if (fault || !IsFinite(f) || !IsFinite(tau) || !(dt >= 0) || !std::isfinite(dt)) {
         RC_ASSERT(out.f_H_W_N == Vec3{0} && out.tau_H_W_Nmm == Vec3{0});
         RC_ASSERT((out.status & (kForceMapFault | kForceMapNotFinite)) != 0u);
       }
