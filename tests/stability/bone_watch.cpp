@@ -98,6 +98,9 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
     const BoneField new_field(now, 0);
     const LeafIndex low = old_field.lowest();
     const LeafIndex high = old_field.highest();
+    // Both in frames of their own: less bone may have another middle.
+    const LeafIndex a = old_field.origin_leaf();
+    const LeafIndex b = new_field.origin_leaf();
     bool fell = false;
     bool strayed = false;
     double lost_voxels = 0;
@@ -107,11 +110,11 @@ std::vector<std::string> BoneWatch::Check(const Bone& after, const Removed& remo
         for (int z = low.z; z <= high.z; ++z) {
           const LeafIndex leaf{x, y, z};
           const float* was = old_field.Read(leaf);
-          const float* is = new_field.Read(leaf);
+          const float* is = new_field.Read({x + a.x - b.x, y + a.y - b.y, z + a.z - b.z});
           if (was == is || std::equal(was, was + BoneField::kLeafVoxels, is)) continue;
           for (int i = 0; i < BoneField::kLeafVoxels; ++i) {
             if (was[i] == is[i]) continue;
-            const Vec3 p_W = VoxelCentre(leaf, i, h_);
+            const Vec3 p_W = old_field.p_WF_mm() + VoxelCentre(leaf, i, h_);
             lost_voxels += Occupancy(was[i], h_) - Occupancy(is[i], h_);
             if (!(is[i] > was[i])) {
               if (!fell) {
@@ -190,18 +193,19 @@ void BoneWatch::CheckEdges(const BoneField& field, std::vector<std::string>& fou
       // In the disc's plane and a voxel to either side: the walls of its kerf.
       const double z = h_ * ((i + static_cast<int>(n % 3)) % 3 - 1);
       const Vec3 p_W = X.Point({r * std::cos(angle), r * std::sin(angle), z});
-      const Vec3 v = glm::round(p_W / h_);
+      const Vec3 v = glm::round((p_W - field.p_WF_mm()) / h_);
       const LeafIndex leaf{static_cast<int>(std::floor(v.x / 8)), static_cast<int>(std::floor(v.y / 8)),
                            static_cast<int>(std::floor(v.z / 8))};
       const int offset = static_cast<int>(v.x - 8 * leaf.x) << 6 | static_cast<int>(v.y - 8 * leaf.y) << 3 |
                          static_cast<int>(v.z - 8 * leaf.z);
-      const Vec3 p_T = X.InversePoint(h_ * v);
+      const Vec3 voxel_W = field.p_WF_mm() + h_ * v;
+      const Vec3 p_T = X.InversePoint(voxel_W);
       if (std::hypot(p_T.x, p_T.y) - disc->radius_mm() < -depth_mm) continue;
-      const double distance = CalcDistance(X, h_ * v);
+      const double distance = CalcDistance(X, voxel_W);
       const double phi = static_cast<double>(field.Read(leaf)[offset]);
       if (distance < before_.band_mm() && phi < -distance - slack_mm) {
         found.push_back(fmt::format("I7: the edge passed ({}, {}, {}), {} mm from the tool, and phi is still {} mm",
-                                    h_ * v.x, h_ * v.y, h_ * v.z, distance, phi));
+                                    voxel_W.x, voxel_W.y, voxel_W.z, distance, phi));
         return;
       }
     }

@@ -137,9 +137,10 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   const SaturatingSpring torsion{c.torsion_Nmm_per_rad, c.max_torque_Nmm};
   const Vec3 f = spring.Force(out.X_WT.Point(c.p_TC_mm) - in.X_WH.Point(c.p_TC_mm));
   const Vec3 tau = torsion.Force(-out.X_WT.Vector(LogRotation(glm::conjugate(out.X_WT.R_AB) * in.X_WH.R_AB)));
-  // Positions are to 1e-12 of 5000 mm, angles to 1e-15: what a stiff spring makes of that.
-  const double least_f = (c.damping_Ns_per_mm > 0 ? c.max_force_N : 0) * (1 + 1e-12) + 1e-11 * c.stiffness_N_per_mm +
-                         1e-12 * c.max_force_N;
+  // Positions are to 2e-16 of themselves, angles to 1e-15: what a stiff spring makes of that.
+  const double far_mm = glm::length(in.X_WH.p_AB) + glm::length(c.p_TC_mm);
+  const double least_f = (c.damping_Ns_per_mm > 0 ? c.max_force_N : 0) * (1 + 1e-12) +
+                         (1e-12 + 1e-15 * far_mm) * c.stiffness_N_per_mm + 1e-12 * c.max_force_N;
   const double least_tau = (c.torsion_damping_Nmms > 0 ? c.max_torque_Nmm : 0) * (1 + 1e-12) +
                            1e-13 * c.torsion_Nmm_per_rad + 1e-12 * c.max_torque_Nmm;
   if (!(glm::length(out.f_H_W_N - f) <= least_f)) {
@@ -253,11 +254,19 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
         out.X_WT.p_AB != X_WT_.p_AB || out.X_WT.R_AB != X_WT_.R_AB) {
       Fail("I3", "a bad input was not left undone");
     }
+    f_H_W_N_ = tau_H_W_Nmm_ = Vec3(0);
     return;
   }
   if (!IsValid(in.X_WH) || !IsFinite(in.v_H_W_mm_per_s) || !IsFinite(in.w_H_W_rad_per_s) || !std::isfinite(in.rpm) ||
       !std::isfinite(in.dt_s)) {
     Fail("I1", "an input that is not finite was taken for good");
+    return;
+  }
+  if ((out.status & kCoupledNoTime) != 0) {
+    if (out.removed_mm3 != 0 || out.hand_mJ != 0 || out.X_WT.p_AB != X_WT_.p_AB || out.X_WT.R_AB != X_WT_.R_AB ||
+        out.f_H_W_N != f_H_W_N_ || out.tau_H_W_Nmm != tau_H_W_Nmm_) {
+      Fail("I3", "in no time something happened");
+    }
     return;
   }
   slab_ = slab_ || out.fidelity == Fidelity::kSlab || (out.status & kCoupledBlending) != 0;
@@ -285,6 +294,8 @@ void Invariants::Tick(const CoupledInput& in, const CoupledOutput& out) {
   }
   X_WT_ = out.X_WT;
   X_WH_ = in.X_WH;
+  f_H_W_N_ = out.f_H_W_N;
+  tau_H_W_Nmm_ = out.tau_H_W_Nmm;
 }
 
 void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
@@ -353,6 +364,7 @@ void Invariants::Step(const HapticStepInput& in, const HapticStepOutput& out) {
 
 void Invariants::SetDown(const Pose& X_WT) {
   X_WT_ = X_WT;
+  f_H_W_N_ = tau_H_W_Nmm_ = Vec3(0);
   // The springs start anew, by nobody's work.
   const double stored_mJ = CalcCouplingEnergy(X_WT_, X_WH_);
   set_down_mJ_ += stored_mJ - stored_mJ_;

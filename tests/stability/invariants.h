@@ -80,6 +80,8 @@ class Invariants {
   std::unique_ptr<BoneWatch> watch_;
   Pose X_WT_;
   Pose X_WH_;
+  Vec3 f_H_W_N_{0};
+  Vec3 tau_H_W_Nmm_{0};
   std::int64_t ticks_ = 0;
   bool slab_ = false;  // any of it has been done by the slab's law: removed later
   double removed_mm3_ = 0;
