@@ -123,16 +123,17 @@ TEST(SceneMessages, EveryFaultIsToldInTheOrderOfTheFile) {
   const std::string message = test::MessageFor(
       "[output]\npictures = 1\n[tool]\nnu = 0.6\nteeth = 0\n[bone]\nmodel = \"block\"\n[bone.block]\nvoxel_mm = 0\n"
       "[[path.stroke]]\nstart_mm = [0,0]\n[force]\nlow = \"x\"\n");
-  EXPECT_EQ(message,
-            "s.toml:2:1: pictures = 1 is a number; it must be true or false\n"
-            "s.toml:4:1: nu = 0.6 is above 0.5; valid range 0 to 0.5\n"
-            "s.toml:5:1: teeth = 0 is below 1; valid range 1 to 1000\n"
-            "s.toml:9:1: voxel_mm = 0 is below 0.02; valid range 0.02 to 4 mm\n"
-            "s.toml:10:1: [[path.stroke]] has no end_mm\n"
-            "s.toml:10:1: [[path.stroke]] has no feed_mm_per_s\n"
-            "s.toml:10:1: [[path.stroke]] has no disc_normal\n"
-            "s.toml:11:1: start_mm has 2 items; it must be a list of three numbers [x, y, z] from -1000000 to 1000000 mm\n"
-            "s.toml:13:1: unknown key \"low\" in [force]; the nearest valid key is \"law\"");
+  EXPECT_EQ(
+      message,
+      "s.toml:2:1: pictures = 1 is a number; it must be true or false\n"
+      "s.toml:4:1: nu = 0.6 is above 0.5; valid range 0 to 0.5\n"
+      "s.toml:5:1: teeth = 0 is below 1; valid range 1 to 1000\n"
+      "s.toml:9:1: voxel_mm = 0 is below 0.02; valid range 0.02 to 4 mm\n"
+      "s.toml:10:1: [[path.stroke]] has no end_mm\n"
+      "s.toml:10:1: [[path.stroke]] has no feed_mm_per_s\n"
+      "s.toml:10:1: [[path.stroke]] has no disc_normal\n"
+      "s.toml:11:1: start_mm has 2 items; it must be a list of three numbers [x, y, z] from -1000000 to 1000000 mm\n"
+      "s.toml:13:1: unknown key \"low\" in [force]; the nearest valid key is \"law\"");
 }
 
 TEST(SceneMessages, ManyFaultsAreCountedNotPoured) {
