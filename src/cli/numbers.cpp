@@ -41,8 +41,8 @@ Vec3 ParsePoint(const std::string& text, const char* option) {
   const auto v = ParseNumbers(text, ',', 3, option, "a point x,y,z in mm, such as 24,30,0");
   const Vec3 p(v[0], v[1], v[2]);
   if (!IsInWorld(p)) {
-    throw CLI::ValidationError(option, fmt::format("'{}' lies outside the world; coordinates go from {} to {} mm",
-                                                   text, -kWorldReach_mm, kWorldReach_mm));
+    throw CLI::ValidationError(option, fmt::format("'{}' lies outside the world; coordinates go from {} to {} mm", text,
+                                                   -kWorldReach_mm, kWorldReach_mm));
   }
   return p;
 }

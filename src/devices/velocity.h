@@ -28,8 +28,8 @@ class AdaptiveVelocity {
   explicit AdaptiveVelocity(double quantum_mm, int max_samples = 16, double reach_mm = 1);
 
   /// Takes the next sample, dt_s after the last (of the first it doesn't matter; above 0 and finite, else the sample is
-  /// ignored). mm/s; 0 after the first sample, the last value when `p` is not finite or dt_s too short for a finite one.
-  /// Tick-safe.
+  /// ignored). mm/s; 0 after the first sample, the last value when `p` is not finite or dt_s too short for a finite
+  /// one. Tick-safe.
   Vec3 Update(const Vec3& p_mm, double dt_s);
   Vec3 velocity_mm_per_s() const { return v_; }
   void Reset();
