@@ -54,13 +54,16 @@ FittedCoupling FitCoupling(const DeviceProfile& profile, const HandModel& hand, 
   };
   FittedCoupling fitted;
   fitted.coupling = LimitCoupling(coupling, calc(coupling), &fitted.lowered.by_device);
-  // The loop's limit goes by the damping that is left.
-  const double held = kSampledShare * calc(fitted.coupling).sampled_stiffness_N_per_mm;
+  // The coupling's own damping is not counted on: it goes by a velocity that comes late from an encoder.
+  CouplingParams undamped = fitted.coupling;
+  undamped.damping_Ns_per_mm = undamped.torsion_damping_Nmms = 0;
+  const CouplingLimits sure = calc(undamped);
+  const double held = kSampledShare * sure.sampled_stiffness_N_per_mm;
   if (fitted.coupling.stiffness_N_per_mm > held) {
     fitted.coupling.stiffness_N_per_mm = held;
     fitted.lowered.by_loop = true;
   }
-  const double held_torsion = kSampledShare * calc(fitted.coupling).sampled_torsion_Nmm_per_rad;
+  const double held_torsion = kSampledShare * sure.sampled_torsion_Nmm_per_rad;
   if (fitted.coupling.torsion_Nmm_per_rad > held_torsion) {
     fitted.coupling.torsion_Nmm_per_rad = held_torsion;
     fitted.lowered.torsion_by_loop = true;

@@ -51,8 +51,9 @@ struct CouplingLowered {
   bool any() const { return by_device || by_loop || torsion_by_loop; }
 };
 
-/// The coupling lowered to what device and loop bear, its damping then raised to kHoldingShare; `limits` are those of
-/// the result without what the damping was raised by. Tick dt_s, delay as above.
+/// The coupling lowered to what device and loop bear, the loop without the coupling's own damping, which goes by a
+/// velocity that comes late; its damping then raised to kHoldingShare. `limits` are those of the result without what
+/// the damping was raised by. Tick dt_s, delay as above.
 struct FittedCoupling {
   CouplingParams coupling;
   CouplingLimits limits;

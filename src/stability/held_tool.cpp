@@ -404,8 +404,16 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
     }
     margins.gain = std::sqrt(low * high);
   }
-  while (setup.delay_ticks + margins.delay_ticks < kMostDelay && stable(1, margins.delay_ticks + 1)) {
-    ++margins.delay_ticks;
+  // 1, 2, 4, ... ticks until one is too many, then between.
+  const int most = kMostDelay - setup.delay_ticks;
+  int too_many = most + 1;
+  for (int ticks = 1; ticks <= most && too_many > most; ticks = std::min(2 * ticks, most)) {
+    (stable(1, ticks) ? margins.delay_ticks : too_many) = ticks;
+    if (ticks == most) break;
+  }
+  while (too_many > margins.delay_ticks + 1) {
+    const int ticks = (margins.delay_ticks + too_many) / 2;
+    (stable(1, ticks) ? margins.delay_ticks : too_many) = ticks;
   }
   return margins;
 }

@@ -39,7 +39,7 @@ struct Margins {
   bool gain_beyond = false;  // it was still stable at that gain, the largest tried
   int delay_ticks = 0;       // whole ticks of further delay that it bears; most tried: 16
 };
-/// By bisection (to 2 %) and by counting up. `linear` as above.
+/// By bisection, the gain to 2 %. `linear` as above.
 Margins FindMargins(const StabilitySubject& subject, HeldState state, bool linear, double most_gain = 64);
 
 /// The loop of another device and hand, its coupling lowered as `kerf loop` would for the hand `fitted_to`.

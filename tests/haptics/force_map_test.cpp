@@ -290,6 +290,12 @@ TEST(FitCoupling, StaysBelowAShareOfWhatASampledLoopHolds) {
   const FittedCoupling soft = FitCoupling(omega, FindHandModel("H3"), coupling, scale, 0, 0.001);
   EXPECT_EQ(soft.coupling.stiffness_N_per_mm, 1);
   EXPECT_FALSE(soft.lowered.any());
+  // Damping of its own does not earn a coupling more stiffness: from an encoder it comes late.
+  coupling.stiffness_N_per_mm = 100;
+  coupling.damping_Ns_per_mm = 0.01;
+  EXPECT_NEAR(FitCoupling(omega, FindHandModel("H1"), coupling, scale, 0, 0.004).coupling.stiffness_N_per_mm * scale,
+              kSampledShare * 1, 1e-12);
+  coupling = {};
   // Against turning: H1 damps it with 5 N mm s, so that the loop of a device with torques holds 10000 N mm/rad at 1
   // kHz.
   EXPECT_EQ(soft.limits.sampled_torsion_Nmm_per_rad, std::numeric_limits<double>::infinity());
