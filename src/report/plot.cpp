@@ -222,6 +222,16 @@ class PlotDrawing {
     return any ? row + 1.3 * text_ : row;
   }
 
+  std::vector<Tick> MakeXTicks() const {
+    if (spec_.x.names.empty()) return x_.MakeTicks(TickCount(frame_.right - frame_.left, 95 * unit_));
+    std::vector<Tick> ticks;
+    for (std::size_t i = 0; i < spec_.x.names.size(); ++i) {
+      const double at = static_cast<double>(i);
+      if (at >= x_.lower() && at <= x_.upper()) ticks.push_back({at, spec_.x.names[i]});
+    }
+    return ticks;
+  }
+
   struct Stretch {
     double left, right;
   };
@@ -259,7 +269,7 @@ class PlotDrawing {
 
   void DrawAxes(const std::vector<Tick>& y_ticks, const std::vector<Tick>& right_ticks) {
     const double thin = std::max(1.0, unit_);
-    const std::vector<Tick> x_ticks = x_.MakeTicks(TickCount(frame_.right - frame_.left, 95 * unit_));
+    const std::vector<Tick> x_ticks = MakeXTicks();
     const bool quiet_background = spec_.bands.empty();
     for (const Tick& tick : x_ticks) {
       const double column = Column(x_(tick.value));

@@ -28,6 +28,7 @@ struct PlotAxis {
   bool log = false;
   std::optional<double> lower;  // none: from the data
   std::optional<double> upper;
+  std::vector<std::string> names;  // of 0, 1, 2, ..., in place of numbers; x axis only
 };
 
 /// A stretch of the x axis with a background colour of its own and a label at its top.

@@ -79,6 +79,26 @@ TEST_F(Plot, LinearCurveLiesWhereTheDataSay) {
   }
 }
 
+TEST_F(Plot, NamesOfAnAxisStandAtWholeNumbersWithinIt) {
+  PlotSpec spec = MakeSpec();
+  spec.x.lower = -0.5, spec.x.upper = 1.5;
+  spec.series = {{"", {0, 1}, {1, 2}, kBlue, 0, 10, false}};
+  const auto count_ink = [&](const std::vector<std::string>& names, double at) {
+    spec.x.names = names;
+    PlotFrame frame{};
+    const Image image = RenderPlot(spec, &frame);
+    const int middle = static_cast<int>(frame.left + (at + 0.5) / 2 * (frame.right - frame.left));
+    int ink = 0;
+    for (int row = static_cast<int>(frame.bottom) + 10; row < static_cast<int>(frame.bottom) + 28; ++row) {
+      for (int column = middle - 30; column < middle + 30; ++column) ink += image.At(column, row)[0] < 128 ? 1 : 0;
+    }
+    return ink;
+  };
+  EXPECT_GT(count_ink({"XXXX", "", "beyond"}, 0), 20);
+  EXPECT_EQ(count_ink({"XXXX", "", "beyond"}, 1), 0);
+  EXPECT_GT(count_ink({"", "XXXX"}, 1), 20);
+}
+
 TEST_F(Plot, PowerLawIsStraightOnLogarithmicAxes) {
   PlotSpec spec = MakeSpec();
   spec.x.log = spec.y.log = true;
