@@ -307,8 +307,10 @@ double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
 
   constexpr double kPeriods = 6;
   constexpr std::size_t kFirst = 1;  // of the swings that count: the one before is still the kick's
+  constexpr double kGone = 1e-6;     // of the kick's speed: what still turns to and fro below is rounding
   const int ticks = static_cast<int>(std::max(kPeriods * sizes.period_s, 0.1) / setup.period_s);
   Swings swings;
+  double fastest = 0;
   std::vector<double> speed;
   std::vector<double> turn;
   speed.reserve(static_cast<std::size_t>(ticks));
@@ -327,8 +329,13 @@ double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
     const double t_s = i * setup.period_s;
     const double v = glm::dot(b.v_WC_mm_per_s - a.v_WC_mm_per_s, held.push_W);
     if (still.force_N() < 0.1 * sizes.push_N) break;  // through the bone
+    fastest = std::max(fastest, std::abs(v));
     const std::size_t before = swings.size();
     swings.Add(t_s, v);
+    // A strong damper lets it creep back without a swing.
+    if (swings.size() > before && swings.log_swing(before) < std::log(kGone * fastest)) {
+      return std::log(kGone) / std::max(t_s, setup.period_s);
+    }
     speed.push_back(std::abs(v));
     turn.push_back(CalcTurn(a.out.sample.X_WH.R_AB, b.out.sample.X_WH.R_AB));
     if (swings.size() == before || swings.size() < kFirst + 4) continue;

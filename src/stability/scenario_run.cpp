@@ -224,11 +224,15 @@ void ScenarioRun::AddEnergy() {
 
 ScenarioResult ScenarioRun::Finish() {
   const DeviceProfile& profile = subject_.setup.profile;
+  const auto add_clamped = [this](const std::string& name, const std::string& unit, double value, double bound) {
+    AtMost(name, unit, value, bound);
+    result_.figures.back().clamped = true;
+  };
   AtMost("values that are not finite", "", not_finite_, 0);
-  AtMost("largest force", "N", largest_N_, profile.peak_force_N);
-  AtMost("largest force step in a tick", "N", largest_step_N_, slew_N_per_s_ * T() * (1 + 1e-9));
+  add_clamped("largest force", "N", largest_N_, profile.peak_force_N);
+  add_clamped("largest force step in a tick", "N", largest_step_N_, slew_N_per_s_ * T() * (1 + 1e-9));
   AtMost("force in air", "N", largest_in_air_N_, 0);
-  if (largest_torque_Nmm_ > 0) AtMost("largest torque", "N mm", largest_torque_Nmm_, profile.peak_torque_Nmm);
+  if (largest_torque_Nmm_ > 0) add_clamped("largest torque", "N mm", largest_torque_Nmm_, profile.peak_torque_Nmm);
   return result_;
 }
 

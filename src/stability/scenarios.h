@@ -15,7 +15,8 @@ struct StabilityFigure {
   std::string unit;  // "mN"
   double value = 0;
   double bound = 0;
-  bool at_most = true;                                                      // false: at least
+  bool at_most = true;   // false: at least
+  bool clamped = false;  // the loop itself cuts it off at the bound: to come near is no worry
   bool holds() const { return at_most ? value <= bound : value >= bound; }  // not for NaN
 };
 

@@ -96,5 +96,20 @@ TEST(Map, HasItsBorderWhereTheRuleHasIt) {
                 4);
 }
 
+// A damper beyond the critical lets a kick creep back without a swing; what then turns to and fro is rounding, and no
+// swing that grows. The rate at which it creeps is k / b, or faster.
+TEST(Margins, ALoopThatCreepsBackIsStable) {
+  const StabilitySubject subject = MakeSubject();
+  const HeldTool held = HoldTool(subject, HeldState::kStoppedOnBone);
+  for (const double stiffness : {0.25, 0.41, 0.68, 1.1}) {
+    for (const double damping : {0.06, 0.08, 0.1}) {
+      ClosedLoopSetup setup = subject.setup;
+      setup.coupled.coupling.stiffness_N_per_mm = stiffness;
+      setup.coupled.coupling.damping_Ns_per_mm = damping;
+      EXPECT_LT(CalcGrowth(held, setup), -0.5) << stiffness << " N/mm, " << damping << " N s/mm";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kerf
