@@ -21,5 +21,6 @@ void AddMaterialsCommand(CLI::App& app);
 void AddModelCommand(CLI::App& app);
 void AddSceneCommand(CLI::App& app);
 void AddSlabCommand(CLI::App& app);
+void AddStabilityCommand(CLI::App& app);
 
 }  // namespace kerf::cli

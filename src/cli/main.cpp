@@ -65,6 +65,7 @@ int RunProgram(int argc, char** argv) {
   kerf::cli::AddSceneCommand(app);
   kerf::cli::AddMaterialsCommand(app);
   kerf::cli::AddSlabCommand(app);
+  kerf::cli::AddStabilityCommand(app);
 
   try {
     app.parse(argc, argv);

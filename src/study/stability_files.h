@@ -1,0 +1,48 @@
+// What `kerf stability` leaves behind.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/plot.h"
+#include "scene/scene.h"
+#include "study/stability.h"
+
+namespace kerf {
+
+/// Stable keys with units.
+std::string FormatStabilityJson(const StabilityStudy& study);
+/// scenario,figure,unit,value,kind,bound,holds
+std::string FormatFiguresCsv(const StabilityStudy& study);
+std::string FormatMarginsCsv(const StabilityStudy& study);
+/// A row a point of the map; in the simulation's units and the device's.
+std::string FormatMapCsv(const StabilityStudy& study);
+/// For people, Markdown.
+std::string FormatStabilityReport(const StabilityStudy& study);
+
+/// "stable", "not stable" or that it was ended before.
+std::string DescribeVerdict(const StabilityStudy& study);
+/// The worst figure in words; "" when there is none.
+std::string DescribeWorst(const StabilityStudy& study);
+/// "12.5 mN, at most 20" with a mark where it does not hold.
+std::string DescribeFigure(const StabilityFigure& figure);
+/// "> 64 / 16" : gain and whole ticks of delay.
+std::string DescribeMargins(const Margins& margins);
+
+PlotSpec MakeMapPlot(const StabilityStudy& study);
+PlotSpec MakeMarginPlot(const StabilityStudy& study);
+/// The force of a scenario over time.
+PlotSpec MakeScenarioPlot(const StabilityStudy& study, const WorstFigure& worst);
+
+/// report.md, stability.json, figures.csv, margins.csv, map.csv, map.png, margins.png, worst_N.png and scene.toml
+/// (resolved) in `folder`, made when missing. Results of an earlier study in the same folder are replaced or removed.
+/// Fills `study.files`.
+void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::string& folder);
+/// Throws Error when one of them would replace one of the scene's own inputs.
+void CheckStabilityInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
+
+/// Markdown: a row a device, a column a hand, the least of the states in each.
+std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows);
+std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMargins>& rows);
+
+}  // namespace kerf

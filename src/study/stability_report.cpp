@@ -1,0 +1,137 @@
+// The report of `kerf stability`, in words.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "kerf/version.h"
+#include "study/stability_files.h"
+
+namespace kerf {
+namespace {
+
+template <typename... Args>
+void Add(std::string& text, fmt::format_string<Args...> format, Args&&... args) {
+  fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
+}
+
+std::string Unit(const std::string& unit) {
+  return unit.empty() ? "" : " " + unit;
+}
+
+bool Wrote(const StabilityStudy& s, const std::string& file) {
+  return std::find(s.files.begin(), s.files.end(), file) != s.files.end();
+}
+
+void AddVerdict(std::string& text, const StabilityStudy& s) {
+  Add(text, "**{}**\n\n", DescribeVerdict(s));
+  for (const std::string& finding : s.findings) Add(text, "- {}\n", finding);
+  if (!s.findings.empty()) text += "\n";
+  if (const std::string worst = DescribeWorst(s); !worst.empty()) Add(text, "Nearest to its bound: {}.\n\n", worst);
+  for (const std::string& warning : s.warnings) Add(text, "Warning: {}.\n\n", warning);
+}
+
+void AddSetting(std::string& text, const StabilityStudy& s) {
+  Add(text, "## What was examined\n\n");
+  Add(text, "- {}, {:g} rpm, in bone of {:g} mm voxels, where the path first meets it ({:.3f} s).\n", s.tool, s.rpm,
+      s.voxel_mm, s.touch.time_s);
+  Add(text, "- Device {} in the hand {}, {:g} ticks a second; {:.3g} N on the device for 1 N in the simulation.\n",
+      s.setup.profile.name, s.setup.hand.name, s.rate_hz, s.setup.force_scale);
+  Add(text, "- Coupling: {}; damping {:.4g} N s/mm.\n", DescribeCoupling(s.setup),
+      s.setup.fitted.coupling.damping_Ns_per_mm);
+  Add(text, "- Limits: {}.\n\n", DescribeLimits(s.setup));
+}
+
+void AddScenarios(std::string& text, const StabilityStudy& s) {
+  Add(text,
+      "## Scenarios\n\nEach is run on the simulated device, with its friction and encoder, in virtual time; seed "
+      "{}.\n\n"
+      "| scenario | figure | measured | bound | holds |\n|---|---|---|---|---|\n",
+      s.seed);
+  for (const ScenarioResult& scenario : s.scenarios) {
+    if (scenario.skipped) Add(text, "| {} | {} | | | |\n", scenario.name, scenario.what);
+    for (const StabilityFigure& f : scenario.figures) {
+      Add(text, "| {} | {} | {:.3g}{} | {} {:.3g} | {} |\n", scenario.name, f.name, f.value, Unit(f.unit),
+          f.at_most ? "at most" : "at least", f.bound, f.holds() ? "yes" : "**no**");
+    }
+  }
+  text += "\n";
+  for (const ScenarioResult& scenario : s.scenarios) {
+    if (!scenario.skipped) Add(text, "- **{}**: {}\n", scenario.name, scenario.what);
+  }
+  text += "\n";
+  for (const char* file : {"worst_1.png", "worst_2.png", "worst_3.png"}) {
+    if (Wrote(s, file)) Add(text, "![Force over time]({})\n\n", file);
+  }
+}
+
+void AddMargins(std::string& text, const StabilityStudy& s) {
+  Add(text,
+      "## Margins\n\nHow many times the device's force may be what it is, and how many ticks later it may come, before "
+      "a kick no longer dies out: gain / ticks. Asked of the scene's hand: {:g} / {}; of another hand, with the same "
+      "coupling, that it is stable. *Linear*: without the device's friction and the encoder's steps.\n\n"
+      "| hand | state | as the device is | linear | holds |\n|---|---|---|---|---|\n",
+      kLeastGainMargin, kLeastDelayMargin_ticks);
+  for (const HandMargins& m : s.margins) {
+    if (!m.done || m.linear) continue;
+    const auto linear = std::find_if(s.margins.begin(), s.margins.end(), [&](const HandMargins& other) {
+      return other.linear && other.done && other.hand == m.hand && other.state == m.state;
+    });
+    const bool has_linear = linear != s.margins.end();
+    Add(text, "| {}{} | {} | {} | {} | {} |\n", m.hand, m.own ? " (the scene's)" : "", ToString(m.state),
+        DescribeMargins(m.margins), has_linear ? DescribeMargins(linear->margins) : std::string(),
+        m.holds() && (!has_linear || linear->holds()) ? "yes" : "**no**");
+  }
+  text += "\n";
+  if (Wrote(s, "margins.png")) Add(text, "![Gain margin by hand](margins.png)\n\n");
+}
+
+void AddMap(std::string& text, const StabilityStudy& s) {
+  if (s.map.behaviour.empty()) return;
+  Add(text,
+      "## Map\n\nStiffness and damping of the coupling, {}. The line is the rule for a sampled spring, K = 2 (b + B) / "
+      "(T + 2 t_d), with b = {:.4g} N s/mm of device and hand; it is for a linear device and small B.\n\n",
+      ToString(s.map_state), s.limits.own_damping_Ns_per_mm);
+  if (Wrote(s, "map.png")) Add(text, "![Where it is stable](map.png)\n\n");
+}
+
+}  // namespace
+
+std::string DescribeVerdict(const StabilityStudy& s) {
+  if (!s.complete) {
+    return fmt::format("Ended before all was examined{}", s.findings.empty() ? "." : "; not stable so far:");
+  }
+  return s.findings.empty() ? "Stable." : "Not stable:";
+}
+
+std::string DescribeFigure(const StabilityFigure& f) {
+  return fmt::format("{:.3g}{}, {} {:.3g}", f.value, Unit(f.unit), f.at_most ? "at most" : "at least", f.bound);
+}
+
+std::string DescribeWorst(const StabilityStudy& s) {
+  const std::vector<WorstFigure> ranked = RankScenarios(s);
+  if (ranked.empty()) return "";
+  const WorstFigure& worst = ranked.front();
+  return fmt::format("{}, {} {}", worst.scenario->name, worst.figure->name, DescribeFigure(*worst.figure));
+}
+
+std::string DescribeMargins(const Margins& m) {
+  constexpr int kMostDelay_ticks = 16;
+  return fmt::format("{}{:.3g} / {}{}", m.gain_beyond ? "> " : "", m.gain,
+                     m.delay_ticks >= kMostDelay_ticks ? ">= " : "", m.delay_ticks);
+}
+
+std::string FormatStabilityReport(const StabilityStudy& s) {
+  std::string text = fmt::format("# {}: is it stable in a hand?\n\n", s.title.empty() ? s.scene : s.title);
+  AddVerdict(text, s);
+  AddSetting(text, s);
+  AddScenarios(text, s);
+  AddMargins(text, s);
+  AddMap(text, s);
+  Add(text, "## To make it again\n\nIn the scene's folder:\n\n```\n{}\n```\n\nMade by kerf {} (commit {}).\n",
+      s.command, VersionString(), CommitString());
+  return text;
+}
+
+}  // namespace kerf
