@@ -117,6 +117,18 @@ TEST(HardCase28, ADeviceSlowerThanTheLoopMovesNoLessSmoothly) {
   verdict.AtMost("speed off by, each sample given 2 or 4 times", 100 * worst, 2, "%");
 }
 
+TEST(HardCase28, ALeapOfTheHandleIsNoSpeed) {
+  Verdict verdict("holds");
+  // Without a freeze before it: 5 mm from one sample to the next would be 5 m/s, and 50 N through the damper.
+  FastStroke stroke;
+  stroke.x += 5;
+  double worst_speed = 0;
+  for (int i = 0; i < 50; ++i) {
+    worst_speed = std::max(worst_speed, glm::length(stroke.Step(kDt_s, true).v_H_W_mm_per_s));
+  }
+  verdict.AtMost("handle's speed as estimated, moving at 20 mm/s", worst_speed, 1.02 * FastStroke::kFeed, "mm/s");
+}
+
 TEST(HardCase28, AStepWithoutTimeIsRefusedAndForgotten) {
   Verdict verdict("applies in part: the tick has no clock; a time step that is none is refused with zero force");
   FastStroke stroke;
