@@ -380,11 +380,11 @@ TEST(SlabParts, BadCutsAreRefusedInOneSentence) {
   EXPECT_EQ(message({0, -1e17, 0}, x, 0.25),
             "the plane's point (0, -1e+17, 0) lies outside the world; coordinates go from -1000000 to 1000000 mm");
   try {
-    MakeSlabParts(block, {{{0, 0, 0}, x}, 0.25, false, Vec3(0, 0, 1000001)});
+    MakeSlabParts(block, {{{0, 0, 0}, x}, 0.25, false, Vec3(0, 0, 2e6)});
     ADD_FAILURE() << "a point outside the world was accepted";
   } catch (const Error& e) {
     EXPECT_STREQ(e.what(),
-                 "the point that says where to cut (0, 0, 1000001) lies outside the world; coordinates go from "
+                 "the point that says where to cut (0, 0, 2e+06) lies outside the world; coordinates go from "
                  "-1000000 to 1000000 mm");
   }
   EXPECT_THAT(message({8, 0, 0}, x, 0.25),

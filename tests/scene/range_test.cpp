@@ -201,7 +201,7 @@ TEST(SceneRange, StrokeKeysHoldTheirRanges) {
   RangeTester tester([](const std::string& key, const std::string& value) {
     std::string text = "[bone]\nmodel = \"block\"\n[[path.stroke]]\n";
     const std::vector<std::pair<std::string, std::string>> keys{{"start_mm", "[0, 0, 0]"}, {"end_mm", "[1, 0, 0]"},
-                                                                {"feed_mm_per_s", "3"},    {"disc_normal", "[0, 1, 0]"},
+                                                                {"feed_mm_per_s", "300"},  {"disc_normal", "[0, 1, 0]"},
                                                                 {"dwell_s", "1"},          {"retract", "true"}};
     for (const auto& [k, v] : keys) text += k + " = " + (k == key ? value : v) + "\n";
     return text;

@@ -113,7 +113,7 @@ Scene RandomScene(std::mt19937& random) {
   for (std::size_t i = 0; i < scene.path.strokes.size(); ++i) {
     SceneStroke& stroke = scene.path.strokes[i];
     Describe(stroke, randomize);
-    stroke.feed_mm_per_s += 10;  // keeps the duration within bounds
+    stroke.feed_mm_per_s += 900;  // keeps the duration within bounds
     stroke.feed_mm_per_s = std::min(stroke.feed_mm_per_s, 1000.0);
     if (i == 0) stroke.retract = true;
     if (!stroke.retract) {

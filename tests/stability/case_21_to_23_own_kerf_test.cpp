@@ -49,7 +49,7 @@ TEST(HardCase21, BackIntoItsOwnKerfNothingIsCutAndNothingPushesBack) {
     }
   }
   verdict.AtMost("feed force in the kerf, of the force of cutting it", most_share, 0.02);
-  verdict.AtMost("across it", most_lateral_N, 0.02, "N");
+  verdict.AtMost("across it", most_lateral_N, 0.002, "N");
   verdict.AtMost("removed again", most_again_mm3, 1e-3, "mm^3");
 }
 
@@ -105,10 +105,10 @@ TEST(HardCase22, TiltedInADeepKerfItBindsAndLetsGoAgain) {
     EXPECT_EQ(kerf.out.f_H_W_N, Vec3(0)) << rpm;
     EXPECT_EQ(kerf.out.tau_H_W_Nmm, Vec3(0)) << rpm;
   }
-  verdict.AtLeast("least growth of the torque from degree to degree", least_growth, 1, "N mm");
-  verdict.AtLeast("borne by the walls, of the hand's torque", least_share, 0.5);
+  verdict.AtLeast("least growth of the torque from degree to degree", least_growth, 50, "N mm");
+  verdict.AtLeast("borne by the walls, of the hand's torque", least_share, 0.9);
   verdict.AtMost("largest torque", most_Nmm, 5000 * 5 * kDegree * 1.001, "N mm");
-  verdict.AtMost("torque left when it is straight again", most_left_Nmm, 4, "N mm");
+  verdict.AtMost("torque left when it is straight again", most_left_Nmm, 0.1, "N mm");
 }
 
 /// The smallest distance from the spindle of a place where phi differs, mm; a large number when there is none.
@@ -159,10 +159,9 @@ TEST(HardCase23, PushedAsideAndPivotedTheFlatsTakeNothingAway) {
     most_rate = std::max(most_rate, kerf.invariants.removed_mm3() - removed_mm3);
     kerf.invariants.CheckBone();
   }
-  // Beyond the zone phi changes as far as the band reaches: three voxels of either.
-  verdict.AtLeast("innermost place that changes, from the spindle", innermost_mm, kR - 6 * h - 0.1, "mm");
-  verdict.AtMost("sideways under 20 N", most_way_mm, 0.1, "mm");
-  verdict.AtMost("taken off the walls by the rim, in 16 pushes", most_rate, 3, "mm^3");
+  verdict.AtLeast("innermost place that changes, from the spindle", innermost_mm, kR - 3 * h - 0.01, "mm");
+  verdict.AtMost("sideways under 20 N", most_way_mm, 0.002, "mm");
+  verdict.AtMost("taken off the walls by the rim, in 16 pushes", most_rate, 0.5, "mm^3");
 }
 
 /// How far a turning disc goes with a handle that is drawn 0.5 mm aside in half a second and waits there for as long,
