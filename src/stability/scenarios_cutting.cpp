@@ -47,13 +47,17 @@ ScenarioResult Sideways(const StabilitySubject& subject, const Scenario& scenari
   ScenarioRun run(subject, scenario, held);
   run.AwaitRamp();
   const std::size_t begun = run.now();
-  const double push_N = run.CalcPush_N(2);
+  // No more than gives the coupling 1 mm: what rubs would pull the tool out along the wall.
+  const double push_N = run.CalcPush_N(std::min(2.0, subject.setup.coupled.coupling.stiffness_N_per_mm));
+  // Of the edge in the kerf, not of the middle, which tilts with the hand.
+  const Vec3 front_T = CalcReach(subject.setup.coupled.tool) * held.X_WT.InverseVector(subject.into_W);
+  const Vec3 front_W = held.X_WT.Point(front_T);
   double wander_mm = 0;
   for (int i = 0; i < static_cast<int>(2 / run.T()); ++i) {
     const double lean = std::sin(2 * kPi * i * run.T());
     run.loop().device().SetIntention({.X_WH = held.X_WT, .push_W_N = lean * push_N * held.push_W});
     const ClosedLoopTick& tick = run.Step();
-    wander_mm = std::max(wander_mm, std::abs(glm::dot(tick.out.coupled.X_WT.p_AB - held.X_WT.p_AB, held.push_W)));
+    wander_mm = std::max(wander_mm, std::abs(glm::dot(tick.out.coupled.X_WT.Point(front_T) - front_W, held.push_W)));
   }
   // It passes from one wall to the other, which the hand may feel, but not as rough: half of what it tells apart.
   run.AtMost("noise above 20 Hz", "mN", 1000 * CalcNoise(run.forces_N(begun), run.T()), std::max(20.0, 35 * push_N));
