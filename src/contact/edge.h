@@ -48,6 +48,8 @@ class Edge {
   /// Where the solids stand when `share` of the step has been made, for the next. Returns the energy in their springs.
   /// Tick-safe.
   double Remember(const StepProblem& problem, const Twist& u, double share);
+  /// The springs are drawn by so much of what they were.
+  void Ease(double share) { push_out_.Ease(share); }
   /// Nothing is borne any more.
   void Release();
   /// Nor is anything known of distances: the tool was set down elsewhere, or there is more bone than before.

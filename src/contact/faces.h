@@ -33,6 +33,8 @@ class Faces {
   /// As Edge's.
   double SetDepths(StepProblem& problem, bool may_rise);
   double Remember(const StepProblem& problem, const Twist& u, double share);
+  /// The springs are drawn by so much of what they were.
+  void Ease(double share) { push_out_.Ease(share); }
   /// Nothing is borne any more.
   void Release();
   /// Nor is anything known of distances: the tool was moved elsewhere, or there is more bone than before.

@@ -24,6 +24,9 @@ class PushOut {
   }
   double known_mm(int i) const { return known_mm_[i]; }
   void set_known_mm(int i, double depth_mm) { known_mm_[i] = depth_mm; }
+  void Ease(double share) {
+    for (double& depth_mm : known_mm_) depth_mm *= share;
+  }
   void Forget() { std::fill(known_mm_.begin(), known_mm_.end(), 0.0); }
   std::size_t size() const { return known_mm_.size(); }
 

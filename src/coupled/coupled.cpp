@@ -72,7 +72,7 @@ void CoupledSimulation::State::Release() {
   u = {};
   if (contact_mJ > 0) edge.Release();
   faces.Release();
-  contact_mJ = 0;
+  contact_mJ = guide_mJ = 0;
   f_cut_T = Vec3(0);
   teeth = 0;
 }
@@ -98,7 +98,14 @@ void CoupledSimulation::State::Move(const Pose& X_next, double share) {
   coupling_mJ = coupling.CalcEnergy(X_WT, X_WH);
   if (problem.empty()) return;
   contact_mJ = edge.Remember(problem, u, share) + faces.Remember(problem, u, share);
-  if (slab.active()) contact_mJ += slab.CalcEnergy(X_WT, 1 - looked_share);
+  // As the step took it, straight on: on an arc the guide may be drawn further, which the next Engage() sees.
+  guide_mJ = 0;
+  for (std::size_t i = first_guide; i < problem.solids.size(); ++i) {
+    const SolidPoint& p = problem.solids[i];
+    const double depth_mm = std::max(0.0, p.depth_mm + share * problem.tau_s * Dot(p.row, u));
+    guide_mJ += 0.5 * p.stiffness_N_per_mm * depth_mm * depth_mm;
+  }
+  contact_mJ += guide_mJ;
 }
 
 /// Sets up the step's problem at the tool's pose.
@@ -125,20 +132,29 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   if (is_disc && looks) {
     faces.Find(probe, axial_mm, params.friction_coefficient, in.rpm * kPi / 30, problem);
   }
-  double guide_mJ = 0;
+  first_guide = problem.solids.size();
+  double drawn_mJ = 0;
   if (slab.active()) {
     // The spring that grows as the slab takes over must not lift the tool back by itself.
-    guide_mJ = slab.CalcEnergy(X_WT, 1 - looked_share);
-    if (guide_mJ - contact_mJ > reserve_mJ) {
+    drawn_mJ = slab.CalcEnergy(X_WT, 1 - looked_share);
+    if (drawn_mJ - guide_mJ > reserve_mJ + 1e-12 * guide_mJ) {
       slab.Anchor(X_WT);
-      guide_mJ = 0;
+      drawn_mJ = 0;
     }
     slab.AddTo(X_WT, 1 - looked_share, problem);
   }
   if (problem.empty()) return;
-  double energy_mJ = guide_mJ + edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
+  double energy_mJ = drawn_mJ + edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
   if (energy_mJ - contact_mJ > reserve_mJ) {
-    energy_mJ = guide_mJ + edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
+    double held_mJ = edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
+    // Springs that have become stiffer on the way from one fidelity to another are drawn less.
+    const double most_mJ = std::max(0.0, contact_mJ + reserve_mJ - drawn_mJ);
+    if (held_mJ > most_mJ) {
+      edge.Ease(std::sqrt(most_mJ / held_mJ));
+      faces.Ease(std::sqrt(most_mJ / held_mJ));
+      held_mJ = edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
+    }
+    energy_mJ = drawn_mJ + held_mJ;
   }
   Reserve(contact_mJ - energy_mJ);
   contact_mJ = energy_mJ;
@@ -269,7 +285,7 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   // 1 accept: nothing but good numbers gets further
   enter(TickStage::kAccept);
   if (!s.Accepts(in)) {
-    out.X_WT = s.World(s.X_WT);
+    out.X_WT = s.last.X_WT;
     out.status = kCoupledBadPose;
     s.last = out;
     enter(TickStage::kEnd);
@@ -379,12 +395,12 @@ bool CoupledSimulation::SetDown(const Pose& X_WT) {
   s.u = {};
   s.edge.Forget();
   s.faces.Forget();
-  s.contact_mJ = s.reserve_mJ = 0;
+  s.contact_mJ = s.guide_mJ = s.reserve_mJ = 0;
   s.EndSlab();
   s.path.Forget();
   s.teeth = 0;
   s.cutter.Lift();
-  s.coupling_mJ = s.coupling.CalcEnergy(X_WT, s.X_WH);
+  s.coupling_mJ = s.coupling.CalcEnergy(s.X_WT, s.X_WH);
   return true;
 }
 

@@ -2,6 +2,7 @@
 // a resistance that depends on its depth, and what it passed is removed later.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "contact/step.h"
@@ -34,8 +35,11 @@ class SlabGuide {
   void AddTo(const Pose& X_WT, double share, StepProblem& problem) const;
   /// In the guide's springs, N mm. Tick-safe.
   double CalcEnergy(const Pose& X_WT, double share) const;
-  /// Takes the tool's plane as the guide's. Tick-safe.
-  void Anchor(const Pose& X_WT) { X_plane_ = X_WT; }
+  /// Takes the tool's plane as the guide's, and where it is as no deeper than the wall. Tick-safe.
+  void Anchor(const Pose& X_WT) {
+    X_plane_ = X_WT;
+    stopped_depth_mm_ = std::max(stopped_depth_mm_, CalcDepth(X_WT));
+  }
 
   /// With the spindle stopped the saw goes no deeper than it is: a wall instead of a resistance. Tick-safe.
   void Stop(const Pose& X_WT) {

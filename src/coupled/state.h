@@ -111,13 +111,15 @@ struct CoupledSimulation::State {
   Vec3 f_cut_T{0};                      // of the last sub-step
   double teeth = 0;                     // likewise
 
-  Pose X_WT;               // the tool
-  Pose X_WH;               // last good handle pose
-  Twist u{};               // of the last sub-step, to start the next from
-  double coupling_mJ = 0;  // in the coupling's springs at the end of the last tick
-  double contact_mJ = 0;   // in the contact's springs
-  CoupledOutput last;      // what the last tick gave
-  double reserve_mJ = 0;   // lost so far and not given back: what a push-out may take (push_out.h)
+  Pose X_WT;                    // the tool
+  Pose X_WH;                    // last good handle pose
+  Twist u{};                    // of the last sub-step, to start the next from
+  double coupling_mJ = 0;       // in the coupling's springs at the end of the last tick
+  double contact_mJ = 0;        // in the contact's springs,
+  double guide_mJ = 0;          // of it, in the slab's guide
+  std::size_t first_guide = 0;  // of the problem's solids
+  CoupledOutput last;           // what the last tick gave
+  double reserve_mJ = 0;        // lost so far and not given back: what a push-out may take (push_out.h)
 };
 
 }  // namespace kerf

@@ -74,5 +74,47 @@ TEST(FuzzRegression, ATurnAboutAFarCouplingPointIsLookedAtAllTheWay) {
   verdict.AtMost("longest way of the disc in one look", longest_mm, 0.51 * kVoxel_mm, "mm");
 }
 
+/// Seed 1000016: set down far from the origin, the coupling's energy was taken between two frames.
+TEST(FuzzRegression, SettingDownFarFromTheOriginDrawsTheSpringByWhatItSays) {
+  test::Verdict verdict("holds");
+  const Vec3 there(0.9 * kWorldReach_mm, -0.8 * kWorldReach_mm, 0);
+  const Pose X_WB{Quat(1, 0, 0, 0), there};
+  const Pose start = test::DiscPose(X_WB, {0, 0, 3 + 11 - 0.5});
+  CoupledSimulation simulation(test::MakeBox(X_WB, {26, 3, 6}, 0.4), test::DiscParams(), start);
+  simulation.Tick(test::Handle(start, 0));
+  ASSERT_TRUE(simulation.SetDown(test::DiscPose(X_WB, {0.1, 0, 3 + 11 - 0.5})));
+  const CoupledOutput out = simulation.Tick(test::Handle(start, 0));
+  // 1 N/mm drawn by 0.1 mm.
+  verdict.AtMost("energy of the tick after", std::abs(out.stored_mJ) + std::abs(out.hand_mJ), 0.0051, "mJ");
+}
+
+/// Seeds 2000029 and 4000009: the slab's guide is stiff, and a turn about a far coupling point drew it further than the
+/// step had reckoned with: energy from nowhere, joules of it in a long tick.
+TEST(FuzzRegression, TheSlabsGuideGivesNoEnergyThatATurnDrewItBy) {
+  test::Verdict verdict("holds");
+  double lowest_mJ = 0, moved_mJ = 0;
+  for (const double arm_mm : {0.0, 80.0, 1000.0}) {
+    for (const double dt_s : {0.001, 0.02, 1.0}) {
+      CoupledParams params = test::DiscParams();
+      params.coupling.p_TC_mm = {arm_mm, 0, 0};
+      const Pose start = test::DiscPose(Pose{}, {0, 0, 4 + 11 - 0.5});
+      CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 3, 8}, 0.4), params, start);
+      double lost_mJ = 0;
+      for (int i = 0; i < 200; ++i) {
+        simulation.SetFidelity(i < 20 || i > 150 ? Fidelity::kFull : Fidelity::kSlab);
+        // Fed down, then turned about an axis in the disc's plane.
+        Pose X_WH = test::DiscPose(Pose{}, {0, 0, 4 + 11 - 0.5 - 0.02 * std::min(i, 60)});
+        if (i > 60) X_WH.R_AB = glm::normalize(X_WH.R_AB * glm::angleAxis(0.02 * (i - 60), Vec3(0.6, 0.64, 0.48)));
+        const CoupledOutput out = simulation.Tick(test::Handle(X_WH, 7500, dt_s));
+        lost_mJ += out.cut_mJ + out.friction_mJ + out.numerical_mJ;
+        moved_mJ += std::abs(out.hand_mJ) + std::abs(out.spindle_mJ);
+        lowest_mJ = std::min(lowest_mJ, lost_mJ);
+      }
+    }
+  }
+  EXPECT_GT(moved_mJ, 1);
+  verdict.AtLeast("least of what bone and steps took", lowest_mJ, -1e-6, "mJ");
+}
+
 }  // namespace
 }  // namespace kerf
