@@ -43,8 +43,17 @@ void FuzzSaw(std::uint64_t first_seed, double ticks) {
   verdict.Note("slab", share(sum.slab));
 }
 
-TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant) {
-  FuzzSaw(1'000'000, 150'000);
+TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant1) {
+  FuzzSaw(1'000'000, 200'000);
+}
+TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant2) {
+  FuzzSaw(2'000'000, 200'000);
+}
+TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant3) {
+  FuzzSaw(3'000'000, 200'000);
+}
+TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant4) {
+  FuzzSaw(4'000'000, 100'000);
 }
 
 void FuzzOther(std::uint64_t first_seed, double ticks, FuzzResult (*run)(std::uint64_t, int, long&)) {
@@ -60,6 +69,14 @@ void FuzzOther(std::uint64_t first_seed, double ticks, FuzzResult (*run)(std::ui
 
 TEST(HardCase40, RandomSequencesThroughADeviceThatFailsAndLiesNeverPassItsLimits) {
   FuzzOther(20'000'000, 100'000, test::FuzzDevice);
+}
+
+TEST(HardCase40, RandomPathsThroughBoneHoldEveryInvariant) {
+  FuzzOther(30'000'000, 100'000, test::FuzzPath);
+}
+
+TEST(HardCase40, RandomHandsOnTheThinSlabHoldEveryInvariant) {
+  FuzzOther(40'000'000, 100'000, test::FuzzSlab);
 }
 
 }  // namespace

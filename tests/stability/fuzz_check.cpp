@@ -26,7 +26,7 @@ bool IsGood(const CoupledInput& in) {
     return IsFinite(v) && std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) <= most;
   };
   return within(in.X_WH.p_AB, kWorldReach_mm) && std::abs(std::pow(glm::length(in.X_WH.R_AB), 2) - 1) <= 2e-6 &&
-         within(in.v_H_W_mm_per_s, 1e6) && within(in.w_H_W_rad_per_s, 1e6) && in.dt_s >= 1e-6 && in.dt_s <= 1 &&
+         within(in.v_H_W_mm_per_s, 1e6) && within(in.w_H_W_rad_per_s, 1e6) && in.dt_s >= 0 && in.dt_s <= 1 &&
          std::abs(in.rpm) <= 1e6;
 }
 
@@ -107,7 +107,7 @@ std::string BoneWitness::Compare(const Bone& bone) {
             wrong = fmt::format("I5: phi falls from {} to {}", before[i], after[i]);
             break;
           }
-          const Vec3 p = h * Vec3(8 * x + i / 64, 8 * y + i / 8 % 8, 8 * z + i % 8);
+          const Vec3 p = was_field.p_WF_mm() + h * Vec3(8 * x + i / 64, 8 * y + i / 8 % 8, 8 * z + i % 8);
           const bool allowed = std::any_of(state_->boxes.begin(), state_->boxes.end(), [&](const Box3& box) {
             return glm::all(glm::greaterThanEqual(p, box.lower)) && glm::all(glm::lessThanEqual(p, box.upper));
           });
@@ -186,7 +186,10 @@ std::string FuzzedSaw::State::CheckRefused(const Pose& X_before, const CoupledOu
 /// What is particular to a tick whatever the invariants say.
 std::string FuzzedSaw::State::CheckStatus(const CoupledInput& in, const CoupledOutput& out) const {
   if ((out.status & kCoupledBadPose) != 0) return "good input is refused";
-  if (out.status >= 2 * kCoupledBlending) return "a status that is none";
+  if (out.status >= 2 * kCoupledNoTime) return "a status that is none";
+  const bool no_time = in.dt_s < 1e-6;
+  if (no_time != ((out.status & kCoupledNoTime) != 0)) return "time is taken for none";
+  if (no_time) return "";
   const bool stopped = std::abs(in.rpm) < 1;
   if (stopped != ((out.status & kCoupledSpindleStopped) != 0)) return "the spindle's status is wrong";
   const auto* disc = std::get_if<DiscSaw>(&params.tool);
@@ -229,10 +232,15 @@ std::string FuzzedSaw::State::Tick(const CoupledInput& in) {
   }
   Note(last);
   if (heap.count() != 0) return fmt::format("{} heap calls in the tick", heap.count());
-  if (!IsGood(in)) return CheckRefused(X_before, last);
-  Watch(X_before, in, last);
-  const std::string wrong = CheckStatus(in, last);
-  if (!wrong.empty()) return wrong;
+  if (!IsGood(in)) {
+    const std::string wrong = CheckRefused(X_before, last);
+    if (!wrong.empty()) return wrong;
+  }
+  if (IsGood(in)) {
+    if (in.dt_s >= 1e-6) Watch(X_before, in, last);
+    const std::string wrong = CheckStatus(in, last);
+    if (!wrong.empty()) return wrong;
+  }
   invariants.Tick(in, last);
   return invariants.ok() ? "" : invariants.violations().begin()->second;
 }

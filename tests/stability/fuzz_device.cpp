@@ -59,7 +59,7 @@ class MotorWatch {
     if (std::hypot(tau.x, tau.y, tau.z) > peak_Nmm_) return fmt::format("I2: the motors get {} N mm", glm::length(tau));
     const bool faulty = out.faults != kHapticOk;
     if (faulty && (f != Vec3(0) || tau != Vec3(0))) return "a fault, but a force";
-    if (!faulty && !(in.dt_s >= 1e-6 && in.dt_s <= 1)) return "a bad dt, and no fault";
+    if (!faulty && !(in.dt_s >= 0 && in.dt_s <= 1)) return "a bad dt, and no fault";
     if (!IsValid(out.sample.X_WH) || !IsInWorld(out.sample.X_WH.p_AB)) return "I1: a bad sample is kept";
     if (!IsFinite(out.v_H_W_mm_per_s)) return "I1: the handle's velocity is none";
     // From no force it comes back slowly; else no faster than the slew. A thermal limit that falls may take it faster.

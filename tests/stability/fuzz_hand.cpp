@@ -158,7 +158,7 @@ void FuzzHand::Spoil(CoupledInput& in) {
       in.w_H_W_rad_per_s[axis] = bad;
       break;
     case 4:
-      in.dt_s = dice_.One({-1e-9, -1e-3, kNan, kInf, 1.0000001, -kInf});
+      in.dt_s = dice_.One({0.0, -0.0, 1e-9, 9.9e-7, kDenormal, -1e-9, -1e-3, kNan, kInf, 1.0000001, -kInf});
       break;
     case 5:
       in.rpm = dice_.One({kNan, kInf, 1.1e6, -1e300});

@@ -30,8 +30,21 @@ class Recording {
       }
     }
   }
+  /// The calls, and what the last ones gave.
   void Print() const {
-    for (const FuzzCall& call : calls_) fmt::print("  {};\n", ToText(call));
+    Dice dice(seed_);
+    FuzzedSaw saw(MakeFuzzScene(dice));
+    for (const FuzzCall& call : calls_) {
+      fmt::print("  {};\n", ToText(call));
+      saw.Do(call);
+      if (call.kind != FuzzCall::Kind::kTick) continue;
+      const CoupledOutput& o = saw.last();
+      fmt::print(
+          "    // status {:#x}, {}, {} substeps, {} iterations; mJ: hand {}, spindle {}, stored {}, cut {}, friction "
+          "{}, damping {}, numerical {}; at {} {} {}\n",
+          o.status, ToString(o.fidelity), o.substeps, o.iterations, o.hand_mJ, o.spindle_mJ, o.stored_mJ, o.cut_mJ,
+          o.friction_mJ, o.damping_mJ, o.numerical_mJ, o.X_WT.p_AB.x, o.X_WT.p_AB.y, o.X_WT.p_AB.z);
+    }
   }
 
  private:

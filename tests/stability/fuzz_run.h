@@ -23,6 +23,11 @@ FuzzResult FuzzCoupled(std::uint64_t seed, int calls, FuzzedSaw::Counts& counts)
 
 /// The same through HapticStep, with a device that fails and lies, or a simulated one in a hand.
 FuzzResult FuzzDevice(std::uint64_t seed, int calls, long& ticks);
+/// A tool that follows its path whatever stands in its way.
+FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks);
+/// The thin slab.
+FuzzResult FuzzSlab(std::uint64_t seed, int calls, long& ticks);
+
 /// Runs sequences from `first_seed` on until so many ticks were made; each failure is a failure of the test, with the
 /// line that repeats it. `run` gets the seed and adds to the ticks.
 void RunFuzz(std::uint64_t first_seed, long ticks, const std::function<FuzzResult(std::uint64_t, long&)>& run);

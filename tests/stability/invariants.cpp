@@ -164,7 +164,9 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   // A turned spring's arm: its point of attachment moves on a circle, not along its tangent.
   const double bent_mm = 0.5 * turned * turned * (glm::length(c.p_TC_mm) + CalcReach(params_.tool));
   const Vec3 left = out.f_cut_W_N + out.f_face_W_N + out.f_friction_W_N - out.f_H_W_N;
-  const double most = 1e-6 * (1 + in_play) + 2 * turned * in_play + c.stiffness_N_per_mm * bent_mm;
+  // Bone beyond steel makes the cutting's slope so steep that rounding of a speed shows.
+  const double residual = out.mean_E_MPa > 1e6 ? 1e-4 : 1e-6;
+  const double most = residual * (1 + in_play) + 2 * turned * in_play + c.stiffness_N_per_mm * bent_mm;
   if (!(glm::length(left) <= most)) {
     Fail("I17", fmt::format("the tool has no mass, but {} N are left over of the forces on it (edge {}, faces {}, "
                             "friction {}, hand {})",
@@ -219,7 +221,9 @@ void Invariants::CheckEnergy(const CoupledInput& in, const CoupledOutput& out) {
   // What the hand did: the handle moved first, with the tool held. In the air both move as one.
   const double was = CalcCouplingEnergy(X_WT_, X_WH_);
   const double drawn = CalcCouplingEnergy(X_WT_, in.X_WH);
-  const double least = 1e-9 * (was + drawn) + 1e-9;
+  // Of poses far from the origin the last digits are lost.
+  const double lost_mm = 1e-15 * glm::length(in.X_WH.p_AB);
+  const double least = 1e-9 * (was + drawn) + 1e-9 + lost_mm * params_.coupling.max_force_N;
   const bool damped = params_.coupling.damping_Ns_per_mm > 0 || params_.coupling.torsion_damping_Nmms > 0;
   if (!damped && out.hand_mJ != 0 && !(std::abs(out.hand_mJ - (drawn - was)) <= least)) {
     Fail("I15", fmt::format("the hand did {} mJ, but the spring was drawn by {}", out.hand_mJ, drawn - was));
