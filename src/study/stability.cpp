@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <string_view>
 
 #include "devices/profiles.h"
 #include "kerf/error.h"
@@ -18,6 +19,10 @@
 
 namespace kerf {
 namespace {
+
+/// The hand that is none: nobody pushes a handle that nobody holds, so its margins are shown and not asked. The
+/// scenario in which a hand lets go tells what it does.
+constexpr std::string_view kLetGo = "H0";
 
 // What each takes on one core, s, about; for the progress alone.
 constexpr double kScenarioCost = 4;
@@ -93,7 +98,7 @@ bool HoldInEveryState(const StabilitySubject& subject, const StabilityOptions& o
 
 bool HandMargins::holds() const {
   if (own) return margins.gain >= kLeastGainMargin && margins.delay_ticks >= kLeastDelayMargin_ticks;
-  return linear || margins.gain > 1;
+  return linear || hand == kLetGo || margins.gain > 1;
 }
 
 double CalcNearness(const StabilityFigure& f) {
@@ -247,9 +252,9 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
 }
 
 bool Holds(const ProfileMargins& row) {
-  const bool own = row.hand == row.fitted_to;
-  return std::all_of(row.margins.begin(), row.margins.end(), [own](const Margins& m) {
-    return own ? m.gain >= kLeastGainMargin && m.delay_ticks >= kLeastDelayMargin_ticks : m.gain > 1;
+  if (row.hand != row.fitted_to) return true;
+  return std::all_of(row.margins.begin(), row.margins.end(), [](const Margins& m) {
+    return m.gain >= kLeastGainMargin && m.delay_ticks >= kLeastDelayMargin_ticks;
   });
 }
 

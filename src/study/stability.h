@@ -35,7 +35,8 @@ struct HandMargins {
   bool linear = false;  // without the device's friction and the encoder's steps
   bool done = false;    // false: it was ended before
   Margins margins;
-  /// What is asked of it: of the scene's hand the margins above, of another that it is stable as it is.
+  /// What is asked of it: of the scene's hand the margins above, of another that it is stable as it is, of a handle
+  /// that is let go of (H0, where it is not the scene's) nothing.
   bool holds() const;
 };
 
@@ -100,7 +101,7 @@ struct WorstFigure {
 std::vector<WorstFigure> RankScenarios(const StabilityStudy& study);
 
 /// What is asked of a device in the hand that its coupling was fitted to: the margins above, in every state. Let go of:
-/// that it is stable.
+/// nothing, as above.
 bool Holds(const ProfileMargins& row);
 /// Margins of each device of the built-in table in each hand, with the scene's bone, tool, gains and rate. What the
 /// scene says of device and hand is not looked at.

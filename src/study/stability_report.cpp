@@ -70,7 +70,8 @@ void AddMargins(std::string& text, const StabilityStudy& s) {
   Add(text,
       "## Margins\n\nHow many times the device's force may be what it is, and how many ticks later it may come, before "
       "a kick no longer dies out: gain / ticks. Asked of the scene's hand: {:g} / {}; of another hand, with the same "
-      "coupling, that it is stable. *Linear*: without the device's friction and the encoder's steps.\n\n"
+      "coupling, that it is stable; of H0, a handle that is let go of, nothing, since then nobody pushes: the scenario "
+      "let_go tells what it does. *Linear*: without the device's friction and the encoder's steps.\n\n"
       "| hand | state | as the device is | linear | holds |\n|---|---|---|---|---|\n",
       kLeastGainMargin, kLeastDelayMargin_ticks);
   for (const HandMargins& m : s.margins) {

@@ -154,8 +154,8 @@ StabilityStudy MakeStudy() {
   left_out.what = "the device drives no torques";
   left_out.skipped = true;
   study.scenarios.push_back(left_out);
-  study.margins = {Margin("H0", false, false, 1.2, 0), Margin("H0", false, true, 0.6, 0),
-                   Margin("H3", true, false, 2, 1), Margin("H3", true, true, 4, 3)};
+  study.margins = {Margin("H1", false, false, 1.2, 0), Margin("H1", false, true, 0.6, 0),
+                   Margin("H3", true, false, 2, 1), Margin("H3", true, true, 4, 3), Margin("H0", false, false, 0.5, 0)};
   study.map = {{1, 2},
                {0, 0.01, 0.02},
                {Behaviour::kStable, Behaviour::kUnstable, Behaviour::kStable, Behaviour::kLimitCycle,
@@ -188,10 +188,15 @@ TEST(JudgeStability, NamesEachFigureAndMarginThatDoesNotHold) {
   study.margins[3].margins.gain = 1.99;      // its own, linear
   JudgeStability(study);
   EXPECT_THAT(study.findings, ElementsAre("calm: figure is 30 mN, at most 20 is allowed",
-                                          HasSubstr("near: figure is nan mN"), HasSubstr("in the hand H0: it is not"),
+                                          HasSubstr("near: figure is nan mN"), HasSubstr("in the hand H1: it is not"),
                                           HasSubstr("bears 0 ticks of further delay, at least 1 is asked"),
                                           HasSubstr("the gain margin is 1.99, at least 2 is asked")));
   EXPECT_FALSE(study.stable());
+  // A handle that is let go of is asked for nothing, but for one that is the scene's own.
+  study = MakeStudy();
+  study.margins.back().own = true;
+  JudgeStability(study);
+  EXPECT_THAT(study.findings, ElementsAre(HasSubstr("in the hand H0: the gain margin is 0.5, at least 2 is asked")));
   // A scenario that measured nothing has shown nothing.
   study = MakeStudy();
   study.scenarios[0].figures.clear();
@@ -217,7 +222,7 @@ TEST(StabilityFiles, TablesHaveARowForEachFigure) {
             "scenario,figure,unit,value,kind,bound,holds\ncalm,figure,mN,2,at_most,20,true\n"
             "near,figure,mN,1,at_most,20,true\nnear,figure,mN,19,at_most,20,true\n");
   EXPECT_THAT(FormatMarginsCsv(study),
-              HasSubstr(std::string("H0,") + ToString(HeldState::kCutting) + ",false,1.2,false,0,true\n"));
+              HasSubstr(std::string("H1,") + ToString(HeldState::kCutting) + ",false,1.2,false,0,true\n"));
   // By the rule 2 (0.002 + 0.01) / 0.001 = 24.
   EXPECT_THAT(FormatMapCsv(study), HasSubstr("\n0.01,2,0.01,2,24,limit cycle,limit cycle\n"));
   const std::string report = FormatStabilityReport(study);
