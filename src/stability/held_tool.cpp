@@ -20,6 +20,7 @@ constexpr double kTick_s = 0.001;  // of the approach
 constexpr int kMostTicks = 4000;   // likewise
 constexpr double kYield_s = 0.5;
 constexpr double kKick_rad = 1e-5;
+constexpr double kLongestWindow_mm = 100;  // an encoder's step with which no sample ever leaves the window
 
 /// How deep the tool is to be for a state, mm along the feed from the first touch.
 double CalcDepth(const StabilitySubject& subject, HeldState state) {
@@ -186,7 +187,10 @@ class Swings {
 
 ClosedLoopSetup MakeLinear(ClosedLoopSetup setup) {
   setup.profile.friction_N = 0;
-  setup.profile.resolution_mm = 0;
+  // Positions are exact then. But an encoder makes the velocity that of a window of time, for the smallest motions the
+  // longest, and the coupling's damper comes that late: the same window always, which is linear. With steps that are
+  // next to none there is no window.
+  setup.profile.resolution_mm = setup.profile.resolution_mm > 1e-4 ? kLongestWindow_mm : 0;
   setup.quantise = false;
   setup.force_map.ramp_in_s = 0;
   return setup;

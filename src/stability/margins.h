@@ -31,7 +31,8 @@ enum class HeldState : std::uint8_t {
 const char* ToString(HeldState state);
 inline constexpr std::array kHeldStates = {HeldState::kStoppedOnBone, HeldState::kCutting, HeldState::kInKerf};
 
-/// Kicks the handle in that state and watches. Friction and encoder steps of the profile count unless `linear`.
+/// Kicks the handle in that state and watches. Friction and encoder steps of the profile count unless `linear`;
+/// the coupling's damper then still comes as late as the encoder makes it.
 Behaviour TryState(const StabilitySubject& subject, HeldState state, bool linear);
 
 struct Margins {
