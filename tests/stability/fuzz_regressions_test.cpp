@@ -51,27 +51,26 @@ TEST(FuzzRegression, VelocityStaysFiniteHoweverShortTheTick) {
 TEST(FuzzRegression, ATurnAboutAFarCouplingPointIsLookedAtAllTheWay) {
   test::Verdict verdict("holds");
   constexpr double kVoxel_mm = 0.2;
-  const Pose start = test::DiscPose(Pose{}, {0, 0, 3 + 11 - 0.5});
+  const Pose start = test::DiscPose(Pose{}, {0, 0, 3 + 1.25 - 0.5});
   double longest_mm = 0;
   for (const double arm_mm : {80.0, 1000.0}) {
     CoupledParams params = test::DiscParams();
     params.coupling.p_TC_mm = {arm_mm, 0, 0};
-    params.coupling.stiffness_N_per_mm = 100;
+    params.coupling.max_force_N = 0.1;  // the bone holds the disc, and the hand turns it
+    params.tool = DiscSaw{.diameter_mm = 2.5, .E_MPa = 1};
+    params.max_iterations = 1;
     params.max_substeps = 1;
     CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 3, 6}, kVoxel_mm), params, start);
     Pose X_WT = start;
     for (int i = 1; i <= 50; ++i) {
-      // The handle turns about the coupling point.
-      Pose X_WH;
-      X_WH.R_AB = glm::normalize(start.R_AB * glm::angleAxis(0.05 * i, Vec3(0, 0, 1)));
-      X_WH.p_AB = start.Point(params.coupling.p_TC_mm) - X_WH.Vector(params.coupling.p_TC_mm);
-      const CoupledOutput out = simulation.Tick(test::Handle(X_WH));
+      const Pose X_WH{glm::normalize(start.R_AB * glm::angleAxis(0.2 * i, Vec3(0, 0, 1))), start.p_AB};
+      const CoupledOutput out = simulation.Tick(test::Handle(X_WH, 7500, 0.02));
       if (out.engaged_teeth > 0) longest_mm = std::max(longest_mm, glm::length(out.X_WT.p_AB - X_WT.p_AB));
       X_WT = out.X_WT;
     }
   }
   EXPECT_GT(longest_mm, 0.01);
-  verdict.AtMost("longest way of the disc in one look", longest_mm, 0.51 * kVoxel_mm, "mm");
+  verdict.AtMost("longest way of the disc in one look", longest_mm, 0.5 * kVoxel_mm * (1 + 1e-6), "mm");
 }
 
 /// Seed 1000016: set down far from the origin, the coupling's energy was taken between two frames.
@@ -93,25 +92,37 @@ TEST(FuzzRegression, SettingDownFarFromTheOriginDrawsTheSpringByWhatItSays) {
 TEST(FuzzRegression, TheSlabsGuideGivesNoEnergyThatATurnDrewItBy) {
   test::Verdict verdict("holds");
   double lowest_mJ = 0, moved_mJ = 0;
+  int in_slab = 0;
   for (const double arm_mm : {0.0, 80.0, 1000.0}) {
-    for (const double dt_s : {0.001, 0.02, 1.0}) {
-      CoupledParams params = test::DiscParams();
+    for (const int max_substeps : {1, 24}) {
+      // Small, so that the hand can tilt it against the guide.
+      CoupledParams params;
+      params.tool = DiscSaw{.diameter_mm = 2, .teeth = 100};
       params.coupling.p_TC_mm = {arm_mm, 0, 0};
-      const Pose start = test::DiscPose(Pose{}, {0, 0, 4 + 11 - 0.5});
-      CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 3, 8}, 0.4), params, start);
+      params.coupling.max_force_N = 0.1;
+      params.coupling.max_torque_Nmm = 1e6;
+      params.max_substeps = max_substeps;
+      const Pose start = test::DiscPose(Pose{}, {0, 0, 4 + 1 - 0.3});
+      CoupledSimulation simulation(test::MakeBox(Pose{}, {12, 4, 8}, 0.2), params, start);
       double lost_mJ = 0;
-      for (int i = 0; i < 200; ++i) {
-        simulation.SetFidelity(i < 20 || i > 150 ? Fidelity::kFull : Fidelity::kSlab);
-        // Fed down, then turned about an axis in the disc's plane.
-        Pose X_WH = test::DiscPose(Pose{}, {0, 0, 4 + 11 - 0.5 - 0.02 * std::min(i, 60)});
-        if (i > 60) X_WH.R_AB = glm::normalize(X_WH.R_AB * glm::angleAxis(0.02 * (i - 60), Vec3(0.6, 0.64, 0.48)));
-        const CoupledOutput out = simulation.Tick(test::Handle(X_WH, 7500, dt_s));
+      Pose X_WH = start;
+      for (int i = 0; i < 600; ++i) {
+        simulation.SetFidelity(Fidelity::kSlab);
+        X_WH.p_AB = test::DiscPose(Pose{}, {0, 0, 4 + 1 - 0.3 - 0.005 * std::min(i, 300)}).p_AB;
+        if (i > 300) {
+          const double tilt = 0.01 * std::min(i - 300, 100);
+          X_WH.R_AB = glm::normalize(start.R_AB * glm::angleAxis(tilt, Vec3(1, 0, 0)) *
+                                     glm::angleAxis(0.05 * (i - 300), Vec3(0, 0, 1)));
+        }
+        const CoupledOutput out = simulation.Tick(test::Handle(X_WH));
+        in_slab += out.fidelity == Fidelity::kSlab;
         lost_mJ += out.cut_mJ + out.friction_mJ + out.numerical_mJ;
         moved_mJ += std::abs(out.hand_mJ) + std::abs(out.spindle_mJ);
         lowest_mJ = std::min(lowest_mJ, lost_mJ);
       }
     }
   }
+  EXPECT_GT(in_slab, 100);
   EXPECT_GT(moved_mJ, 1);
   verdict.AtLeast("least of what bone and steps took", lowest_mJ, -1e-6, "mJ");
 }
