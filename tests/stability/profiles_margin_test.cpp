@@ -62,12 +62,12 @@ INSTANTIATE_TEST_SUITE_P(States, ProfileMargin, testing::ValuesIn(kHeldStates), 
   return name;
 });
 
-// The coupling is fitted to the hand of the scene, and then nobody holds the device. Half of the profiles have so
-// little damping of their own that the rule would have them swing if somebody leaned on them without holding them; but
-// nobody does. What the spring holds pushes the handle off the bone once, no harder than it was held, and friction and
-// damping take that up.
+// The coupling is fitted to the hand of the scene, and then nobody holds the device. Somebody who leaned on it without
+// holding it would find half of the profiles, with next to no damping of their own, without a tick of delay to spare;
+// but nobody does. What the spring holds pushes the handle off the bone once, no harder than it was held, and friction
+// and damping take that up.
 TEST(ReleasedDevice, IsPushedOffTheBoneOnceAndNoHarderThanItWasHeld) {
-  Verdict verdict("holds, though let go of and leaned on at once half of the devices would swing");
+  Verdict verdict("holds; leaned on without being held, half of the devices would bear no further tick of delay");
   const auto& all = Scenarios();
   const auto let_go =
       std::find_if(all.begin(), all.end(), [](const Scenario& s) { return s.name == std::string("let_go"); });
