@@ -19,6 +19,8 @@ namespace kerf {
 /// What a loop must have to be called stable, with its own hand.
 inline constexpr double kLeastGainMargin = 2;
 inline constexpr int kLeastDelayMargin_ticks = 1;
+/// FindMargins() tries no more.
+inline constexpr int kMostDelayMargin_ticks = 16;
 
 struct StabilityOptions {
   bool quick = false;  // the scene's hand and the released one, and a coarser map

@@ -111,12 +111,13 @@ PlotSpec MakeMapPlot(const StabilityStudy& s) {
   return plot;
 }
 
-PlotSpec MakeMarginPlot(const StabilityStudy& s) {
+PlotSpec MakeMarginPlot(const StabilityStudy& s, MarginKind kind) {
+  const bool gain = kind == MarginKind::kGain;
   PlotSpec plot;
-  plot.title = fmt::format("{}: gain margin by hand", TitleOf(s));
+  plot.title = fmt::format("{}: {} margin by hand", TitleOf(s), gain ? "gain" : "delay");
   plot.caption = "large: as the device is; small: without its friction and encoder steps";
-  plot.y.label = "loop gain at which it ceases to be stable";
-  plot.y.log = true;
+  plot.y.label = gain ? "loop gain at which it ceases to be stable" : "further delay that it bears (ticks)";
+  plot.y.log = gain;
   std::vector<std::string> hands;
   for (const HandMargins& m : s.margins) {
     if (std::find(hands.begin(), hands.end(), m.hand) == hands.end()) hands.push_back(m.hand);
@@ -128,32 +129,34 @@ PlotSpec MakeMarginPlot(const StabilityStudy& s) {
   plot.x.lower = -0.5;
   plot.x.upper = static_cast<double>(hands.size()) - 0.5;
   double most = 4;
-  double least = 0.5;
-  for (std::size_t k = 0; k < 3; ++k) {
+  double least = gain ? 0.5 : 0;
+  for (std::size_t k = 0; k < kHeldStates.size(); ++k) {
     for (const bool linear : {false, true}) {
       PlotSeries dots = Dots(linear ? "" : ToString(kHeldStates[k]), kStateColours[k], linear ? 10 : 20);
       for (const HandMargins& m : s.margins) {
         if (!m.done || m.state != kHeldStates[k] || m.linear != linear) continue;
         const auto at = std::find(hands.begin(), hands.end(), m.hand) - hands.begin();
-        const double gain = std::max(m.margins.gain, 0.01);
+        const double y = gain ? std::max(m.margins.gain, 0.01) : m.margins.delay_ticks;
         dots.x.push_back(static_cast<double>(at) + 0.22 * (static_cast<double>(k) - 1) + (linear ? 0.07 : 0));
-        dots.y.push_back(gain);
-        most = std::max(most, gain);
-        least = std::min(least, gain);
-        if (m.margins.gain_beyond && !linear) {
+        dots.y.push_back(y);
+        most = std::max(most, y);
+        least = std::min(least, y);
+        if (!linear && (gain ? m.margins.gain_beyond : m.margins.delay_ticks >= kMostDelayMargin_ticks)) {
           plot.notes.push_back(
-              {dots.x.back(), gain * 1.4, fmt::format("{:.0f}+", gain), kStateColours[k], Align::kCentre});
+              {dots.x.back(), gain ? y * 1.4 : y + 0.9, fmt::format("{:.0f}+", y), kStateColours[k], Align::kCentre});
         }
       }
       plot.series.push_back(std::move(dots));
     }
   }
-  plot.y.lower = least / 1.3;
-  plot.y.upper = most * 1.8;
-  plot.series.push_back(Line(fmt::format("asked of the scene's hand: {:g}", kLeastGainMargin),
-                             {*plot.x.lower, *plot.x.upper}, {kLeastGainMargin, kLeastGainMargin}, kCycleColour, 2.5,
-                             8));
-  plot.series.push_back(Line("below: not stable", {*plot.x.lower, *plot.x.upper}, {1, 1}, kUnstableColour, 2.5, 0));
+  plot.y.lower = gain ? least / 1.3 : -0.6;
+  plot.y.upper = gain ? most * 1.8 : most + 1.8;
+  const double asked = gain ? kLeastGainMargin : kLeastDelayMargin_ticks;
+  plot.series.push_back(Line(fmt::format("asked of the scene's hand: {:g}", asked), {*plot.x.lower, *plot.x.upper},
+                             {asked, asked}, kCycleColour, 2.5, 8));
+  if (gain) {
+    plot.series.push_back(Line("below: not stable", {*plot.x.lower, *plot.x.upper}, {1, 1}, kUnstableColour, 2.5, 0));
+  }
   return plot;
 }
 

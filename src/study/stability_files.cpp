@@ -20,8 +20,9 @@ using nlohmann::ordered_json;
 /// Scenarios that get a picture.
 constexpr std::size_t kPictures = 3;
 /// All that may be written.
-constexpr const char* kFiles[] = {"report.md",   "stability.json", "figures.csv", "margins.csv", "map.csv",   "map.png",
-                                  "margins.png", "worst_1.png",    "worst_2.png", "worst_3.png", "scene.toml"};
+constexpr const char* kFiles[] = {"report.md",   "stability.json", "figures.csv", "margins.csv",
+                                  "map.csv",     "map.png",        "margins.png", "delays.png",
+                                  "worst_1.png", "worst_2.png",    "worst_3.png", "scene.toml"};
 
 ordered_json Number(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json();
@@ -186,7 +187,10 @@ void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::s
   if (!study.map.behaviour.empty()) WritePlot(MakeMapPlot(study), add("map.png"));
   const bool any_margin =
       std::any_of(study.margins.begin(), study.margins.end(), [](const HandMargins& m) { return m.done; });
-  if (any_margin) WritePlot(MakeMarginPlot(study), add("margins.png"));
+  if (any_margin) {
+    WritePlot(MakeMarginPlot(study, MarginKind::kGain), add("margins.png"));
+    WritePlot(MakeMarginPlot(study, MarginKind::kDelay), add("delays.png"));
+  }
   std::size_t pictures = 0;
   for (const WorstFigure& worst : RankScenarios(study)) {
     if (pictures == kPictures) break;

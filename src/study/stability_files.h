@@ -30,13 +30,14 @@ std::string DescribeFigure(const StabilityFigure& figure);
 std::string DescribeMargins(const Margins& margins);
 
 PlotSpec MakeMapPlot(const StabilityStudy& study);
-PlotSpec MakeMarginPlot(const StabilityStudy& study);
+enum class MarginKind { kGain, kDelay };
+PlotSpec MakeMarginPlot(const StabilityStudy& study, MarginKind kind);
 /// The force of a scenario over time.
 PlotSpec MakeScenarioPlot(const StabilityStudy& study, const WorstFigure& worst);
 
-/// report.md, stability.json, figures.csv, margins.csv, map.csv, map.png, margins.png, worst_N.png and scene.toml
-/// (resolved) in `folder`, made when missing. Results of an earlier study in the same folder are replaced or removed.
-/// Fills `study.files`.
+/// report.md, stability.json, figures.csv, margins.csv, map.csv, map.png, margins.png, delays.png, worst_N.png and
+/// scene.toml (resolved) in `folder`, made when missing. Results of an earlier study in the same folder are replaced or
+/// removed. Fills `study.files`.
 void WriteStabilityStudy(const Scene& scene, StabilityStudy& study, const std::string& folder);
 /// Throws Error when one of them would replace one of the scene's own inputs.
 void CheckStabilityInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);

@@ -86,6 +86,7 @@ void AddMargins(std::string& text, const StabilityStudy& s) {
   }
   text += "\n";
   if (Wrote(s, "margins.png")) Add(text, "![Gain margin by hand](margins.png)\n\n");
+  if (Wrote(s, "delays.png")) Add(text, "![Delay margin by hand](delays.png)\n\n");
 }
 
 void AddMap(std::string& text, const StabilityStudy& s) {
@@ -118,9 +119,8 @@ std::string DescribeWorst(const StabilityStudy& s) {
 }
 
 std::string DescribeMargins(const Margins& m) {
-  constexpr int kMostDelay_ticks = 16;
   return fmt::format("{}{:.3g} / {}{}", m.gain_beyond ? "> " : "", m.gain,
-                     m.delay_ticks >= kMostDelay_ticks ? ">= " : "", m.delay_ticks);
+                     m.delay_ticks >= kMostDelayMargin_ticks ? ">= " : "", m.delay_ticks);
 }
 
 std::string FormatStabilityReport(const StabilityStudy& s) {

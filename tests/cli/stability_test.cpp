@@ -83,7 +83,7 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
   EXPECT_TRUE(seen.contains("stable"));
   EXPECT_GE(seen.size(), 2U);  // the map shows where it ends
   const std::set<std::string> expected = {"report.md", "stability.json", "scene.toml", "figures.csv", "margins.csv",
-                                          "map.csv",   "margins.png",    "map.png",    "worst_1.png"};
+                                          "map.csv",   "margins.png",    "delays.png", "map.png",     "worst_1.png"};
   const auto files = json["files"].get<std::set<std::string>>();
   for (const std::string& file : expected) {
     EXPECT_TRUE(files.contains(file)) << file;

@@ -253,7 +253,15 @@ TEST(StabilityFigures, MapHasEveryPointOnceAndTheRule) {
   for (std::size_t i = 0; i < rule.x.size(); ++i) EXPECT_NEAR(rule.y[i], 2000 * (0.002 + rule.x[i]), 1e-9);
   unsetenv("DISPLAY");
   EXPECT_NO_THROW(RenderPlot(plot));
-  EXPECT_NO_THROW(RenderPlot(MakeMarginPlot(study)));
+  for (const MarginKind kind : {MarginKind::kGain, MarginKind::kDelay}) {
+    const PlotSpec margins = MakeMarginPlot(study, kind);
+    EXPECT_THAT(margins.x.names, ElementsAre("H1", "H3 (the scene's)", "H0"));
+    // A large and a small dot for each state, those of cutting the third and the fourth.
+    EXPECT_EQ(margins.series[2].x.size(), 3U);
+    EXPECT_EQ(margins.series[3].x.size(), 2U);
+    EXPECT_THAT(margins.series[2].y, kind == MarginKind::kGain ? ElementsAre(1.2, 2.0, 0.5) : ElementsAre(0.0, 1.0, 0.0));
+    EXPECT_NO_THROW(RenderPlot(margins));
+  }
   EXPECT_NO_THROW(RenderPlot(MakeScenarioPlot(study, RankScenarios(study)[0])));
 }
 
