@@ -142,12 +142,7 @@ class Swings {
     if (count_ >= 2 && (value - y1_) * (y1_ - y0_) < 0) {
       // The turning point, from a parabola through three samples.
       const double curve = y0_ - 2 * y1_ + value;
-      const double top = y1_ - (value - y0_) * (value - y0_) / (8 * curve);
-      if (turns_++ > 0) {
-        time_s_.push_back(t_s);
-        log_swing_.push_back(std::log(std::max(std::abs(top - last_top_), 1e-300)));
-      }
-      last_top_ = top;
+      Turn(t_s, y1_ - (value - y0_) * (value - y0_) / (8 * curve));
     }
     y0_ = y1_;
     y1_ = value;
@@ -176,11 +171,28 @@ class Swings {
   }
 
  private:
+  void Turn(double t_s, double top) {
+    constexpr double kRipple = 1e-3;  // of the swing before: a dent in a top, which comes as two turns
+    const double swing = std::abs(top - last_top_);
+    if (dented_ || (turns_ > 0 && swing < kRipple * last_swing_)) {
+      dented_ = !dented_;
+      return;
+    }
+    if (turns_++ > 0) {
+      time_s_.push_back(t_s);
+      log_swing_.push_back(std::log(std::max(swing, 1e-300)));
+    }
+    last_swing_ = turns_ > 1 ? swing : std::abs(top);
+    last_top_ = top;
+  }
+
   std::vector<double> time_s_;
   std::vector<double> log_swing_;
   double y0_ = 0;
   double y1_ = 0;
   double last_top_ = 0;
+  double last_swing_ = 0;
+  bool dented_ = false;
   int count_ = 0;
   int turns_ = 0;
 };

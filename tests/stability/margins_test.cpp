@@ -111,5 +111,19 @@ TEST(Margins, ALoopThatCreepsBackIsStable) {
   }
 }
 
+// A slow swing is flat at its tops, and a dent there, of rounding, is no swing: a touch in H3, at 2 Hz.
+TEST(Margins, ADentInATopIsNoSwing) {
+  StabilitySubject subject = MakeSubject();
+  subject.setup = FitSetup(subject.setup, FindDeviceProfile("touch"), FindHandModel("H3"), FindHandModel("H3"));
+  for (const HeldState state : kHeldStates) {
+    const HeldTool held = HoldTool(subject, state);
+    for (const int delay : {0, 1, 2, 3, 4, 5, 6}) {
+      ClosedLoopSetup setup = subject.setup;
+      setup.delay_ticks = delay;
+      EXPECT_LT(CalcGrowth(held, setup), 0) << ToString(state) << ", " << delay << " ticks";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kerf

@@ -259,7 +259,8 @@ TEST(StabilityFigures, MapHasEveryPointOnceAndTheRule) {
     // A large and a small dot for each state, those of cutting the third and the fourth.
     EXPECT_EQ(margins.series[2].x.size(), 3U);
     EXPECT_EQ(margins.series[3].x.size(), 2U);
-    EXPECT_THAT(margins.series[2].y, kind == MarginKind::kGain ? ElementsAre(1.2, 2.0, 0.5) : ElementsAre(0.0, 1.0, 0.0));
+    EXPECT_THAT(margins.series[2].y,
+                kind == MarginKind::kGain ? ElementsAre(1.2, 2.0, 0.5) : ElementsAre(0.0, 1.0, 0.0));
     EXPECT_NO_THROW(RenderPlot(margins));
   }
   EXPECT_NO_THROW(RenderPlot(MakeScenarioPlot(study, RankScenarios(study)[0])));
