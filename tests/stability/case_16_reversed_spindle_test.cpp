@@ -13,7 +13,6 @@ using test::DiscParams;
 using test::DiscPose;
 using test::InKerf;
 using test::kDt_s;
-using test::Sawing;
 
 const double kR = InKerf::kR;
 

@@ -12,7 +12,6 @@ namespace {
 using test::DiscParams;
 using test::DiscPose;
 using test::InKerf;
-using test::Sawing;
 
 const double kR = InKerf::kR;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();

@@ -10,7 +10,6 @@ namespace {
 
 using test::BlockPoses;
 using test::DiscParams;
-using test::DiscPose;
 using test::InKerf;
 
 const double kR = InKerf::kR;

@@ -11,7 +11,6 @@ namespace {
 
 using test::DiscParams;
 using test::DiscPose;
-using test::Handle;
 using test::InKerf;
 
 const double kR = InKerf::kR;
@@ -36,7 +35,7 @@ Bone Speckled(IsBone is_bone) {
 }
 
 bool IsDust(int i, int j, int k, double share) {
-  std::uint64_t x = static_cast<std::uint64_t>((i + 512) * 1048576 + (j + 512) * 1024 + (k + 512));
+  auto x = static_cast<std::uint64_t>(std::int64_t{i + 512} * 1048576 + std::int64_t{j + 512} * 1024 + (k + 512));
   x = (x ^ (x >> 31)) * 0x9E3779B97F4A7C15u;
   x = (x ^ (x >> 29)) * 0xBF58476D1CE4E5B9u;
   return static_cast<double>((x ^ (x >> 32)) >> 11) < share * 9007199254740992.0;
