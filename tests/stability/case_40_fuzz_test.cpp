@@ -20,7 +20,7 @@ void FuzzSaw(std::uint64_t first_seed, double ticks) {
   FuzzedSaw::Counts sum;
   test::RunFuzz(first_seed, static_cast<long>(ticks * test::Effort()), [&](std::uint64_t seed, long& made) {
     FuzzedSaw::Counts c;
-    const FuzzResult result = test::FuzzCoupled(seed, kCalls, c);
+    FuzzResult result = test::FuzzCoupled(seed, kCalls, c);
     made += c.ticks;
     sum.ticks += c.ticks;
     sum.touched += c.touched;
@@ -60,7 +60,7 @@ void FuzzOther(std::uint64_t first_seed, double ticks, FuzzResult (*run)(std::ui
   test::Verdict verdict("holds");
   long sum = 0;
   test::RunFuzz(first_seed, static_cast<long>(ticks * test::Effort()), [&](std::uint64_t seed, long& made) {
-    const FuzzResult result = run(seed, kCalls, made);
+    FuzzResult result = run(seed, kCalls, made);
     sum = made;
     return result;
   });

@@ -233,12 +233,12 @@ std::string FuzzedSaw::State::Tick(const CoupledInput& in) {
   Note(last);
   if (heap.count() != 0) return fmt::format("{} heap calls in the tick", heap.count());
   if (!IsGood(in)) {
-    const std::string wrong = CheckRefused(X_before, last);
+    std::string wrong = CheckRefused(X_before, last);
     if (!wrong.empty()) return wrong;
   }
   if (IsGood(in)) {
     if (in.dt_s >= 1e-6) Watch(X_before, in, last);
-    const std::string wrong = CheckStatus(in, last);
+    std::string wrong = CheckStatus(in, last);
     if (!wrong.empty()) return wrong;
   }
   invariants.Tick(in, last);

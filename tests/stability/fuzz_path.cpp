@@ -63,7 +63,7 @@ FuzzResult FuzzPath(std::uint64_t seed, int calls, long& ticks) {
     if (!IsGood(in)) return CheckRefused(out);
     if (in.dt_s < kLeastTick_s)
       return out.status == kTickNoTime && out.removed_mm3 == 0 ? "" : "time is taken for none";
-    const std::string wrong = CheckNumbers(out);
+    std::string wrong = CheckNumbers(out);
     if (!wrong.empty()) return wrong;
     const Vec3 way = in.X_WT.p_AB - X_WT.p_AB;
     const double along = glm::dot(out.f_T_W_N, way);
@@ -159,7 +159,7 @@ FuzzResult FuzzSlab(std::uint64_t seed, int calls, long& ticks) {
     if (!IsGood(in)) return CheckRefused(out);
     if (in.dt_s < kLeastTick_s)
       return out.status == kTickNoTime && out.removed_mm3 == 0 ? "" : "time is taken for none";
-    const std::string wrong = CheckNumbers(out);
+    std::string wrong = CheckNumbers(out);
     if (!wrong.empty()) return wrong;
     for (const double x : {s.blade_mm, s.left_mm, s.right_mm, s.depth_mm, s.deepest_mm, s.hand_work_mJ}) {
       if (!std::isfinite(x)) return "I1: the state is not finite";

@@ -13,7 +13,7 @@ constexpr int kMostFailures = 5;
 /// The calls that were made, and whether they break the same rule again on a new saw.
 class Recording {
  public:
-  Recording(std::uint64_t seed, std::vector<FuzzCall> calls, std::string wrong)
+  Recording(std::uint64_t seed, std::vector<FuzzCall> calls, const std::string& wrong)
       : seed_(seed), calls_(std::move(calls)), rule_(Rule(wrong)) {}
 
   /// Leaves calls out as long as the rest breaks the same rule: halves, quarters, ... single ones.
