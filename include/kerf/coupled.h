@@ -9,12 +9,15 @@
 #include <span>
 
 #include "kerf/bone.h"
+#include "kerf/effects.h"
 #include "kerf/force.h"
 #include "kerf/geometry.h"
 #include "kerf/paper.h"
 #include "kerf/tool.h"
 
 namespace kerf {
+
+class EffectPlan;
 
 /// Spring and damper between handle and tool, at one point of the tool. A device's profile limits them.
 struct CouplingParams {
@@ -41,12 +44,12 @@ struct CoupledParams {
   Tool tool;
   ForceLaw law;
   CouplingParams coupling;
-  double friction_coefficient = 0.2;  // of the faces on bone, and of the stopped edge; 0 to 2
-  int edge_samples_per_pitch = 8;     // 1 to 256
-  int max_iterations = 40;            // of the solver in a sub-step, 1 to 1000
-  int max_substeps = 24;              // in a tick, 1 to 4096
-  bool whole_voxel_removal = false;   // for comparison: voxels go all at once, with the force steps that this makes
-  int spare_leaves = 4096;            // see BoneField
+  EffectChoices effects{EffectChoice("kerf_friction")};  // a scene's are those that it names, and no others
+  int edge_samples_per_pitch = 8;                        // 1 to 256
+  int max_iterations = 40;                               // of the solver in a sub-step, 1 to 1000
+  int max_substeps = 24;                                 // in a tick, 1 to 4096
+  bool whole_voxel_removal = false;  // for comparison: voxels go all at once, with the force steps that this makes
+  int spare_leaves = 4096;           // see BoneField
   PaperReading slab_reading = PaperReading::kCorrected;  // by which the slab's resistance goes with depth
 };
 
@@ -165,6 +168,9 @@ class CoupledSimulation {
   /// the tool stops before uncut bone (kCoupledLeavesUsedUp) and waits.
   void Refill();
   const CoupledParams& params() const;
+  /// What they keep and give (src/effects/plan.h). Tick-safe to read.
+  const EffectPlan& effects() const;
+  EffectPlan& effects();
   /// Volume gone since the start by region, mm^3, exactly bone().CalcVolume()'s loss.
   std::array<double, 256> CalcRemovedByRegion();
   const Bone& bone();  // as it is now, without what the slab's law passed and had not removed yet

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "kerf/bone.h"
+#include "kerf/effects.h"
 #include "kerf/force.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
@@ -16,7 +17,10 @@ struct SimulationParams {
   Tool tool = DiscSaw{};
   ForceLaw law;
   int rim_samples_per_pitch = 8;  // 1 to 256; how finely the rim looks for bone
+  EffectChoices effects;          // those that need a hand are left out
 };
+
+class EffectPlan;
 
 /// A shorter time is none.
 inline constexpr double kLeastTick_s = 1e-6;
@@ -66,6 +70,9 @@ class Simulation {
   bool SetDown(const Pose& X_WT);
 
   // ---- not in the tick
+  /// What they keep and give (src/effects/plan.h).
+  const EffectPlan& effects() const;
+  EffectPlan& effects();
   const Bone& bone() const;
   /// Removed volume so far by region id, mm^3, exactly what bone().CalcVolume() has lost up to rounding; index 0: where
   /// no region was given.

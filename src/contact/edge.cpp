@@ -24,8 +24,7 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
       region_step_mm_(bone.region_voxel_mm()),
       reach_mm_(shape.reach_mm + look_ahead_mm_),
       ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
-      push_out_(shape.edge.size()),
-      force_N_(shape.edge.size()) {
+      push_out_(shape.edge.size()) {
   points_.reserve(shape.edge.size());
   for (const EdgePoint& p : shape.edge) {
     points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_TC_), p.teeth});
@@ -73,7 +72,7 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
     if (!FindMaterial(probe, i, material)) continue;
     const double teeth = share_[i] * points_[i].teeth * stride_;
     problem.cutting.push_back({points_[i].row, teeth, material.E_star_MPa});
-    met_.push_back({material.region, material.E_MPa});
+    met_.push_back({material.region, static_cast<int>(i), material.E_MPa});
   }
 }
 
@@ -161,15 +160,13 @@ bool Edge::FindMaterial(const Probe& probe, std::size_t i, MaterialLookup::Mater
   return at(points_[distance_[next] < distance_[last] ? next : last].ahead_T);
 }
 
-void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, double friction_coefficient,
-                      StepProblem& problem) {
+void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem) {
   problem.solids.clear();
   found_.clear();
   for (std::size_t i = 0; i < points_.size(); i += static_cast<std::size_t>(stride_)) {
     const Point& point = points_[i];
     const double distance = probe.Distance(point.p_T);
     if (distance > reach_mm) {
-      force_N_[i] = 0;
       push_out_.set_known_mm(static_cast<int>(i), 0);
       continue;
     }
@@ -186,10 +183,6 @@ void Edge::FindSolids(const Probe& probe, double reach_mm, double stiffness_N_pe
     const Vec3 r = point.p_T - p_TC_;
     problem.solids.push_back({MakeRow(into, r), -distance, stiffness_N_per_mm * stride_});
     found_.push_back({static_cast<int>(i), -distance});
-    const double limit_N = friction_coefficient * force_N_[i];
-    if (!(limit_N > 0)) continue;
-    const Vec3 a = glm::normalize(glm::cross(into, std::abs(into.z) < 0.7 ? Vec3(0, 0, 1) : Vec3(1, 0, 0)));
-    problem.frictions.push_back({MakeRow(a, r), MakeRow(glm::cross(into, a), r), 0, 0, limit_N});
   }
 }
 
@@ -211,7 +204,6 @@ double Edge::Remember(const StepProblem& problem, const Twist& u, double share) 
     const double way = problem.tau_s * Dot(solid.row, u);
     const double depth = std::max(solid.depth_mm + share * way, 0.0);
     push_out_.set_known_mm(found_[n].point, depth);
-    force_N_[found_[n].point] = solid.stiffness_N_per_mm * std::max(solid.depth_mm + way, 0.0);
     energy += 0.5 * solid.stiffness_N_per_mm * depth * depth;
   }
   return energy;
@@ -219,7 +211,6 @@ double Edge::Remember(const StepProblem& problem, const Twist& u, double share) 
 
 void Edge::Release() {
   push_out_.Forget();
-  std::fill(force_N_.begin(), force_N_.end(), 0.0);
 }
 
 void Edge::Forget() {

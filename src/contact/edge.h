@@ -27,6 +27,7 @@ class Edge {
   /// A point of the edge that meets bone, beside each of StepProblem::cutting.
   struct Met {
     int region = 0;
+    int point = 0;  // of ToolShape::edge
     double E_MPa = 0;
   };
 
@@ -39,10 +40,12 @@ class Edge {
   void FindTeeth(const Probe& probe, StepProblem& problem);
   const std::vector<Met>& met() const { return met_; }
 
-  /// Fills problem.solids, and adds to problem.frictions what these bore last: a stopped edge. `reach_mm`: how far a
-  /// point may come in this step. Tick-safe.
-  void FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, double friction_coefficient,
-                  StepProblem& problem);
+  /// Fills problem.solids: a stopped edge. `reach_mm`: how far a point may come in this step. Tick-safe.
+  void FindSolids(const Probe& probe, double reach_mm, double stiffness_N_per_mm, StepProblem& problem);
+  /// The first of problem.solids are these points of the edge.
+  std::size_t found_count() const { return found_.size(); }
+  int found_point(std::size_t solid) const { return found_[solid].point; }
+  const Vec3& point_T(std::size_t point) const { return points_[point].p_T; }
   /// Sets the solids' depths; see PushOut. Returns the energy in their springs, N mm. Tick-safe.
   double SetDepths(StepProblem& problem, bool may_rise);
   /// Where the solids stand when `share` of the step has been made, for the next. Returns the energy in their springs.
@@ -99,8 +102,7 @@ class Edge {
     int point;
     double depth_mm;
   };
-  std::vector<Found> found_;     // beside each of StepProblem::solids
-  std::vector<double> force_N_;  // of each point as a solid, in the last step
+  std::vector<Found> found_;  // beside each of StepProblem::solids
 };
 
 }  // namespace kerf

@@ -6,18 +6,7 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kFrictionLag_s = 0.004;
 constexpr double kSlackVoxels = 0.002;  // of play on each side
-
-/// What presses a disc's rim aside by half its thickness, N. Plate bending about a flange: about 0.45 E t^3 / R^2 of
-/// stiffness, an estimate good to some tens of percent.
-double CalcBendingForce(const Tool& tool) {
-  const auto* disc = std::get_if<DiscSaw>(&tool);
-  if (!disc) return 0;
-  const double t = disc->thickness_mm;
-  return 0.45 * disc->E_MPa * t * t * t / (disc->radius_mm() * disc->radius_mm()) * 0.5 * t;
-}
 
 double CalcThickness(const Tool& tool) {
   const auto* disc = std::get_if<DiscSaw>(&tool);
@@ -28,26 +17,20 @@ double CalcThickness(const Tool& tool) {
 
 Faces::Faces(const BoneField& field, const ToolShape& shape, const Tool& tool, const Vec3& p_TC_mm)
     : half_mm_(0.5 * CalcThickness(tool)),
-      most_couple_N_(2 * CalcBendingForce(tool)),
       slack_mm_(kSlackVoxels * field.voxel_mm()),
       voxel_mm_(field.voxel_mm()),
       tool_reach_mm_(shape.reach_mm),
       p_TC_(p_TC_mm),
-      push_out_(shape.faces.size()),
-      patches_(kPatches) {
+      push_out_(shape.faces.size()) {
   for (std::size_t i = 0; i + 1 < shape.faces.size(); i += 2) {
     const Vec3& p = shape.faces[i].p_T;
-    const double turn = std::atan2(p.y, p.x) / (2 * kPi) + 0.5;
-    const int sector = std::min(static_cast<int>(turn * kSectors), kSectors - 1);
-    const int ring = std::min(static_cast<int>(std::hypot(p.x, p.y) / shape.reach_mm * kRings), kRings - 1);
-    pairs_.push_back({p.x, p.y, ring * kSectors + sector, shape.faces[i].while_stopped});
+    pairs_.push_back({p.x, p.y, shape.faces[i].while_stopped});
   }
   clear_until_mm_.resize(pairs_.size(), -1);
   found_.reserve(2 * pairs_.size());
 }
 
-void Faces::Find(const Probe& probe, double reach_mm, double friction_coefficient, double spindle_rad_per_s,
-                 StepProblem& problem) {
+void Faces::Find(const Probe& probe, double reach_mm, bool turning, StepProblem& problem) {
   problem.flats.clear();
   found_.clear();
   travelled_mm_ += CalcTravel(X_looked_, probe.X_WT(), tool_reach_mm_);
@@ -62,7 +45,7 @@ void Faces::Find(const Probe& probe, double reach_mm, double friction_coefficien
   for (std::size_t j = 0; j < pairs_.size(); j += static_cast<std::size_t>(stride_)) {
     const int low = static_cast<int>(2 * j);
     const Pair& pair = pairs_[j];
-    if (travelled_mm_ < clear_until_mm_[j] || (pair.while_stopped && spindle_rad_per_s != 0)) {
+    if (travelled_mm_ < clear_until_mm_[j] || (pair.while_stopped && turning)) {
       push_out_.set_known_mm(low, 0);
       push_out_.set_known_mm(low + 1, 0);
       continue;
@@ -94,15 +77,6 @@ void Faces::Find(const Probe& probe, double reach_mm, double friction_coefficien
       found_.push_back({low + side, depth[side]});
     }
   }
-  for (std::size_t n = 0; n < patches_.size(); ++n) {
-    const Patch& patch = patches_[n];
-    const double limit_N = friction_coefficient * patch.force_N;
-    if (!(limit_N > 0)) continue;
-    const Vec3 p_T(patch.x_N / patch.force_N, patch.y_N / patch.force_N,
-                   n < patches_.size() / 2 ? -half_mm_ : half_mm_);
-    problem.frictions.push_back({MakeRow({1, 0, 0}, p_T - p_TC_), MakeRow({0, 1, 0}, p_T - p_TC_),
-                                 -spindle_rad_per_s * p_T.y, spindle_rad_per_s * p_T.x, limit_N});
-  }
 }
 
 double Faces::SetDepths(StepProblem& problem, bool may_rise) {
@@ -117,15 +91,6 @@ double Faces::SetDepths(StepProblem& problem, bool may_rise) {
 }
 
 double Faces::Remember(const StepProblem& problem, const Twist& u, double share) {
-  // The friction of the next step goes by forces that follow these with a lag: a tool that friction throws off the wall
-  // and that falls back without it would else do so in every tick.
-  const double fresh = 1 - std::exp(-share * problem.tau_s / kFrictionLag_s);
-  for (Patch& patch : patches_) {
-    patch.force_N *= 1 - fresh;
-    patch.x_N *= 1 - fresh;
-    patch.y_N *= 1 - fresh;
-  }
-  const double share_borne = CalcShareBorne(problem, u);
   double sum = 0;
   for (std::size_t n = 0; n < found_.size(); ++n) {
     const FlatPoint& flat = problem.flats[n];
@@ -133,49 +98,12 @@ double Faces::Remember(const StepProblem& problem, const Twist& u, double share)
     const double depth = std::max(flat.depth_mm + share * way, 0.0);
     push_out_.set_known_mm(found_[n].point, depth);
     sum += depth * depth;
-    const double at_end = flat.depth_mm + way;
-    if (!(at_end > 0)) continue;
-    const Pair& pair = pairs_[static_cast<std::size_t>(found_[n].point / 2)];
-    const int index = pair.patch + (flat.side > 0 ? kSectors * kRings : 0);
-    Patch& patch = patches_[static_cast<std::size_t>(index)];
-    const double force = fresh * share_borne * problem.flat_stiffness_N_per_mm * at_end;
-    patch.force_N += force;
-    patch.x_N += force * pair.x;
-    patch.y_N += force * pair.y;
   }
   return 0.5 * problem.flat_stiffness_N_per_mm * sum;
 }
 
-double Faces::CalcShareBorne(const StepProblem& problem, const Twist& u) const {
-  const auto depth = [&](const FlatPoint& p) {
-    return std::max(0.0, p.depth_mm + problem.tau_s * p.side * (u[2] + u[3] * p.y - u[4] * p.x));
-  };
-  double gross = 0, x = 0, y = 0;
-  for (const FlatPoint& p : problem.flats) {
-    const double d = depth(p);
-    gross += d;
-    x += d * p.x;
-    y += d * p.y;
-  }
-  if (!(gross > 0)) return 0;
-  x /= gross;
-  y /= gross;
-  double net = 0, moment_x = 0, moment_y = 0, spread = 0;
-  for (const FlatPoint& p : problem.flats) {
-    const double d = depth(p);
-    net += p.side * d;
-    moment_x += p.side * d * (p.y - y);
-    moment_y += p.side * d * (p.x - x);
-    spread += d * std::hypot(p.x - x, p.y - y);
-  }
-  const double turning = spread > 0 ? gross * std::hypot(moment_x, moment_y) / spread : 0;
-  const double passed_on = std::min(turning, most_couple_N_ / problem.flat_stiffness_N_per_mm);
-  return std::min(1.0, (std::abs(net) + passed_on) / gross);
-}
-
 void Faces::Release() {
   push_out_.Forget();
-  for (Patch& patch : patches_) patch = {};
 }
 
 void Faces::Forget() {

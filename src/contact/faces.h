@@ -26,10 +26,13 @@ class Faces {
   /// The same while the spindle stands still and the rim cuts nothing: as far as the grid blurs the kerf's corner.
   static double CalcStoppedMargin(double voxel_mm) { return 1.75 * voxel_mm; }
 
-  /// Fills problem.flats with the points that bone is within `reach_mm` of, and problem.frictions with what the flats
-  /// bore last. Tick-safe.
-  void Find(const Probe& probe, double reach_mm, double friction_coefficient, double spindle_rad_per_s,
-            StepProblem& problem);
+  /// Fills problem.flats with the points that bone is within `reach_mm` of. Tick-safe.
+  void Find(const Probe& probe, double reach_mm, bool turning, StepProblem& problem);
+  /// All of problem.flats are the last Find()'s; each is a point of a pair, one on each side of the disc.
+  std::size_t found_pair(std::size_t flat) const { return static_cast<std::size_t>(found_[flat].point / 2); }
+  std::size_t pair_count() const { return pairs_.size(); }
+  /// In the disc's plane, tool frame, mm.
+  Vec3 pair_T(std::size_t pair) const { return {pairs_[pair].x, pairs_[pair].y, 0}; }
   /// As Edge's.
   double SetDepths(StepProblem& problem, bool may_rise);
   double Remember(const StepProblem& problem, const Twist& u, double share);
@@ -39,8 +42,6 @@ class Faces {
   void Release();
   /// Nor is anything known of distances: the tool was moved elsewhere, or there is more bone than before.
   void Forget();
-  static constexpr int kPatches = 48;
-
   void set_stride(int stride) {
     if (stride != stride_) Release();  // other springs
     stride_ = stride;
@@ -48,29 +49,12 @@ class Faces {
   std::size_t size() const { return 2 * pairs_.size(); }
 
  private:
-  /// How much of what the walls press with holds the disc against something, 0 to 1: their resultant, and their
-  /// couple as far as a disc can pass one on before it bends out of the way: with the grip a hand's breadth above the
-  /// disc, friction and couple would else feed each other without bound. The rest is the kerf's own unevenness
-  /// squeezing a disc that is rigid here; a real one, some 10 N/mm stiff across its rim, gives way to that. Friction
-  /// goes by the former only.
-  double CalcShareBorne(const StepProblem& problem, const Twist& u) const;
-
   struct Pair {
     double x, y;  // tool frame, mm
-    int patch;
     bool while_stopped;
   };
-  /// Where friction is gathered: neighbours slip alike.
-  struct Patch {
-    double force_N = 0;
-    double x_N = 0, y_N = 0;  // force times place
-  };
-  static constexpr int kSectors = 8;
-  static constexpr int kRings = kPatches / 2 / kSectors;
-
   double half_mm_;
-  double most_couple_N_;  // of both its forces together
-  double slack_mm_;       // let out on each side
+  double slack_mm_;  // let out on each side
   double voxel_mm_;
   double tool_reach_mm_;
   Vec3 p_TC_;
@@ -85,7 +69,6 @@ class Faces {
     double depth_mm;
   };
   std::vector<Found> found_;  // beside each of StepProblem::flats
-  std::vector<Patch> patches_;
 };
 
 }  // namespace kerf

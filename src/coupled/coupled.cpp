@@ -11,8 +11,6 @@
 namespace kerf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 constexpr double kFlatStiffness_N_per_mm = 3000;   // of one point of a flat
 constexpr double kSolidStiffness_N_per_mm = 2000;  // of one point of a stopped edge
 constexpr double kStepVoxels = 0.5;                // way of the tool in one sub-step
@@ -72,7 +70,8 @@ void CoupledSimulation::State::Release() {
   u = {};
   if (contact_mJ > 0) edge.Release();
   faces.Release();
-  contact_mJ = guide_mJ = 0;
+  effects.Release();
+  contact_mJ = guide_mJ = effects_mJ = 0;
   f_cut_T = Vec3(0);
   teeth = 0;
 }
@@ -84,6 +83,7 @@ CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInpu
   const double way_mm = clearance.bound_mm() - margin_mm;
   const double travel_mm = CalcTravel(X_WT, in.X_WH, shape.reach_mm);
   const bool there = travel_mm <= way_mm;
+  if (effects.Holds({X_WT, in.X_WH})) return Flight::kNear;
   if (!there && way_mm < kStepVoxels * h) return Flight::kNear;  // no further than by a step
   Release();
   EndSlab();
@@ -99,13 +99,19 @@ void CoupledSimulation::State::Move(const Pose& X_next, double share) {
   if (problem.empty()) return;
   contact_mJ = edge.Remember(problem, u, share) + faces.Remember(problem, u, share);
   // As the step took it, straight on: on an arc the guide may be drawn further, which the next Engage() sees.
-  guide_mJ = 0;
-  for (std::size_t i = first_guide; i < problem.solids.size(); ++i) {
+  guide_mJ = CalcSolidsEnergy(first_guide, first_of_effects, share);
+  effects_mJ = CalcSolidsEnergy(first_of_effects, problem.solids.size(), share);
+  contact_mJ += guide_mJ + effects_mJ;
+}
+
+double CoupledSimulation::State::CalcSolidsEnergy(std::size_t first, std::size_t end, double share) const {
+  double energy_mJ = 0;
+  for (std::size_t i = first; i < end; ++i) {
     const SolidPoint& p = problem.solids[i];
     const double depth_mm = std::max(0.0, p.depth_mm + share * problem.tau_s * Dot(p.row, u));
-    guide_mJ += 0.5 * p.stiffness_N_per_mm * depth_mm * depth_mm;
+    energy_mJ += 0.5 * p.stiffness_N_per_mm * depth_mm * depth_mm;
   }
-  contact_mJ += guide_mJ;
+  return energy_mJ;
 }
 
 /// Sets up the step's problem at the tool's pose.
@@ -123,14 +129,14 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   if (!looks) {
     edge.Release();
     faces.Release();
+    effects.Release();
   } else if (turning) {
     edge.FindTeeth(probe, problem);
   } else {
-    edge.FindSolids(probe, (kStepVoxels + kAxialShare) * h, looked_share * kSolidStiffness_N_per_mm,
-                    params.friction_coefficient, problem);
+    edge.FindSolids(probe, (kStepVoxels + kAxialShare) * h, looked_share * kSolidStiffness_N_per_mm, problem);
   }
   if (is_disc && looks) {
-    faces.Find(probe, axial_mm, params.friction_coefficient, in.rpm * kPi / 30, problem);
+    faces.Find(probe, axial_mm, turning, problem);
   }
   first_guide = problem.solids.size();
   double drawn_mJ = 0;
@@ -143,7 +149,10 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
     }
     slab.AddTo(X_WT, 1 - looked_share, problem);
   }
+  first_of_effects = problem.solids.size();
+  effects.Engage({X_WT, probe, edge, &faces, in.rpm, looks}, problem);
   if (problem.empty()) return;
+  drawn_mJ += CalcSolidsEnergy(first_of_effects, problem.solids.size(), 0);
   double energy_mJ = drawn_mJ + edge.SetDepths(problem, true) + faces.SetDepths(problem, true);
   if (energy_mJ - contact_mJ > reserve_mJ) {
     double held_mJ = edge.SetDepths(problem, false) + faces.SetDepths(problem, false);
@@ -296,6 +305,9 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
     return s.Repeat();
   }
   in.X_WH = s.Local(in.X_WH);
+  EffectBegin begin{in.dt_s, asked.rpm, in.rpm};
+  s.effects.Begin(begin);
+  in.rpm = begin.rpm;
   if (in.rpm == 0) out.status |= kCoupledSpindleStopped;
   // The handle moves first, with the tool held; then the tool follows.
   const double stored_mJ = s.coupling_mJ + s.contact_mJ;
@@ -350,6 +362,7 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
     const double time_s = share * left_s;
     reached = share == 1;
     const Pose X_next = free && reached ? in.X_WH : Advance(s.X_WT, s.u, time_s, s.coupling.p_TC_mm());
+    const Pose X_from = s.X_WT;
 
     // 5 remove: what the edge sweeps on the way
     enter(TickStage::kRemove);
@@ -369,11 +382,20 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
     }
     s.AddUp(time_s, sums, out);
     s.Move(X_next, share);
+    if (!free && s.effects.wants_solved()) {
+      EffectSolved solved{X_from, s.X_WT, s.edge, &s.faces, s.problem, s.u, share, time_s, in.rpm, {}};
+      s.effects.Solved(solved);
+    }
     if (!free) s.Reserve(before_mJ - s.CalcBalance(out));
     left_s -= time_s;
   }
 
-  // 6 publish
+  // 6 effects, of the whole tick
+  const double mean = sums.time_s > 0 ? 1 / sums.time_s : 0;
+  s.effects.End({in.dt_s, asked.rpm, in.rpm, s.X_WT, (out.status & kCoupledAsleep) != 0, mean * sums.teeth,
+                 mean * sums.thrust, out.removed_mm3});
+
+  // 7 publish
   enter(TickStage::kPublish);
   s.Publish(sums, out);
   // With the handle the tool is exactly where it was asked to be.
@@ -395,7 +417,8 @@ bool CoupledSimulation::SetDown(const Pose& X_WT) {
   s.u = {};
   s.edge.Forget();
   s.faces.Forget();
-  s.contact_mJ = s.guide_mJ = s.reserve_mJ = 0;
+  s.effects.Reset();
+  s.contact_mJ = s.guide_mJ = s.effects_mJ = s.reserve_mJ = 0;
   s.EndSlab();
   s.path.Forget();
   s.teeth = 0;
@@ -424,6 +447,12 @@ void CoupledSimulation::ClearChanged() {
 const CoupledParams& CoupledSimulation::params() const {
   return state_->params;
 }
+const EffectPlan& CoupledSimulation::effects() const {
+  return state_->effects;
+}
+EffectPlan& CoupledSimulation::effects() {
+  return state_->effects;
+}
 std::array<double, 256> CoupledSimulation::CalcRemovedByRegion() {
   state_->FinishPath();
   return state_->cutter.CalcRemovedByRegion();
@@ -440,7 +469,7 @@ Bone CoupledSimulation::TakeBone() && {
 }
 std::size_t CoupledSimulation::CalcMemoryBytes() const {
   return state_->field.CalcMemoryBytes() + state_->cutter.CalcMemoryBytes() + state_->clearance.CalcMemoryBytes() +
-         sizeof(State);
+         state_->effects.CalcMemoryBytes() + sizeof(State);
 }
 
 }  // namespace kerf

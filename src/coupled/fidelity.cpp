@@ -26,7 +26,10 @@ const char* ToString(Fidelity fidelity) {
 /// Takes the fidelity that is asked for, and passes from one law to the other.
 void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutput& out) {
   const int stride = fidelity == Fidelity::kFull ? 1 : 2;
-  if (stride != edge.stride()) contact_mJ = guide_mJ;
+  if (stride != edge.stride()) {
+    contact_mJ = guide_mJ + effects_mJ;
+    effects.Release();
+  }
   edge.set_stride(stride);
   faces.set_stride(stride);
   const bool may = fidelity == Fidelity::kSlab && is_disc && in.rpm != 0;

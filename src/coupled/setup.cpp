@@ -27,7 +27,7 @@ void CheckParams(const CoupledParams& p) {
   CheckRange("coupling torsion_damping_Nmms", c.torsion_damping_Nmms, 0, 1e4);
   CheckRange("coupling max_force_N", c.max_force_N, 0.1, 1e4);
   CheckRange("coupling max_torque_Nmm", c.max_torque_Nmm, 1, 1e6);
-  CheckRange("friction_coefficient", p.friction_coefficient, 0, 2);
+  CheckEffects(p.effects);
   CheckRange("edge_samples_per_pitch", p.edge_samples_per_pitch, 1, 256);
   CheckRange("max_iterations", p.max_iterations, 1, 1000);
   CheckRange("max_substeps", p.max_substeps, 1, 4096);

@@ -12,6 +12,7 @@
 #include "coupled/coupling.h"
 #include "coupled/setup.h"
 #include "coupled/slab_guide.h"
+#include "effects/plan.h"
 #include "kerf/coupled.h"
 #include "proximity/clearance.h"
 #include "removal/cutter.h"
@@ -39,7 +40,9 @@ struct CoupledSimulation::State {
         cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal, CountOldLeaves(field, params)),
         clearance(field, params.tool),
         slab(is_disc ? std::get<DiscSaw>(params.tool) : DiscSaw{}, params.coupling.p_TC_mm, params.slab_reading),
-        solver(edge.size() + faces.size() + Faces::kPatches),
+        effects(params.effects,
+                {bone, field, params.tool, shape, edge, &faces, params.coupling.p_TC_mm, field.p_WF_mm()}),
+        solver(edge.size() + faces.size() + effects.capacity().solids + effects.capacity().frictions + 8),
         X_WT(Local(X_WT_start)),
         X_WH(X_WT) {
     last.X_WT = X_WT_start;
@@ -47,10 +50,10 @@ struct CoupledSimulation::State {
     problem.ramp_mm_per_s = CalcRamp(problem.law, kCreep_mm_per_s);
     problem.creep_mm_per_s = kCreep_mm_per_s;
     problem.cutting.reserve(edge.size());
-    problem.solids.reserve(edge.size() + 8);
+    problem.solids.reserve(edge.size() + effects.capacity().solids + 8);
     problem.yields.reserve(1);
     problem.flats.reserve(faces.size());
-    problem.frictions.reserve(edge.size() + Faces::kPatches + 1);
+    problem.frictions.reserve(effects.capacity().frictions + 1);
   }
 
   /// What a tick adds up over its sub-steps; times time, but for time itself.
@@ -83,6 +86,8 @@ struct CoupledSimulation::State {
   double CalcStepShare(const Twist& motion, double time_s) const;
   void AddUp(double time_s, Sums& sums, CoupledOutput& out);
   void Move(const Pose& X_next, double share);
+  /// In the springs of the problem's solids from `first` to `end`, after `share` of the step.
+  double CalcSolidsEnergy(std::size_t first, std::size_t end, double share) const;
   /// What is stored less what was put in: falls by what is lost to the bone and to the steps.
   double CalcBalance(const CoupledOutput& out) const {
     return coupling_mJ + contact_mJ - out.hand_mJ - out.spindle_mJ + out.damping_mJ;
@@ -104,6 +109,7 @@ struct CoupledSimulation::State {
   StepProblem problem;
   SlabGuide slab;
   PassedPath path;
+  EffectPlan effects;
   StepSolver solver;
   Fidelity fidelity = Fidelity::kFull;  // asked for
   double blend = 1;                     // falls and rises with time; 0: the slab's law alone
@@ -116,10 +122,12 @@ struct CoupledSimulation::State {
   Twist u{};                    // of the last sub-step, to start the next from
   double coupling_mJ = 0;       // in the coupling's springs at the end of the last tick
   double contact_mJ = 0;        // in the contact's springs,
-  double guide_mJ = 0;          // of it, in the slab's guide
+  double guide_mJ = 0;          // of it, in the slab's guide,
+  double effects_mJ = 0;        // of it, in springs of effects
   std::size_t first_guide = 0;  // of the problem's solids
-  CoupledOutput last;           // what the last tick gave
-  double reserve_mJ = 0;        // lost so far and not given back: what a push-out may take (push_out.h)
+  std::size_t first_of_effects = 0;
+  CoupledOutput last;     // what the last tick gave
+  double reserve_mJ = 0;  // lost so far and not given back: what a push-out may take (push_out.h)
 };
 
 }  // namespace kerf

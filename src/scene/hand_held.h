@@ -18,7 +18,6 @@ struct SceneCoupling {
   bool given = false;  // the file has the section; not a key. The same below.
   CouplingPoint at = CouplingPoint::kTool;
   CouplingParams params;  // all but its point
-  double friction_coefficient = 0.2;
 };
 
 struct SceneDevice {
@@ -66,8 +65,6 @@ void Describe(SceneCoupling& p, V&& visit) {
   visit("torsion_damping_Nmms", q.torsion_damping_Nmms, Range{0, 1e4}, "damper against turning");
   visit("max_force_N", q.max_force_N, Range{0.1, 1e4}, "the spring gives no more, however far the handle goes");
   visit("max_torque_Nmm", q.max_torque_Nmm, Range{1, 1e6}, "nor more torque");
-  visit("friction_coefficient", p.friction_coefficient, Range{0, 2},
-        "of the tool's faces, and of its edge when it stands still, on bone");
 }
 
 /// Its texts aside.

@@ -296,6 +296,38 @@ void ReadSlab(TableReader& root, SceneSlab& slab, Faults& faults) {
   reader.Finish();
 }
 
+void ReadEffects(TableReader& root, EffectChoices& effects, const std::string& scene_file, Faults& faults) {
+  const TomlNode* table = root.Table("effects");
+  if (table == nullptr) return;
+  TableReader reader(*table, "[effects]", faults);
+  for (const EffectInfo* info : Effects()) {
+    const TomlNode* own = reader.Table(info->name);
+    if (own == nullptr) continue;
+    TableReader effect_reader(*own, fmt::format("[effects.{}]", info->name), faults);
+    EffectChoice choice(info->name);
+    Describe(choice, effect_reader);
+    for (std::size_t i = 0; i < info->parameters.size(); ++i) {
+      if (!info->parameters[i].is_file) continue;
+      ReadFileName(effect_reader, info->parameters[i].key, std::get<std::string>(choice.values()[i]), scene_file);
+    }
+    effect_reader.Finish();
+    effects.push_back(choice);
+    for (const char* needed : info->needs) {
+      if (!reader.Has(needed)) {
+        reader.Fault(info->name, fmt::format("[effects.{}] needs [effects.{}]: add it", info->name, needed));
+      }
+    }
+  }
+  reader.Finish();
+}
+
+/// A key that older scenes have.
+void RefuseMovedKeys(TableReader& root) {
+  const TomlNode* coupling = root.Has("coupling") ? root.Table("coupling") : nullptr;
+  if (coupling == nullptr || coupling->Find("friction_coefficient") == nullptr) return;
+  root.Fault("coupling", "friction_coefficient of [coupling] is now coefficient of [effects.kerf_friction]");
+}
+
 void ReadForce(TableReader& root, ForceLaw& law, Faults& faults) {
   const TomlNode* table = root.Table("force");
   if (table == nullptr) return;
@@ -335,6 +367,8 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadSection(root, "simulation", scene.simulation, faults);
   ReadSlab(root, scene.slab, faults);
   ReadSection(root, "output", scene.output, faults);
+  ReadEffects(root, scene.effects, file, faults);
+  RefuseMovedKeys(root);
   ReadGivenSection(root, "coupling", scene.coupling, faults);
   ReadDevice(root, scene.device, file, faults);
   ReadGivenSection(root, "hand", scene.hand, faults);
@@ -388,6 +422,7 @@ SimulationParams MakeSimulationParams(const Scene& scene) {
   params.tool = MakeTool(scene);
   params.law = scene.force;
   params.rim_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
+  params.effects = scene.effects;
   return params;
 }
 
@@ -397,7 +432,7 @@ CoupledParams MakeCoupledParams(const Scene& scene) {
   params.law = scene.force;
   params.coupling = scene.coupling.params;
   params.coupling.p_TC_mm = scene.coupling.at == CouplingPoint::kGrip ? CalcGrip(params.tool) : Vec3{0};
-  params.friction_coefficient = scene.coupling.friction_coefficient;
+  params.effects = scene.effects;
   params.edge_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
   return params;
 }

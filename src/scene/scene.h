@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kerf/effects.h"
 #include "kerf/geometry.h"
 #include "kerf/material.h"
 #include "kerf/simulation.h"
@@ -123,6 +124,7 @@ struct Scene {
   SceneSimulation simulation;
   SceneSlab slab;
   SceneOutput output;
+  EffectChoices effects;  // those that the file names, in its order
   SceneCoupling coupling;
   SceneDevice device;
   SceneHand hand;

@@ -122,6 +122,26 @@ void Describe(ForceLaw& p, V&& visit) {
   DescribeLawParameters(p, visit);
 }
 
+/// Without the texts that name files.
+template <typename V>
+void Describe(EffectChoice& p, V&& visit) {
+  for (std::size_t i = 0; i < p.values().size(); ++i) {
+    const EffectParameter& parameter = p.info().parameters[i];
+    const Range range{parameter.lower, parameter.upper};
+    EffectValue& value = p.values()[i];
+    if (auto* number = std::get_if<double>(&value)) visit(parameter.key, *number, range, parameter.meaning);
+    if (auto* flag = std::get_if<bool>(&value)) visit(parameter.key, *flag, parameter.meaning);
+    if (auto* vector = std::get_if<Vec3>(&value)) visit(parameter.key, *vector, range, parameter.meaning);
+    auto* text = std::get_if<std::string>(&value);
+    if (text == nullptr || parameter.is_file) continue;
+    if (parameter.words.empty()) {
+      visit(parameter.key, *text, TextLimit{200}, parameter.meaning);
+    } else {
+      visit(parameter.key, *text, Choices{{parameter.words.begin(), parameter.words.end()}}, parameter.meaning);
+    }
+  }
+}
+
 template <typename V>
 void Describe(SceneSimulation& p, V&& visit) {
   std::string mode = p.mode == SceneMode::kSlab ? "slab" : "voxel";

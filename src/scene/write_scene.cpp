@@ -155,6 +155,22 @@ void WriteSection(TomlWriter& write, const std::string& key, Params params) {
   Describe(params, write);
 }
 
+void WriteEffect(TomlWriter& write, EffectChoice effect) {
+  const EffectInfo& info = effect.info();
+  write.Header(fmt::format("[effects.{}]", info.name), info.summary);
+  Describe(effect, write);
+  for (std::size_t i = 0; i < info.parameters.size(); ++i) {
+    const EffectParameter& parameter = info.parameters[i];
+    if (!parameter.is_file) continue;
+    auto& name = std::get<std::string>(effect.values()[i]);
+    if (name.empty()) {
+      write.Comment(fmt::format("{} = \"FILE\": {}", parameter.key, parameter.meaning));
+    } else {
+      write(parameter.key, name, TextLimit{0}, parameter.meaning);
+    }
+  }
+}
+
 void WriteDevice(TomlWriter& write, SceneDevice device) {
   write.Header("[device]", "The haptic device, of 'kerf loop': what it can do (docs/devices.md).");
   write("profile", device.profile, TextLimit{0}, "its name in the table of profiles");
@@ -180,6 +196,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   WriteSection(write, "simulation", scene.simulation);
   if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) WriteSection(write, "slab", scene.slab);
   WriteSection(write, "output", scene.output);
+  for (const EffectChoice& effect : scene.effects) WriteEffect(write, effect);
   if (scene.coupling.given) WriteSection(write, "coupling", scene.coupling);
   if (scene.device.given) WriteDevice(write, scene.device);
   if (scene.hand.given) WriteSection(write, "hand", scene.hand);
@@ -276,6 +293,10 @@ std::string DefaultSceneToml() {
     ForceLaw described(law->name);
     Describe(described, laws);
   }
+  TomlWriter effects;
+  for (const EffectInfo* info : Effects()) WriteEffect(effects, EffectChoice(info->name));
+  text += "\n# The effects: what a scene names is simulated, and nothing else ('kerf effects'):\n#\n";
+  text += CommentedOut(effects.text());
   text += "\n# The force laws, each with its own keys:\n#\n";
   text += CommentedOut(laws.text());
   return text;

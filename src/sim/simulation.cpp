@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "contact/edge.h"
+#include "effects/plan.h"
 #include "kerf/error.h"
 #include "removal/cutter.h"
 #include "tool/shape.h"
@@ -21,6 +22,7 @@ constexpr double kNoFaces_mm = 1e3;  // the flats of a tool that follows its pat
 /// The tool frame's axes; the force is on the tool and acts at its origin: tooth forces point there.
 struct EdgeLoad {
   Vec3 f_T_N{0};
+  Vec3 tau_T_Nmm{0};         // about the origin, of effects
   double thrust_sum_N = 0;   // sum of the magnitudes
   double engaged_teeth = 0;  // a real number; those that move outwards
   double E_sum_MPa = 0;      // sums over the engaged teeth; divide by engaged_teeth for the mean
@@ -38,9 +40,12 @@ struct Simulation::State {
         field(bone, kSpareLeaves),
         edge(field, bone, params.tool, shape, Vec3(0)),
         cutter(field, params.tool, CutWith::kWholeTool),
+        effects(params.effects, {bone, field, params.tool, shape, edge, nullptr, Vec3(0), field.p_WF_mm()}),
         X_WT(Local(X_WT_start)) {
     met.law = MakeToothForce(params.law, params.tool);
     met.cutting.reserve(shape.edge.size());
+    met.solids.reserve(effects.capacity().solids);
+    met.frictions.reserve(effects.capacity().frictions);
     angle_between_points = glm::length(shape.edge[1].e_T - shape.edge[0].e_T);
   }
 
@@ -48,6 +53,7 @@ struct Simulation::State {
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   TickOutput Repeat() const;
   EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
+  void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s, EdgeLoad& load);
 
   Bone bone;
   SimulationParams params;
@@ -57,6 +63,7 @@ struct Simulation::State {
   StepProblem met;              // what the teeth meet
   double angle_between_points;  // neighbours on the edge, rad
   Cutter cutter;
+  EffectPlan effects;
   Pose X_WT;        // last good pose
   TickOutput last;  // what the last tick gave
 };
@@ -96,6 +103,32 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
   return load;
 }
 
+/// What effects add at the tool's motion, and what they see of it. Tick-safe.
+void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s,
+                                   EdgeLoad& load) {
+  met.tau_s = dt_s;
+  met.solids.clear();
+  met.frictions.clear();
+  const Twist u{v_T_mm_per_s.x, v_T_mm_per_s.y, v_T_mm_per_s.z, 0, 0, 0};
+  effects.Engage({X_a, Probe(field, X_a), edge, nullptr, rpm, true}, met);
+  Twist sum{};
+  for (const SolidPoint& p : met.solids) {
+    AddTo(sum, -p.stiffness_N_per_mm * std::max(0.0, p.depth_mm + dt_s * Dot(p.row, u)), p.row);
+  }
+  for (const FrictionPoint& p : met.frictions) {
+    const double a = Dot(p.row_a, u) + p.slip_a_mm_per_s;
+    const double b = Dot(p.row_b, u) + p.slip_b_mm_per_s;
+    const double factor = p.limit_N / std::sqrt(a * a + b * b + met.creep_mm_per_s * met.creep_mm_per_s);
+    AddTo(sum, -factor * a, p.row_a);
+    AddTo(sum, -factor * b, p.row_b);
+  }
+  load.f_T_N += Vec3(sum[0], sum[1], sum[2]);
+  load.tau_T_Nmm += Vec3(sum[3], sum[4], sum[5]);
+  if (!effects.wants_solved()) return;
+  EffectSolved solved{X_a, X_b, edge, nullptr, met, u, 1, dt_s, rpm, {}};
+  effects.Solved(solved);
+}
+
 Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start) {
   Validate(params.tool);
   if (params.rim_samples_per_pitch < 1 || params.rim_samples_per_pitch > 256) {
@@ -111,6 +144,12 @@ Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
+const EffectPlan& Simulation::effects() const {
+  return state_->effects;
+}
+EffectPlan& Simulation::effects() {
+  return state_->effects;
+}
 const Bone& Simulation::bone() const {
   state_->field.Settle();
   return state_->bone;
@@ -131,6 +170,7 @@ bool Simulation::SetDown(const Pose& X_WT) {
   if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return false;
   state_->X_WT = state_->Local(X_WT);
   state_->last = {};
+  state_->effects.Reset();
   state_->cutter.Lift();
   return true;
 }
@@ -149,9 +189,12 @@ TickOutput Simulation::Tick(const TickInput& in) {
   if (in.dt_s < kLeastTick_s) return s.Repeat();
   const Pose X_to = s.Local(in.X_WT);
   const Pose X_from = std::exchange(s.X_WT, X_to);
-  const double passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
+  EffectBegin begin{in.dt_s, in.rpm, in.rpm};
+  s.effects.Begin(begin);
+  const double passes_per_s = s.shape.passes_per_turn * std::abs(begin.rpm) / 60;
   if (passes_per_s == 0) {
     out.status = kTickSpindleStopped;
+    s.effects.End({in.dt_s, in.rpm, 0, s.X_WT, true, 0, 0, 0});
     s.last = out;
     return out;
   }
@@ -171,9 +214,10 @@ TickOutput Simulation::Tick(const TickInput& in) {
   for (int i = 1; i <= static_cast<int>(substeps); ++i) {
     const Pose X_b = i == static_cast<int>(substeps) ? X_to : Interpolate(X_from, X_to, i / substeps);
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
-    const EdgeLoad load = s.CalcLoad(X_a, v_T, passes_per_s);
+    EdgeLoad load = s.CalcLoad(X_a, v_T, passes_per_s);
+    if (s.effects.wants_steps()) s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, load);
     out.f_T_W_N += X_a.Vector(load.f_T_N);
-    out.tau_TG_W_Nmm += X_a.Vector(glm::cross(-p_TG_mm, load.f_T_N));
+    out.tau_TG_W_Nmm += X_a.Vector(load.tau_T_Nmm + glm::cross(-p_TG_mm, load.f_T_N));
     out.thrust_sum_N += load.thrust_sum_N;
     out.engaged_teeth += load.engaged_teeth;
     E_sum_MPa += load.E_sum_MPa;
@@ -202,6 +246,8 @@ TickOutput Simulation::Tick(const TickInput& in) {
   out.tau_TG_W_Nmm /= substeps;
   out.thrust_sum_N /= substeps;
   out.engaged_teeth /= substeps;
+  s.effects.End({in.dt_s, in.rpm, begin.rpm, s.X_WT, out.engaged_teeth == 0, out.engaged_teeth, out.thrust_sum_N,
+                 out.removed_mm3});
   s.last = out;
   return out;
 }

@@ -32,7 +32,7 @@ TEST(Faces, InItsOwnKerfTheDiscTouchesBothWallsAndIsInNeither) {
       Faces faces(field, shape, kSaw, Vec3(0));
       StepProblem problem;
       problem.tau_s = 0.001;
-      faces.Find(Probe(field, X), 0.025, 0.2, 0, problem);
+      faces.Find(Probe(field, X), 0.025, false, problem);
       EXPECT_GT(problem.flats.size(), 20u);
       // The play is 0.2 % of a voxel beside what the kerf is wider than the disc, and the corner of the kerf's floor
       // takes up to half of that. Near the wall's free edge there is less bone, not more.
@@ -60,7 +60,7 @@ TEST(Faces, ReachTellsOfBoneBeforeItIsTouched) {
     Pose X;
     X.p_AB = {0.3, 0.1, 2 + 0.125 + height};
     StepProblem problem;
-    faces.Find(Probe(field, X), 0.05, 0.2, 0, problem);
+    faces.Find(Probe(field, X), 0.05, false, problem);
     if (height > 0.051) {
       EXPECT_TRUE(problem.flats.empty()) << height;
     } else if (height < 0.049) {

@@ -39,7 +39,7 @@ Case MakeCase(std::mt19937_64& random, bool turning) {
   c.params.coupling.max_torque_Nmm = log_uniform(100, 5000);
   if (random() % 2) c.params.coupling.p_TC_mm = {0, 0, 40};
   if (random() % 2) c.params.coupling.damping_Ns_per_mm = log_uniform(1e-4, 0.1);
-  c.params.friction_coefficient = one_of(0, 0.2, 0.5, 2);
+  SetEffect(c.params.effects, "kerf_friction", "coefficient", one_of(0, 0.2, 0.5, 2));
   c.params.max_iterations = static_cast<int>(one_of(2, 5, 40));
   c.dt_s = one_of(0.00025, 0.001, 0.004);
   c.rpm = turning ? one_of(-7500, 100, 7500, 60000) : 0;

@@ -70,8 +70,8 @@ TEST(CoupledKerf, StraightFeedMeetsNoForceFromTheWalls) {
 TEST(CoupledKerf, WallsHoldASidewaysPush) {
   for (const double h : {0.1, 0.2}) {
     CoupledParams params = DiscParams();
-    params.friction_coefficient = 0;             // it would run off along the slot
-    params.coupling.p_TC_mm = {0, kR - 1.5, 0};  // pushed in the middle of what is buried
+    SetEffect(params.effects, "kerf_friction", "coefficient", 0);  // it would run off along the slot
+    params.coupling.p_TC_mm = {0, kR - 1.5, 0};                    // pushed in the middle of what is buried
     InKerf kerf(BlockPoses(h)[5], h, 3, params);
     const Vec3 before = kerf.Place();
     for (const double side : {-1.0, 1.0}) {
@@ -87,7 +87,7 @@ TEST(CoupledKerf, WallsHoldASidewaysPush) {
 
 TEST(CoupledKerf, TiltMeetsATorqueThatGrowsWithItAndGoesWithIt) {
   CoupledParams params = DiscParams();
-  params.friction_coefficient = 0;
+  SetEffect(params.effects, "kerf_friction", "coefficient", 0);
   InKerf kerf(BlockPoses(0.1)[4], 0.1, 3, params);
   double last = 0;
   for (const double tilt : {0.001, 0.002, 0.004, 0.006}) {
@@ -109,7 +109,7 @@ TEST(CoupledKerf, PressedAgainstAWallItSlidesWithCoulombsFriction) {
   // Spindle stopped, pushed sideways with 5 N and drawn along the slot: it sticks up to mu N and slides at mu N.
   for (const double mu : {0.1, 0.3}) {
     CoupledParams params = DiscParams();
-    params.friction_coefficient = mu;
+    SetEffect(params.effects, "kerf_friction", "coefficient", mu);
     params.coupling.p_TC_mm = {0, kR - 1.5, 0};
     params.coupling.torsion_Nmm_per_rad = 1e6;  // no turning about the wall's friction
     params.coupling.max_torque_Nmm = 1e5;

@@ -168,7 +168,7 @@ TEST(HardCase04, StoppedRimGlidesAcrossAnEdgeAsFarAsItsFrictionLetsIt) {
           Pose X_WC = X_WB;
           X_WC.p_AB = X_WB.Point({0, 0, -3});
           CoupledParams params = test::DiscParams();
-          params.friction_coefficient = mu;
+          SetEffect(params.effects, "kerf_friction", "coefficient", mu);
           WatchedTool tool(test::MakeBox(X_WC, {8, 4, 6}, h), params, DiscPose(X_WB, {-8, 0, kR - depth}));
           const double angle = std::acos(1 - depth / kR);
           const double most_N = depth * std::tan(angle + std::atan(mu));

@@ -208,7 +208,7 @@ TEST(HardCase06, ASolverThatRunsOutOfIterationsMakesNoEnergy) {
     const double rpm = seed % 2 == 0 ? 0 : 7500;
     CoupledParams params = DiscParams();
     params.max_iterations = 1 + seed % 3;
-    params.friction_coefficient = seed < 3 ? 2 : 0.2;
+    SetEffect(params.effects, "kerf_friction", "coefficient", seed < 3 ? 2 : 0.2);
     params.coupling.stiffness_N_per_mm = seed % 4 < 2 ? 5 : 500;
     params.coupling.p_TC_mm = {0, 0, seed % 2 == 0 ? 40.0 : 0.0};
     const Vec3 home(0, 0, 4 + kR - 0.5);

@@ -333,7 +333,7 @@ struct Pull {
 };
 Pull PullAside(double mu, const std::vector<double>& handle_mm) {
   CoupledParams params = DiscParams();
-  params.friction_coefficient = mu;
+  SetEffect(params.effects, "kerf_friction", "coefficient", mu);
   params.coupling.stiffness_N_per_mm = 2;
   WatchedTool tool(MakeBox({}, {24, 8, 4}, 0.2), params, DiscPose({}, {0, 0, 2 + kR + 0.1}));
   const auto down = [](double y) { return DiscPose({}, {0, y, 2 + kR - 5}); };
@@ -431,7 +431,7 @@ TEST(HardCase10, OfATurningSawInItsKerfStaysBoundedAndAgainstTheSlip) {
   const double mus[4] = {0, 0.2, 1, 2};
   for (int n = 0; n < 4; ++n) {
     CoupledParams params = DiscParams();
-    params.friction_coefficient = mus[n];
+    SetEffect(params.effects, "kerf_friction", "coefficient", mus[n]);
     WatchedTool tool(bone, params, DiscPose({}, {0, 0, 5 + kR + 0.1}));
     for (int i = 0; i < 1500; ++i) tool.Tick(DiscPose({}, {0, 0, 5 + kR + 0.1 - 0.006 * std::min(i, 1000)}));
     // Against a wall of the kerf with 3 N.

@@ -36,7 +36,7 @@ TEST(HardCase15, StoppedItRestsOnTheBoneByTheCouplingsForceAlone) {
 TEST(HardCase15, DrawnAlongItMeetsCoulombsFrictionAndNoMore) {
   test::Verdict verdict("holds");
   CoupledParams params = DiscParams();
-  params.friction_coefficient = 0.3;
+  SetEffect(params.effects, "kerf_friction", "coefficient", 0.3);
   params.coupling.torsion_Nmm_per_rad = 1e6;  // it does not roll
   params.coupling.max_torque_Nmm = 1e5;
   Sawing saw(test::MakeBox(Pose{}, {30, 6, 8}, 0.2), params, DiscPose(Pose{}, {-5, 0, 4 + kR + 0.3}));

@@ -19,7 +19,7 @@ const double kR = InKerf::kR;
 /// Pushed sideways, with the place of the push in the middle of what is buried: as much friction as there is.
 CoupledParams Pushed() {
   CoupledParams params = DiscParams();
-  params.friction_coefficient = 0.3;
+  SetEffect(params.effects, "kerf_friction", "coefficient", 0.3);
   params.coupling.p_TC_mm = {0, kR - 1.5, 0};
   return params;
 }

@@ -90,7 +90,7 @@ TEST(HardCase17, WithAllTeethInTheAirTheFlatsStillRub) {
     for (const double rpm : {7500.0, -7500.0, 0.0}) {
       CoupledParams params = DiscParams();
       params.coupling.p_TC_mm = {0, 5, 0};  // where the plate is, seen from the disc's centre: 5 mm below it
-      params.friction_coefficient = 0.2;
+      SetEffect(params.effects, "kerf_friction", "coefficient", 0.2);
       const Pose start = DiscPose(Pose{}, {0, 0, 5});
       Sawing saw(bone, params, start);
       Pose X = start;

@@ -55,7 +55,7 @@ TEST(HardCase21, BackIntoItsOwnKerfNothingIsCutAndNothingPushesBack) {
 TEST(HardCase21, AFifthOfTheKerfAsideItIsLedBackToItsMiddle) {
   test::Verdict verdict("holds: only the walls push, towards the middle");
   CoupledParams params = DiscParams();
-  params.friction_coefficient = 0;
+  SetEffect(params.effects, "kerf_friction", "coefficient", 0);
   params.coupling.p_TC_mm = {0, kR - 1.5, 0};
   double most_feed_N = 0;
   double least_centring = 1e9;
@@ -135,8 +135,8 @@ TEST(HardCase23, PushedAsideAndPivotedTheFlatsTakeNothingAway) {
   double most_way_mm = 0;
   for (const double push_N : {5.0, 20.0}) {
     CoupledParams params = DiscParams();
-    params.coupling.p_TC_mm = {0, kR - 3, 0};  // in the middle of what is buried
-    params.friction_coefficient = 0;           // it would run along the slot and cut there
+    params.coupling.p_TC_mm = {0, kR - 3, 0};                      // in the middle of what is buried
+    SetEffect(params.effects, "kerf_friction", "coefficient", 0);  // it would run along the slot and cut there
     InKerf kerf(BlockPoses(h)[5], {26, 4, 12}, h, 6, params);
     kerf.Hold(100, {0, 0, 0.05});
     const Bone before = kerf.simulation.bone();

@@ -39,7 +39,7 @@ TEST(ClosedLoopST10, CornersOfTheParametersAreStill) {
           asked.stiffness_N_per_mm = K;
           ClosedLoopSetup setup = HeldBlock("omega_6", "H3", asked);
           setup.profile.friction_N = 0;
-          setup.coupled.friction_coefficient = mu;
+          SetEffect(setup.coupled.effects, "kerf_friction", "coefficient", mu);
           const Pose start = test::OverBlock();
           WatchedLoop saw(MakeBlock({.size_mm = Vec3(26, 6, 26), .X_WB = {}, .layers = {}, .voxel_mm = 0.4},
                                     test::OneRegionTable(24, E_MPa)),

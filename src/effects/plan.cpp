@@ -1,0 +1,85 @@
+#include "effects/plan.h"
+
+#include <algorithm>
+
+#include "kerf/error.h"
+
+namespace kerf {
+
+EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) : shape_(&setup.shape) {
+  CheckEffects(choices);
+  for (const EffectInfo* info : Effects()) {
+    const EffectChoice* choice = FindChoice(choices, info->name);
+    if (choice == nullptr) continue;
+    if (info->tool == EffectTool::kInHand && setup.faces == nullptr) {
+      left_out_.push_back(info);
+      continue;
+    }
+    Effect* effect = entries_.emplace_back(info, info->make(choice->values(), setup), channel_count_).effect.get();
+    channel_count_ += info->channels.size();
+    const auto list = [&](EffectHook hook, std::vector<Effect*>& effects) {
+      if ((info->hooks & hook) != 0) effects.push_back(effect);
+    };
+    list(kEffectBegin, begin_);
+    list(kEffectHolds, holds_);
+    list(kEffectEngage, engage_);
+    list(kEffectSolved, solved_);
+    list(kEffectEnd, end_);
+  }
+  if (!solved_.empty()) teeth_.reserve(setup.edge.size());
+}
+
+void EffectPlan::Solved(EffectSolved& solved) {
+  teeth_.clear();
+  const StepProblem& problem = solved.problem;
+  for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
+    const CuttingPoint& point = problem.cutting[i];
+    const Edge::Met& met = solved.edge.met()[i];
+    const EdgePoint& place = shape_->edge[static_cast<std::size_t>(met.point)];
+    ToothLoad load;
+    load.p_T = place.p_T;
+    load.e_T = place.e_T;
+    load.teeth = point.teeth;
+    load.speed_mm_per_s = std::max(0.0, Dot(point.row, solved.u));
+    load.thrust_N = point.teeth * problem.ToothForceAt(load.speed_mm_per_s, point.E_star_MPa);
+    load.E_star_MPa = point.E_star_MPa;
+    load.region = met.region;
+    teeth_.push_back(load);
+  }
+  solved.teeth = teeth_;
+  for (Effect* effect : solved_) effect->Solved(solved);
+}
+
+const Effect* EffectPlan::Find(std::string_view name) const {
+  for (const Entry& entry : entries_) {
+    if (entry.info->name == name) return entry.effect.get();
+  }
+  return nullptr;
+}
+Effect* EffectPlan::Find(std::string_view name) {
+  return const_cast<Effect*>(std::as_const(*this).Find(name));
+}
+
+void EffectPlan::Report(std::span<double> channels) const {
+  for (const Entry& entry : entries_) {
+    entry.effect->Report(channels.subspan(entry.first_channel, entry.info->channels.size()));
+  }
+}
+
+EffectCapacity EffectPlan::capacity() const {
+  EffectCapacity sum;
+  for (const Entry& entry : entries_) {
+    const EffectCapacity own = entry.effect->capacity();
+    sum.solids += own.solids;
+    sum.frictions += own.frictions;
+  }
+  return sum;
+}
+
+std::size_t EffectPlan::CalcMemoryBytes() const {
+  std::size_t bytes = sizeof(*this) + entries_.capacity() * sizeof(Entry) + teeth_.capacity() * sizeof(ToothLoad);
+  for (const Entry& entry : entries_) bytes += entry.effect->CalcMemoryBytes();
+  return bytes;
+}
+
+}  // namespace kerf
