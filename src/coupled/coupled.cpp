@@ -217,7 +217,8 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     const double depth = p.depth_mm + problem.tau_s * p.side * (u[2] + u[3] * p.y - u[4] * p.x);
     if (depth > 0) f_face_T.z -= problem.flat_stiffness_N_per_mm * depth * p.side;
   }
-  for (const SolidPoint& p : problem.solids) {
+  for (std::size_t i = 0; i < first_of_effects; ++i) {
+    const SolidPoint& p = problem.solids[i];
     const double depth = p.depth_mm + problem.tau_s * Dot(p.row, u);
     if (depth > 0) f_face_T -= p.stiffness_N_per_mm * depth * Vec3(p.row[0], p.row[1], p.row[2]);
   }

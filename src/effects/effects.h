@@ -5,7 +5,11 @@
 
 // A line for each effect: the function in its file that describes it. The order is that in which a tick calls them: who
 // needs another stands after it.
-#define KERF_EFFECTS(EFFECT) EFFECT(KerfFriction)
+// clang-format off
+#define KERF_EFFECTS(EFFECT) \
+  EFFECT(KerfFriction)       \
+  EFFECT(Guide)
+// clang-format on
 
 namespace kerf {
 
