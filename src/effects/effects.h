@@ -8,7 +8,8 @@
 // clang-format off
 #define KERF_EFFECTS(EFFECT) \
   EFFECT(KerfFriction)       \
-  EFFECT(Guide)
+  EFFECT(Guide)              \
+  EFFECT(Heat)
 // clang-format on
 
 namespace kerf {
