@@ -9,7 +9,8 @@
 #define KERF_EFFECTS(EFFECT) \
   EFFECT(KerfFriction)       \
   EFFECT(Guide)              \
-  EFFECT(Heat)
+  EFFECT(Heat)               \
+  EFFECT(Structures)
 // clang-format on
 
 namespace kerf {

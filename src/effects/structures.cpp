@@ -1,0 +1,137 @@
+// structures: the nerve canal and the roots of teeth, as the bone's own regions: how near the blade is, and what was cut.
+//
+//   The distance is that of the blade (a disc of its thickness, or the ball) from the nearest voxel that bears the
+//   structure's label. It is looked up when the tool may have come nearer by a hundredth of it; between, it is lowered by
+//   as much as the tool has moved, so that it is never too large by that.
+// A breach is teeth that cut such voxels: their volume is the share of those teeth, by teeth and feed, of what a tick
+// removes; its depth how far such a tooth is from the nearest voxel of other bone; its force the thrust of those teeth.
+#include "effects/structures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <variant>
+
+#include "bone/region_boxes.h"
+#include "effects/effects.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kLookAgain = 0.01;  // of the distance, that the tool has moved
+constexpr double kHysteresis = 1.1;  // of the margin, before the tool counts as away again
+
+std::vector<Box3> Moved(std::vector<Box3> boxes, const Vec3& way) {
+  for (Box3& box : boxes) box = {box.lower + way, box.upper + way};
+  return boxes;
+}
+
+}  // namespace
+
+StructuresEffect::StructuresEffect(const StructuresParams& params, const EffectSetup& setup)
+    : regions_(params.regions),
+      warn_mm_(params.warn_mm),
+      p_WF_mm_(setup.p_WF_mm),
+      distance_(Moved(FindRegionBoxes(setup.bone, params.regions), -setup.p_WF_mm), setup.tool),
+      shell_(Moved(FindRegionShell(setup.bone, params.regions), -setup.p_WF_mm)),
+      reach_mm_(setup.shape.reach_mm) {
+  events_.reserve(kMostEvents);
+}
+
+void StructuresEffect::Solved(const EffectSolved& solved) {
+  double in_N = 0;
+  for (const ToothLoad& tooth : solved.teeth) {
+    const double cut = solved.time_s * tooth.teeth * tooth.speed_mm_per_s;
+    cut_all_ += cut;
+    if (!regions_[static_cast<std::size_t>(tooth.region)] || !(cut > 0)) continue;
+    cut_share_ += cut;
+    in_N += tooth.thrust_N;
+    breach_depth_mm_ =
+        std::max(breach_depth_mm_, shell_.FindNearest(solved.X_FT.Point(tooth.p_T), kLook_mm).distance_mm);
+  }
+  force_now_N_ = std::max(force_now_N_, in_N);
+}
+
+void StructuresEffect::End(const EffectEnd& end) {
+  time_s_ += end.dt_s;
+  const double moved_mm = looked_ ? CalcTravel(X_looked_, end.X_FT, reach_mm_) : 0;
+  if (!looked_ || moved_mm > kLookAgain * looked_mm_) {
+    const StructureDistance::Nearest nearest = distance_.Find(end.X_FT, kLook_mm);
+    looked_mm_ = distance_mm_ = nearest.distance_mm;
+    p_F_mm_ = nearest.p_F;
+    X_looked_ = end.X_FT;
+    looked_ = true;
+  } else {
+    distance_mm_ = std::max(0.0, looked_mm_ - moved_mm);
+  }
+  const bool breach = cut_share_ > 0;
+  if (breach) {
+    breach_mm3_ += end.removed_mm3 * cut_share_ / cut_all_;
+    breach_force_N_ = std::max(breach_force_N_, force_now_N_);
+  }
+  cut_share_ = cut_all_ = force_now_N_ = 0;
+  if (breach && !in_breach_) Note(StructureEvent::Kind::kBreach);
+  in_breach_ = breach;
+  if (!near_ && distance_mm_ < warn_mm_) {
+    near_ = true;
+    Note(StructureEvent::Kind::kNear);
+  } else if (near_ && distance_mm_ > kHysteresis * warn_mm_) {
+    near_ = false;
+    Note(StructureEvent::Kind::kAway);
+  }
+}
+
+void StructuresEffect::Note(StructureEvent::Kind kind) {
+  if (events_.size() < kMostEvents) events_.push_back({kind, time_s_, distance_mm_, p_F_mm_ + p_WF_mm_});
+}
+
+void StructuresEffect::Report(std::span<double> channels) const {
+  channels[0] = distance_mm_;
+  channels[1] = near_ ? 1 : 0;
+  channels[2] = breach_mm3_;
+  channels[3] = breach_depth_mm_;
+  channels[4] = breach_force_N_;
+}
+
+std::size_t StructuresEffect::CalcMemoryBytes() const {
+  return sizeof(*this) + distance_.CalcMemoryBytes() + shell_.CalcMemoryBytes() +
+         events_.capacity() * sizeof(StructureEvent);
+}
+
+const EffectInfo& Structures() {
+  static const EffectInfo kEffect{
+      .name = "structures",
+      .summary = "nerve canal and tooth roots: distance from the blade, a warning, and what was cut of them",
+      .source = "the bone's own regions; the margin of 2 mm after the anatomy's figures (EJOMR 2022: at risk below 2 mm)",
+      .reads = "the tool's pose, regions that teeth cut, removed volume",
+      .writes = "distance, warning, breach: volume, depth, force; events",
+      .state = "boxes of the structures' voxels in a hierarchy; up to 256 events",
+      .sleeps = "until the tool has moved by a hundredth of its distance",
+      .hooks = kEffectSolved | kEffectEnd,
+      .parameters = {{.key = "tissues",
+                      .preset = std::string("canal"),
+                      .meaning = "what must not be cut: the regions of these tissues",
+                      .words = {"canal", "tooth", "canal and tooth"}},
+                     {"warn_mm", 2.0, 0, 20, "nearer than this it warns"}},
+      .channels = {{"distance_mm", "of the blade from the nearest voxel of a structure, 20 when none is as near"},
+                   {"warns", "1 while it is nearer than warn_mm, until it is a tenth further away again"},
+                   {"breach_mm3", "cut of the structures so far"},
+                   {"breach_depth_mm", "furthest that a tooth has cut into one"},
+                   {"breach_force_N", "largest thrust of the teeth that cut in one"}},
+      .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
+        const auto& tissues = std::get<std::string>(values[0]);
+        StructuresParams params;
+        params.warn_mm = std::get<double>(values[1]);
+        bool any = false;
+        for (const auto& [id, region] : setup.bone.materials().regions()) {
+          if (tissues.find(ToString(region.tissue)) == std::string::npos || id < 1 || id > 255) continue;
+          params.regions[static_cast<std::size_t>(id)] = any = true;
+        }
+        if (!any) throw Error("the effect structures finds no region of tissue '" + tissues + "' in the bone's table");
+        return std::make_unique<StructuresEffect>(params, setup);
+      }};
+  return kEffect;
+}
+
+}  // namespace kerf
