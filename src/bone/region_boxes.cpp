@@ -7,7 +7,9 @@ namespace kerf {
 std::vector<Box3> FindRegionBoxes(const Bone& bone, const std::array<bool, 256>& wanted) {
   const openvdb::Int32Grid& grid = *bone.grids().region;
   const double h = bone.grids().region_voxel_mm();
-  const auto is_wanted = [&](int region) { return region > 0 && region < 256 && wanted[static_cast<std::size_t>(region)]; };
+  const auto is_wanted = [&](int region) {
+    return region > 0 && region < 256 && wanted[static_cast<std::size_t>(region)];
+  };
   std::vector<Box3> boxes;
   const auto add = [&](const openvdb::Coord& low, const openvdb::Coord& high) {
     const Vec3 a(low.x(), low.y(), low.z());

@@ -9,8 +9,8 @@ namespace kerf {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr int kRings = 7;       // of patches on a disc
-constexpr int kTurns = 12;      // of looking from tool to box and back
+constexpr int kRings = 7;          // of patches on a disc
+constexpr int kTurns = 12;         // of looking from tool to box and back
 constexpr double kSettled = 1e-4;  // of the distance, that a turn must gain to go on
 
 }  // namespace

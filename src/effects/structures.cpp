@@ -1,8 +1,9 @@
-// structures: the nerve canal and the roots of teeth, as the bone's own regions: how near the blade is, and what was cut.
+// structures: the nerve canal and the roots of teeth, as the bone's own regions: how near the blade is, and what was
+// cut.
 //
 //   The distance is that of the blade (a disc of its thickness, or the ball) from the nearest voxel that bears the
-//   structure's label. It is looked up when the tool may have come nearer by a hundredth of it; between, it is lowered by
-//   as much as the tool has moved, so that it is never too large by that.
+//   structure's label. It is looked up when the tool may have come nearer by a hundredth of it; between, it is lowered
+//   by as much as the tool has moved, so that it is never too large by that.
 // A breach is teeth that cut such voxels: their volume is the share of those teeth, by teeth and feed, of what a tick
 // removes; its depth how far such a tooth is from the nearest voxel of other bone; its force the thrust of those teeth.
 #include "effects/structures.h"
@@ -103,7 +104,8 @@ const EffectInfo& Structures() {
   static const EffectInfo kEffect{
       .name = "structures",
       .summary = "nerve canal and tooth roots: distance from the blade, a warning, and what was cut of them",
-      .source = "the bone's own regions; the margin of 2 mm after the anatomy's figures (EJOMR 2022: at risk below 2 mm)",
+      .source =
+          "the bone's own regions; the margin of 2 mm after the anatomy's figures (EJOMR 2022: at risk below 2 mm)",
       .reads = "the tool's pose, regions that teeth cut, removed volume",
       .writes = "distance, warning, breach: volume, depth, force; events",
       .state = "boxes of the structures' voxels in a hierarchy; up to 256 events",

@@ -12,14 +12,14 @@ namespace kerf {
 
 /// Distance from a tool to boxes that stay where they are.
 ///
-/// Round patches cover the tool. A query of Embree gives the box that is nearest to a patch's centre, and with it a lower
-/// bound for the whole patch, now and while the tool moves on. Patches whose bound lies below the least distance known are
-/// asked, and divided in four, down to the tolerance; from each answer the nearest points of tool and boxes are found in
-/// turn.
+/// Round patches cover the tool. A query of Embree gives the box that is nearest to a patch's centre, and with it a
+/// lower bound for the whole patch, now and while the tool moves on. Patches whose bound lies below the least distance
+/// known are asked, and divided in four, down to the tolerance; from each answer the nearest points of tool and boxes
+/// are found in turn.
 class StructureDistance {
  public:
-  /// What is given is the distance of a point of the tool to a point of a box. Where patches are this share of it small,
-  /// or so many mm, they are divided no further.
+  /// What is given is the distance of a point of the tool to a point of a box. Where patches are this share of it
+  /// small, or so many mm, they are divided no further.
   static constexpr double kTolerance = 0.3;
   static constexpr double kLeast_mm = 0.1;
 

@@ -1,5 +1,5 @@
-// Structures: the distance against brute force, the warning at its margin, and what is said of a breach against what was
-// cut.
+// Structures: the distance against brute force, the warning at its margin, and what is said of a breach against what
+// was cut.
 #include "effects/structures.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,8 @@ double BruteForce(const std::vector<Box3>& boxes, const DiscSaw& saw, const Pose
     const int count = std::max(1, static_cast<int>(2 * kPi * rho / kStep));
     for (int i = 0; i < count; ++i) {
       for (const double z : {-0.5, 0.0, 0.5}) {
-        points.push_back(X.Point({rho * std::cos(2 * kPi * i / count), rho * std::sin(2 * kPi * i / count), z * saw.thickness_mm}));
+        points.push_back(
+            X.Point({rho * std::cos(2 * kPi * i / count), rho * std::sin(2 * kPi * i / count), z * saw.thickness_mm}));
       }
     }
   }
@@ -57,7 +58,8 @@ TEST(StructureDistance, IsThatOfBruteForceFromAnyPose) {
     std::vector<Box3> boxes;
     for (int i = 0; i < 60; ++i) {
       const double t = 0.1 * i;
-      const Vec3 c = world < 4 ? Vec3(3 * t - 9, 2 * std::sin(t), 0.3 * t * world) : Vec3(at(random), at(random), at(random));
+      const Vec3 c =
+          world < 4 ? Vec3(3 * t - 9, 2 * std::sin(t), 0.3 * t * world) : Vec3(at(random), at(random), at(random));
       boxes.push_back({c - Vec3(0.15), c + Vec3(0.15)});
     }
     StructureDistance distance(boxes, saw);
@@ -140,8 +142,8 @@ TEST(Structures, WarnsAtItsMarginAndTellsOfTheBreach) {
     simulation.Tick({at(z)});
     simulation.effects().Report(figures);
     const double gap_mm = z - 11 - 1;  // of the rim over the canal's top
-    // Never too far by more than the voxels' place (their faces lie on half voxels) and what the search may be off; never too near by
-    // more than that and what the tool moved since.
+    // Never too far by more than the voxels' place (their faces lie on half voxels) and what the search may be off;
+    // never too near by more than that and what the tool moved since.
     EXPECT_NEAR(figures[0], std::max(0.0, gap_mm), 0.51 * h + 0.02 + 0.01 * std::max(0.0, gap_mm)) << z;
     if (figures[1] > 0 && warned_mm < 0) warned_mm = gap_mm;
     if (figures[2] > 0 && breached_mm == -100) breached_mm = gap_mm;
