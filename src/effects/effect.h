@@ -16,6 +16,8 @@
 
 namespace kerf {
 
+class EffectPlan;
+
 /// What there is when a simulation is made. The references outlive the effect.
 ///
 /// Poses in the tick are those of the field's frame F (BoneField), which is the world moved by p_WF: p_W = p_F + p_WF.
@@ -28,6 +30,7 @@ struct EffectSetup {
   const Faces* faces = nullptr;  // null: a tool that follows its path
   Vec3 p_TC_mm{0};               // where forces and motions are taken, tool frame
   Vec3 p_WF_mm{0};
+  const EffectPlan* plan = nullptr;  // has those effects that stand before: where an effect finds whom it needs
 };
 
 /// A tick that begins.

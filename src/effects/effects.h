@@ -8,6 +8,8 @@
 // clang-format off
 #define KERF_EFFECTS(EFFECT) \
   EFFECT(KerfFriction)       \
+  EFFECT(TangentialForce)    \
+  EFFECT(Spindle)            \
   EFFECT(Guide)              \
   EFFECT(Heat)               \
   EFFECT(Structures)

@@ -8,6 +8,8 @@ namespace kerf {
 
 EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) : shape_(&setup.shape) {
   CheckEffects(choices);
+  EffectSetup with_plan = setup;
+  with_plan.plan = this;
   for (const EffectInfo* info : Effects()) {
     const EffectChoice* choice = FindChoice(choices, info->name);
     if (choice == nullptr) continue;
@@ -15,7 +17,7 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
       left_out_.push_back(info);
       continue;
     }
-    Effect* effect = entries_.emplace_back(info, info->make(choice->values(), setup), channel_count_).effect.get();
+    Effect* effect = entries_.emplace_back(info, info->make(choice->values(), with_plan), channel_count_).effect.get();
     channel_count_ += info->channels.size();
     const auto list = [&](EffectHook hook, std::vector<Effect*>& effects) {
       if ((info->hooks & hook) != 0) effects.push_back(effect);
