@@ -21,6 +21,7 @@ struct BenchOptions {
   int core = 0;
   bool realtime = false;    // ticks and baselines go before other programs
   int baseline_ticks = 30;  // of OpenVDB, which takes its time
+  bool without_effects = false;
   std::function<void(const std::string& what, double fraction)> progress;
 };
 

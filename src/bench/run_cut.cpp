@@ -58,7 +58,8 @@ double Sum(const std::array<double, 256>& by_region) {
 /// One pass along the cut, tick by tick.
 class Pass {
  public:
-  Pass(const CutCase& cut, Bone bone) : cut_(cut), simulation_(std::move(bone), MakeParams(cut), HandlePose(cut, 0)) {}
+  Pass(const CutCase& cut, Bone bone, bool without_effects)
+      : cut_(cut), simulation_(std::move(bone), MakeParams(cut, without_effects), HandlePose(cut, 0)) {}
 
   static int CountTicks(const CutCase& cut, double way_mm) {
     return static_cast<int>(std::lround(way_mm / cut.feed_mm_per_s / kTick_s));
@@ -89,8 +90,9 @@ class Pass {
   CoupledSimulation& simulation() { return simulation_; }
 
  private:
-  static CoupledParams MakeParams(const CutCase& cut) {
+  static CoupledParams MakeParams(const CutCase& cut, bool without_effects) {
     CoupledParams params;
+    if (without_effects) params.effects.clear();
     params.tool = cut.tool;
     params.coupling = cut.by_hand ? MakeDeviceCoupling() : MakeStiffCoupling();
     params.spare_leaves = cut.spare_leaves;
@@ -204,7 +206,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   bool same_hash = true;
   for (int n = 0; n < passes; ++n) {
     show("ticks", static_cast<double>(n) / (passes + 2));
-    Pass pass(cut, fresh);
+    Pass pass(cut, fresh, options.without_effects);
     for (int i = 0; i < warm_up; ++i) {
       const CoupledOutput out = pass.Tick(nullptr);
       if (n == 0) trace.X_WT.push_back(out.X_WT);
@@ -233,7 +235,7 @@ BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
   // The times of the stages cost time themselves: a pass of its own.
   {
     show("stages", static_cast<double>(passes) / (passes + 2));
-    Pass pass(cut, fresh);
+    Pass pass(cut, fresh, options.without_effects);
     for (int i = 0; i < warm_up; ++i) pass.Tick(nullptr);
     StageClock clock;
     for (int i = 0; i < std::min(in_pass, 2000); ++i) {

@@ -93,6 +93,8 @@ void AddBenchCommand(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--realtime", options->bench.realtime,
                     "Let the ticks and the baselines go before other programs (SCHED_FIFO), as the loop does");
+  command->add_flag("--without-effects", options->bench.without_effects,
+                    "Without friction in the kerf, which the cuts have else");
   command
       ->add_option(
           "--width", options->width,

@@ -38,6 +38,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print(
       "  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth engaged\n",
       s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
+  for (const std::string& effect : DescribeEffects(s.effects)) fmt::print("  effect    {}\n", effect);
   fmt::print("  pieces    {}", s.pieces.size());
   for (std::size_t i = 0; i < s.pieces.size(); ++i) {
     fmt::print("{}{:.2f} cm3", i == 0 ? ": " : ", ", s.pieces[i].volume_mm3 / 1000);

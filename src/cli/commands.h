@@ -10,6 +10,7 @@ namespace kerf::cli {
 void AddBenchCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
+void AddEffectsCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddPictureCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);

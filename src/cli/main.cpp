@@ -54,6 +54,7 @@ int RunProgram(int argc, char** argv) {
   kerf::cli::AddBenchCommand(app);
   kerf::cli::AddCheckCommand(app);
   kerf::cli::AddCompareCommand(app);
+  kerf::cli::AddEffectsCommand(app);
   kerf::cli::AddExportCommand(app);
   kerf::cli::AddPictureCommand(app);
   kerf::cli::AddInfoCommand(app);

@@ -84,6 +84,8 @@ HapticLoop::HapticLoop(LoopBody& body, GuardedDevice& device, LoopClock& clock, 
       stages_(clock),
       leaves_(static_cast<std::size_t>(params.leaf_ring)),
       samples_(static_cast<std::size_t>(params.sample_ring)),
+      channel_count_(body.channel_count()),
+      channels_((samples_.capacity() + 1) * channel_count_),
       publisher_(leaves_, static_cast<std::size_t>(params.max_leaves_waiting)) {}
 
 HapticLoop::~HapticLoop() {
@@ -208,7 +210,15 @@ void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
   publisher_.Send(params_.leaves_per_tick);
   sample_.tick_us = Microseconds(before_ns - begin_ns);
   sample_.late_us = Microseconds(when.late_ns);
-  if (!samples_.TryPush(sample_)) ++counts_.samples_lost;
+  if (channel_count_ > 0) {
+    const std::size_t slot = samples_sent_ % (samples_.capacity() + 1);
+    body_.ReportChannels(std::span(channels_).subspan(slot * channel_count_, channel_count_));
+  }
+  if (samples_.TryPush(sample_)) {
+    ++samples_sent_;
+  } else {
+    ++counts_.samples_lost;
+  }
   LoopState& state = state_.back();
   state.last = sample_;
   state.ticks = counts_.ticks;

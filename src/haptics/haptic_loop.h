@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "core/log_histogram.h"
 #include "core/spsc_ring.h"
@@ -100,6 +102,11 @@ class HapticLoop {
   // ---- while it runs: one reader each, no matter which thread
   TripleBuffer<LoopState>& state() { return state_; }
   SpscRing<LoopSample>& samples() { return samples_; }
+  /// The body's figures of the sample that is read now, by the reader of samples(): `popped`, how many it has read
+  /// before. Until that is popped.
+  std::span<const double> channels(std::uint64_t popped) const {
+    return {channels_.data() + popped % (samples_.capacity() + 1) * channel_count_, channel_count_};
+  }
   SpscRing<LeafMessage>& leaves() { return leaves_; }
   // any thread
   const LogHistogram& tick_times() const { return tick_times_; }
@@ -136,6 +143,10 @@ class HapticLoop {
   LogHistogram exchange_times_;
   SpscRing<LeafMessage> leaves_;
   SpscRing<LoopSample> samples_;
+  // A slot more than samples wait: the one that is filled is never one that is read.
+  std::size_t channel_count_;
+  std::vector<double> channels_;
+  std::uint64_t samples_sent_ = 0;
   TripleBuffer<LoopState> state_;
   LeafPublisher publisher_;
   int next_mark_ = 0;

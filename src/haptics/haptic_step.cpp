@@ -57,12 +57,13 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   }
   out.sample = sample_;
   out.v_H_W_mm_per_s = velocity_.velocity_mm_per_s();
+  out.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // here rad / s
 
   if (good) {
     CoupledInput tick;
     tick.X_WH = sample_.X_WH;
-    tick.v_H_W_mm_per_s = velocity_.velocity_mm_per_s();
-    tick.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // here rad / s
+    tick.v_H_W_mm_per_s = out.v_H_W_mm_per_s;
+    tick.w_H_W_rad_per_s = out.w_H_W_rad_per_s;
     tick.dt_s = in.dt_s;
     tick.rpm = in.rpm;
     out.coupled = simulation_->Tick(tick, observer);

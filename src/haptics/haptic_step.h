@@ -32,6 +32,7 @@ enum HapticFault : std::uint32_t {
 struct HapticStepOutput {
   DeviceSample sample;  // the last good one
   Vec3 v_H_W_mm_per_s{0};
+  Vec3 w_H_W_rad_per_s{0};
   CoupledOutput coupled;
   ForceMapOutput force;  // that the device was given; zero when it did not take it
   std::uint32_t faults = kHapticOk;

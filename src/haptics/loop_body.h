@@ -1,6 +1,9 @@
 // What the loop does each time round, seen from the loop.
 #pragma once
 
+#include <cstddef>
+#include <span>
+
 #include "kerf/coupled.h"
 
 namespace kerf {
@@ -19,6 +22,9 @@ class LoopBody {
 
   /// Reads the device, moves the world on by `dt_s`, writes the device. False: the device has failed; the loop ends.
   virtual bool Tick(double dt_s, TickObserver& observer, TickReport& report) = 0;
+  /// Figures of a tick beside its report: how many, always as many; and those of the last tick.
+  virtual std::size_t channel_count() const { return 0; }
+  virtual void ReportChannels(std::span<double>) const {}
   /// The device's force has been zero: it comes back slowly from here on.
   virtual void RampIn() = 0;
   /// Takes effect over the next ticks without a step in the force.

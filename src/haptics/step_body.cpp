@@ -1,5 +1,9 @@
 #include "haptics/step_body.h"
 
+#include <utility>
+
+#include "effects/plan.h"
+
 namespace kerf {
 
 StepBody::StepBody(CoupledSimulation& simulation, GuardedDevice& device, const StepBodyParams& params,
@@ -9,6 +13,13 @@ StepBody::StepBody(CoupledSimulation& simulation, GuardedDevice& device, const S
       params_(params),
       before_(before),
       step_(simulation, device.profile(), params.force_map) {}
+
+std::size_t StepBody::channel_count() const {
+  return std::as_const(simulation_).effects().channel_count();
+}
+void StepBody::ReportChannels(std::span<double> channels) const {
+  std::as_const(simulation_).effects().Report(channels);
+}
 
 bool StepBody::Tick(double dt_s, TickObserver& observer, TickReport& report) {
   if (before_ != nullptr) before_->Advance(dt_s);

@@ -29,6 +29,8 @@ class StepBody final : public LoopBody {
            BeforeTick* before = nullptr);
 
   bool Tick(double dt_s, TickObserver& observer, TickReport& report) override;
+  std::size_t channel_count() const override;
+  void ReportChannels(std::span<double> channels) const override;
   void RampIn() override { force_off_ = true; }
   void SetFidelity(Fidelity fidelity) override { simulation_.SetFidelity(fidelity); }
   int changed_count() const override { return simulation_.changed_count(); }

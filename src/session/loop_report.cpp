@@ -199,7 +199,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
     for (const LoopBar& bar : all) list.push_back({bar.lower_us, bar.upper_us, bar.count});
     return list;
   };
-  const ordered_json json = {
+  ordered_json json = {
       {"kerf", VersionString()},
       {"scene", scene.name},
       {"seconds_asked", s.seconds},
@@ -278,6 +278,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"tick_bars_us", bars(s.tick_bars)},
       {"warnings", s.warnings},
       {"files", s.files}};
+  if (!s.effects.empty()) json["effects"] = EffectsJson(s.effects);
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
@@ -285,16 +286,19 @@ std::string FormatLoopCsv(const LoopSummary& s) {
   std::string csv =
       "time_s,skipped,handle_x_mm,handle_y_mm,handle_z_mm,tool_x_mm,tool_y_mm,tool_z_mm,hand_x_N,hand_y_N,hand_z_N,"
       "device_x_N,device_y_N,device_z_N,cut_N,face_N,friction_N,thrust_sum_N,engaged_teeth,removed_mm3,tick_us,late_us,"
-      "fidelity,status\n";
+      "fidelity,status";
+  csv += s.effects.Header() + "\n";
   csv.reserve(csv.size() + 200 * s.rows.size());
-  for (const LoopRow& r : s.rows) {
+  for (std::size_t i = 0; i < s.rows.size(); ++i) {
+    const LoopRow& r = s.rows[i];
     fmt::format_to(std::back_inserter(csv),
                    "{:.6f},{},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
-                   "{:.6g},{:.6g},{:.6g},{:.6g},{:.5g},{:.6g},{:.1f},{:.1f},{},{}\n",
+                   "{:.6g},{:.6g},{:.6g},{:.6g},{:.5g},{:.6g},{:.1f},{:.1f},{},{}",
                    r.time_s, r.skipped, r.p_WC_mm.x, r.p_WC_mm.y, r.p_WC_mm.z, r.p_WT_mm.x, r.p_WT_mm.y, r.p_WT_mm.z,
                    r.f_hand_N.x, r.f_hand_N.y, r.f_hand_N.z, r.f_device_N.x, r.f_device_N.y, r.f_device_N.z, r.cut_N,
                    r.face_N, r.friction_N, r.thrust_N, r.engaged_teeth, r.removed_mm3, r.tick_us, r.late_us,
                    kerf::ToString(r.fidelity), r.status);
+    csv += s.effects.Row(i) + "\n";
   }
   return csv;
 }
@@ -324,6 +328,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
       fmt::format("- {}, {} times through the path, {} removed.\n", DescribeStrokes(s), s.rounds, DescribeRemoved(s));
   text += fmt::format("- The bone is {}.\n", DescribePieces(s));
   text += fmt::format("- Energy: {}.\n", DescribeEnergy(s));
+  for (const std::string& effect : DescribeEffects(s.effects)) text += fmt::format("- Effect: {}.\n", effect);
   text += fmt::format("- {} leaves were sent to readers; a copy of the bone made from them is {}.\n", s.leaves_sent,
                       s.mirror_identical ? "bit-identical to the bone" : "NOT the bone");
   if (!s.virtual_time) {

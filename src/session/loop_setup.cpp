@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "devices/profiles.h"
@@ -12,6 +13,7 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
+constexpr int kMostSpareLeaves = 1 << 16;
 
 DeviceProfile ReadProfile(const SceneDevice& device) {
   if (device.file.empty()) return FindDeviceProfile(device.profile);
@@ -47,6 +49,12 @@ LoopSetup MakeLoopSetup(const Scene& scene) {
   setup.fitted =
       FitCoupling(setup.profile, setup.hand, asked, map.force_scale(), map.torque_scale(), 1 / scene.loop.rate_hz);
   return setup;
+}
+
+int CountSpareLeaves(const Bone& bone) {
+  const double leaf_mm = 8 * bone.voxel_mm();
+  const double whole = bone.CalcVolume() / (leaf_mm * leaf_mm * leaf_mm);
+  return static_cast<int>(std::clamp(1.1 * whole + 64, 256.0, static_cast<double>(kMostSpareLeaves)));
 }
 
 std::string DescribeCoupling(const LoopSetup& setup) {

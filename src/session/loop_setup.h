@@ -6,6 +6,7 @@
 
 #include "haptics/coupling_limits.h"
 #include "haptics/force_map.h"
+#include "kerf/bone.h"
 #include "scene/scene.h"
 
 namespace kerf {
@@ -22,6 +23,9 @@ struct LoopSetup {
 /// Throws Error for a device or hand that there is none of, or a table of devices that can't be read, with the place in
 /// the scene that names it.
 LoopSetup MakeLoopSetup(const Scene& scene);
+
+/// Leaves set aside for cutting into pure bone: as many as the bone has room for, within reason.
+int CountSpareLeaves(const Bone& bone);
 
 /// What a newcomer would want to know: what is below its limits and why, "1 N/mm (0.43 N/mm on the device)".
 std::string DescribeCoupling(const LoopSetup& setup);

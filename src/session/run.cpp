@@ -6,6 +6,9 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <utility>
+
+#include "effects/plan.h"
 
 namespace kerf {
 namespace {
@@ -30,6 +33,10 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   times_us.reserve(total);
 
   Simulation simulation(std::move(bone), params, path.CalcPose(0, 0));
+  const EffectPlan& effects = std::as_const(simulation).effects();
+  result.effects = EffectRecord(effects);
+  std::vector<double> channels(effects.channel_count());
+  result.effects.rows.reserve(total * channels.size());
   const Clock::time_point start = Clock::now();
   for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
     const PathSegment& stretch = path.segments()[segment];
@@ -54,6 +61,10 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       record.touched = touched;
       X_WT = record.X_WT;
       result.ticks.push_back(record);
+      if (!channels.empty()) {
+        effects.Report(channels);
+        result.effects.TakeRow(channels);
+      }
       if (k % kTicksBetweenRefills == 0) simulation.Refill();
       if (progress && k % 64 == 0) progress(static_cast<double>(result.ticks.size()) / static_cast<double>(total));
     }
@@ -76,10 +87,11 @@ TickTimes CalcTickTimes(std::vector<double> microseconds) {
   return {rank(0.5), rank(0.99), rank(0.999), microseconds.back()};
 }
 
-std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every) {
+std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects) {
   std::string csv =
       "time_s,segment,x_mm,y_mm,z_mm,qw,qx,qy,qz,force_x_N,force_y_N,force_z_N,torque_x_Nmm,torque_y_Nmm,torque_z_Nmm,"
-      "thrust_sum_N,engaged_teeth,mean_bite_um,mean_E_GPa,main_region,travel_mm,removed_mm3,removed_total_mm3,status\n";
+      "thrust_sum_N,engaged_teeth,mean_bite_um,mean_E_GPa,main_region,travel_mm,removed_mm3,removed_total_mm3,status";
+  csv += (effects ? effects->Header() : "") + "\n";
   csv.reserve(csv.size() + 256 * (ticks.size() / static_cast<std::size_t>(std::max(every, 1)) + 1));
   double total_mm3 = 0;
   double since_last_row_mm3 = 0;
@@ -95,10 +107,11 @@ std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every) {
     fmt::format_to(
         std::back_inserter(csv),
         "{:.6f},{},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f},{:.9f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
-        "{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6f},{:.6g},{:.9g},{}\n",
+        "{:.6g},{:.6g},{:.6g},{:.6g},{},{:.6f},{:.6g},{:.9g},{}",
         t.time_s, t.segment + 1, p.x, p.y, p.z, q.w, q.x, q.y, q.z, f.x, f.y, f.z, m.x, m.y, m.z, t.out.thrust_sum_N,
         t.out.engaged_teeth, 1000 * t.out.mean_bite_mm, t.out.mean_E_MPa / 1000, t.out.main_region, t.travel_mm,
         since_last_row_mm3, total_mm3, t.out.status);
+    csv += (effects ? effects->Row(i) : "") + "\n";
     since_last_row_mm3 = 0;
   }
   return csv;

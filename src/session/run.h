@@ -8,6 +8,7 @@
 #include "kerf/simulation.h"
 #include "scene/path.h"
 #include "scene/scene.h"
+#include "session/effect_record.h"
 
 namespace kerf {
 
@@ -32,6 +33,7 @@ struct TickTimes {
 struct RunResult {
   Bone bone;  // after the cut
   std::vector<TickRecord> ticks;
+  EffectRecord effects;  // a row of it for each tick
   std::array<double, 256> removed_mm3_by_region{};
   double removed_mm3 = 0;
   TickTimes times;
@@ -46,6 +48,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
 TickTimes CalcTickTimes(std::vector<double> microseconds);
 
 /// One row a tick (or every `every`th); units in the header. docs/formats.md says what each column is.
-std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every);
+/// `effects`, with a row for each tick, adds its columns; null: none.
+std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects = nullptr);
 
 }  // namespace kerf

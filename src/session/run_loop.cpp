@@ -23,7 +23,6 @@
 namespace kerf {
 namespace {
 
-constexpr int kMostSpareLeaves = 1 << 16;
 constexpr double kNoiseFrom_Hz = 20;
 
 /// Whether bone is within the tool as it is set down: looked for at points of its middle plane.
@@ -39,13 +38,6 @@ bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
     }
   }
   return false;
-}
-
-/// Leaves set aside for cutting into pure bone: as many as the bone has room for, within reason.
-int CountSpareLeaves(const Bone& bone) {
-  const double leaf_mm = 8 * bone.voxel_mm();
-  const double whole = bone.CalcVolume() / (leaf_mm * leaf_mm * leaf_mm);
-  return static_cast<int>(std::clamp(1.1 * whole + 64, 256.0, static_cast<double>(kMostSpareLeaves)));
 }
 
 LoopTimeSummary Summarize(const std::string& name, const LogHistogram& times) {
@@ -81,14 +73,17 @@ class Recorder {
     // In one go: in locked memory each page costs.
     const auto n = static_cast<std::size_t>(ticks) + 64;
     summary_.rows.reserve(n / every_ + 1);
+    summary_.effects.rows.reserve((n / every_ + 1) * summary_.effects.figures.size());
     for (auto& axis : force_) axis.reserve(n);
     cutting_.reserve(n);
   }
 
-  void Drain(SpscRing<LoopSample>& samples) {
+  void Drain(HapticLoop& loop) {
+    SpscRing<LoopSample>& samples = loop.samples();
     while (const LoopSample* sample = samples.Peek()) {
-      Take(*sample);
+      Take(*sample, loop.channels(popped_));
       samples.Pop();
+      ++popped_;
     }
   }
 
@@ -116,7 +111,7 @@ class Recorder {
   }
   void Mix(double value) { hash_ = MixHash(hash_ ^ std::bit_cast<std::uint64_t>(value)); }
 
-  void Take(const LoopSample& s) {
+  void Take(const LoopSample& s, std::span<const double> channels) {
     const CoupledOutput& out = s.report.out;
     // The device held its force over what was missed.
     for (int k = 0; k < s.skipped && k < 10'000; ++k) Hold();
@@ -139,7 +134,11 @@ class Recorder {
     summary_.removed_by_occupancy_mm3 += out.removed_mm3;
     NoteMoments(s);
     removed_mm3_ += out.removed_mm3;
-    if (++ticks_ % every_ != 0) return;
+    if (++ticks_ % every_ != 0) {
+      summary_.effects.Take(channels);
+      return;
+    }
+    summary_.effects.TakeRow(channels);
     LoopRow row;
     row.time_s = s.time_s;
     row.skipped = s.skipped;
@@ -202,6 +201,7 @@ class Recorder {
   std::array<std::vector<double>, 3> force_;  // on the device, every deadline
   std::vector<bool> cutting_;
   std::uint64_t ticks_ = 0;
+  std::uint64_t popped_ = 0;
   std::uint64_t hash_ = 0;
   bool any_ = false;
   bool engaged_ = false;
@@ -309,6 +309,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   const Vec3 p_TC_mm = params.coupling.p_TC_mm;
   const Pose X_WT_start = path.CalcPose(0, 0);
   CoupledSimulation simulation(std::move(bone), params, X_WT_start);
+  s.effects = EffectRecord(simulation.effects());
   SimulatedDeviceOptions device_options;
   device_options.p_TC_mm = p_TC_mm;
   SimulatedDevice simulated(profile, hand, X_WT_start, device_options);
@@ -324,7 +325,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, options.seconds * scene.loop.rate_hz, s);
   const auto stopped = [&] { return options.stop != nullptr && options.stop->load(); };
   const auto read = [&](double share) {
-    recorder.Drain(loop.samples());
+    recorder.Drain(loop);
     s.leaves_sent += mirror.Update();
     show("cutting", share);
   };

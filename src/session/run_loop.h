@@ -10,6 +10,7 @@
 #include "haptics/haptic_loop.h"
 #include "kerf/bone.h"
 #include "scene/scene.h"
+#include "session/effect_record.h"
 #include "session/loop_setup.h"
 #include "session/run.h"
 #include "session/run_scene.h"
@@ -120,6 +121,7 @@ struct LoopSummary {
   bool mirror_identical = false;  // a reader's copy of the bone, made from the published leaves, is the bone
   std::size_t leaves_sent = 0;
   MaterialSummary material;
+  EffectRecord effects;       // a row of it for each of the next
   std::vector<LoopRow> rows;  // every `forces_every_ticks`th
   // With `keep_bones`:
   Bone before;

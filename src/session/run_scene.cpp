@@ -111,6 +111,8 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   }
   summary.materials = before.materials();
   summary.force = SummarizeForces(result.ticks, rate_hz);
+  summary.effects = result.effects;
+  summary.effects.rows.clear();
   summary.ticks = result.ticks.size();
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     const TickRecord& t = result.ticks[i];
@@ -129,7 +131,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const auto add_file = [&](const std::string& name) { summary.files.push_back(name); };
   WriteTextFile(folder + "/scene.toml", ResolvedToml(scene));
   add_file("scene.toml");
-  WriteTextFile(folder + "/forces.csv", FormatForceLog(result.ticks, scene.output.forces_every_ticks));
+  WriteTextFile(folder + "/forces.csv", FormatForceLog(result.ticks, scene.output.forces_every_ticks, &result.effects));
   add_file("forces.csv");
   if (scene.output.bone) {
     result.bone.set_note("cut_by_scene", scene.name);
@@ -193,6 +195,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
       {"removed_plus_remaining_minus_initial_mm3", s.removed_mm3 + s.volume_after_mm3 - s.volume_before_mm3},
       {"by_region", regions}};
   json["force"] = ForceJson(scene.force.name(), s.force);
+  if (!s.effects.on.empty()) json["effects"] = EffectsJson(s.effects);
   json["pieces"] = ordered_json::array();
   for (const PieceSummary& piece : s.pieces) {
     ordered_json row = {{"volume_mm3", piece.volume_mm3}, {"bounds", BoxJson(piece.bounds_W)}};

@@ -38,6 +38,7 @@ struct RunSummary {
   MaterialTable materials;  // as used: uniform when the scene says so
   MaterialSummary material;
   ForceSummary force;
+  EffectRecord effects;  // without its rows
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;
   double dust_mm3 = 0;

@@ -3,6 +3,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cmath>
+
+#include "session/effect_record.h"
 #include "session/run_scene.h"
 
 namespace kerf {
@@ -20,6 +23,20 @@ inline nlohmann::ordered_json ForceJson(const std::string& law, const ForceSumma
           {"work_J", force.work_Nmm / 1000},
           {"engaged_teeth_peak", force.engaged_teeth_peak},
           {"cutting_time_s", force.cutting_time_s}};
+}
+
+/// By effect that is on, by channel.
+inline nlohmann::ordered_json EffectsJson(const EffectRecord& record) {
+  const auto number = [](double value) {
+    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+  };
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const std::string& effect : record.on) json[effect] = nlohmann::ordered_json::object();
+  for (const EffectFigure& f : record.figures) {
+    json[f.effect][f.name] = {
+        {"last", number(f.last)}, {"smallest", number(f.smallest)}, {"largest", number(f.largest)}};
+  }
+  return json;
 }
 
 /// Of a RunSummary or a SlabSummary.

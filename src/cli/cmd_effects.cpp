@@ -1,0 +1,112 @@
+// kerf effects: what a scene may ask for, and what it costs there.
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "cli/signals.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "scene/scene.h"
+#include "study/effect_costs.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string scene;
+  EffectCostOptions measure;
+  std::optional<double> voxel_mm;
+  std::string csv;
+  bool as_run = false;
+  bool json = false;
+  bool markdown = false;
+};
+
+void SetVoxel(Scene& scene, double voxel_mm) {
+  switch (scene.bone.source) {
+    case BoneSource::kMandible:
+      scene.bone.mandible.voxel_mm = voxel_mm;
+      return;
+    case BoneSource::kBlock:
+    case BoneSource::kPlate:
+      scene.bone.block.voxel_mm = voxel_mm;
+      return;
+    case BoneSource::kFile:
+      break;
+  }
+  throw Error("--voxel is for a bone that the scene generates; this one is read from a file");
+}
+
+void Run(Options& options) {
+  if (options.scene.empty()) {
+    if (options.measure.all || options.markdown || !options.csv.empty() || options.voxel_mm) {
+      throw CLI::ValidationError("SCENE", "is missing: give the scene to measure on");
+    }
+    fmt::print("{}", options.json ? FormatEffectListJson() : FormatEffectList());
+    return;
+  }
+  Scene scene = ReadScene(options.scene);
+  if (options.voxel_mm) SetVoxel(scene, *options.voxel_mm);
+  if (!options.csv.empty()) {
+    CheckInputsStay({options.scene, scene.bone.file, scene.bone.materials, scene.path.file}, {options.csv});
+    CheckWritable(options.csv);
+  }
+  options.measure.by_hand = !options.as_run;
+  options.measure.stop = &CatchInterrupt();
+  EffectCosts costs;
+  {
+    std::unique_ptr<ProgressBar> bar;
+    std::string stage;
+    options.measure.progress = [&](const std::string& now, double fraction) {
+      if (now != stage) {
+        bar.reset();
+        bar = std::make_unique<ProgressBar>(now);
+        stage = now;
+      }
+      bar->Show(fraction);
+    };
+    costs = MeasureEffects(scene, options.measure);
+  }
+  if (!options.csv.empty()) WriteTextFile(options.csv, FormatKeptCosts(costs));
+  fmt::print("{}", options.json       ? FormatEffectCostsJson(costs)
+                   : options.markdown ? FormatEffectCostsMarkdown(costs)
+                                      : FormatEffectCosts(costs));
+}
+
+}  // namespace
+
+void AddEffectsCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "effects",
+      "List the effects that a scene may name; with a scene, which of them are on, why, and what each costs there");
+  command->add_option("SCENE", options->scene,
+                      "The scene file: its cut is made with and without each effect, in turn, and timed");
+  command->add_option("--seconds", options->measure.seconds, "Of the cut that is timed, where most teeth are engaged")
+      ->check(CLI::Range(0.1, 60.0))
+      ->capture_default_str();
+  command->add_option("--passes", options->measure.passes, "Times through it, 1 to 100")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  command->add_flag("--run", options->as_run, "The tool led along its path, as by 'kerf run', not in a hand");
+  command->add_flag("--all", options->measure.all,
+                    "All effects that there are: those that the scene does not name with their presets");
+  command->add_flag("--together", options->measure.together_only, "Only all together, not each by itself");
+  command->add_option("--voxel", options->voxel_mm, "Voxels of so many mm, instead of the scene's, 0.02 to 4")
+      ->check(CLI::Range(0.02, 4.0));
+  CLI::Option* core =
+      command->add_option("--core", options->measure.core, "Core that the ticks are held to, from 0; without, any")
+          ->check(CLI::Range(0, 4095));
+  command->add_flag("--realtime", options->measure.realtime, "Let the ticks go before other programs (SCHED_FIFO)")
+      ->needs(core);
+  CLI::Option* json = command->add_flag("--json", options->json, "Print as JSON");
+  command->add_flag("--markdown", options->markdown, "Print as the Markdown table of the README")->excludes(json);
+  command->add_option("--csv", options->csv, "Also write the costs to this file (volumes/effect_costs.csv)");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,104 @@
+// kerf effects as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+using testing::HasSubstr;
+
+constexpr char kScene[] =
+    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\nvoxel_mm = 0.25\n"
+    "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n"
+    "[[path.stroke]]\nstart_mm = [0.0, 0.0, 7.6]\nend_mm = [0.0, 0.0, 4.5]\nfeed_mm_per_s = 6.0\n"
+    "disc_normal = [1.0, 0.0, 0.0]\n";
+constexpr char kFriction[] = "[effects.kerf_friction]\ncoefficient = 0.3\n";
+
+class EffectsCommand : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    Write("plain.toml", kScene);
+    Write("rubs.toml", std::string(kScene) + kFriction);
+  }
+  Json Measure(const std::string& arguments) const {
+    const auto result = Kerf("effects " + arguments + " --seconds 0.1 --passes 2 --json");
+    EXPECT_EQ(result.code, 0) << result.err;
+    return Json::parse(result.out, nullptr, false);
+  }
+};
+
+TEST_F(EffectsCommand, ListsAllWithTheirParameters) {
+  const auto text = Kerf("effects");
+  ASSERT_EQ(text.code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("\nkerf_friction\n"));
+  EXPECT_THAT(text.out, HasSubstr("coefficient"));
+  const auto json = Json::parse(Kerf("effects --json").out);
+  ASSERT_GE(json["effects"].size(), 1u);
+  EXPECT_EQ(json["effects"][0]["name"], "kerf_friction");
+  EXPECT_EQ(json["effects"][0]["needs_hand"], true);
+  EXPECT_EQ(json["effects"][0]["parameters"][0]["preset"], 0.2);
+  EXPECT_EQ(json["effects"][0]["parameters"][0]["range"][1], 2.0);
+  for (const Json& effect : json["effects"]) EXPECT_TRUE(effect.contains("cost"));
+}
+
+TEST_F(EffectsCommand, SaysOfASceneWhatIsOnAndWhatItCosts) {
+  const Json json = Measure("rubs.toml");
+  ASSERT_EQ(json["on"].size(), 1u);
+  const Json& friction = json["on"][0];
+  EXPECT_EQ(friction["name"], "kerf_friction");
+  EXPECT_EQ(friction["why"], "the scene names it");
+  EXPECT_EQ(friction["with_it"]["cutting"]["ticks"], 100);
+  EXPECT_GT(friction["with_it"]["cutting"]["p99_us"], 0);
+  EXPECT_GE(friction["with_it"]["cutting"]["p99_us"], friction["with_it"]["cutting"]["p50_us"]);
+  EXPECT_GT(friction["memory_MB"], 0);
+  EXPECT_EQ(json["together"]["with_it"]["force_hash"], friction["with_it"]["force_hash"]);
+  EXPECT_NEAR(json["fits_kHz"].get<double>() * json["together"]["with_it"]["cutting"]["p99_us"].get<double>(), 1000, 1);
+  for (const Json& left_out : json["left_out"]) EXPECT_EQ(left_out["why"], "the scene does not name it");
+  EXPECT_GT(json["mean_engaged_teeth"], 0);
+}
+
+TEST_F(EffectsCommand, WhatTheSceneDoesNotNameIsNotOn) {
+  const Json json = Measure("plain.toml");
+  EXPECT_TRUE(json["on"].empty());
+  EXPECT_EQ(json["together"]["only_observes"], true);
+  EXPECT_EQ(json["together"]["memory_MB"], 0);
+  EXPECT_EQ(json["left_out"].size(), Json::parse(Kerf("effects --json").out)["effects"].size());
+}
+
+TEST_F(EffectsCommand, WithoutAHandWhatNeedsOneIsLeftOut) {
+  const Json json = Measure("rubs.toml --run");
+  EXPECT_TRUE(json["on"].empty());
+  EXPECT_EQ(json["left_out"][0]["name"], "kerf_friction");
+  EXPECT_THAT(json["left_out"][0]["why"].get<std::string>(), HasSubstr("needs a tool in a hand"));
+}
+
+TEST_F(EffectsCommand, WritesTheTableThatItShows) {
+  const auto result = Kerf("effects plain.toml --all --seconds 0.1 --passes 1 --voxel 0.3 --markdown --csv costs.csv");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("| kerf_friction |"));
+  EXPECT_THAT(result.out, HasSubstr("0.3 mm voxels"));
+  EXPECT_THAT(test::Slurp(folder_ / "costs.csv"), HasSubstr("\nkerf_friction,"));
+}
+
+TEST_F(EffectsCommand, RefusesWhatItCanNotMeasure) {
+  EXPECT_EQ(Kerf("effects --all").code, 2);
+  EXPECT_EQ(Kerf("effects plain.toml --seconds 0").code, 2);
+  EXPECT_EQ(Kerf("effects plain.toml --realtime").code, 2);
+  ExpectRefusal(Kerf("effects plain.toml --csv plain.toml"),
+                "plain.toml: is an input and would be written over by plain.toml; choose another output");
+  std::string away = kScene;
+  away.replace(away.find("end_mm = [0.0, 0.0, 4.5]"), 24, "end_mm = [0.0, 0.0, 7.4]");
+  Write("away.toml", away);
+  const auto result = Kerf("effects away.toml --run");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("the tool meets no bone"));
+}
+
+}  // namespace
+}  // namespace kerf
