@@ -17,7 +17,7 @@ struct SimulationParams {
   Tool tool = DiscSaw{};
   ForceLaw law;
   int rim_samples_per_pitch = 8;  // 1 to 256; how finely the rim looks for bone
-  EffectChoices effects;          // those that need a hand are left out
+  EffectChoices effects = {};     // those that need a hand are left out
 };
 
 class EffectPlan;

@@ -393,12 +393,14 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
 
   // 6 effects, of the whole tick
   const double mean = sums.time_s > 0 ? 1 / sums.time_s : 0;
-  s.effects.End({in.dt_s, asked.rpm, in.rpm, s.X_WT, (out.status & kCoupledAsleep) != 0, mean * sums.teeth,
-                 mean * sums.thrust, out.removed_mm3});
+  EffectEnd end{in.dt_s,           asked.rpm,          in.rpm,         s.X_WT, (out.status & kCoupledAsleep) != 0,
+                mean * sums.teeth, mean * sums.thrust, out.removed_mm3};
+  s.effects.End(end);
 
   // 7 publish
   enter(TickStage::kPublish);
   s.Publish(sums, out);
+  if (end.f_more_W_N != Vec3(0)) out.f_H_W_N += end.f_more_W_N;
   // With the handle the tool is exactly where it was asked to be.
   if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT = asked.X_WH;
   if (!sums.touched && reached) out.hand_mJ = 0;  // in the air handle and tool move as one

@@ -92,6 +92,7 @@ struct EffectEnd {
   double engaged_teeth = 0;
   double thrust_sum_N = 0;
   double removed_mm3 = 0;
+  Vec3 f_more_W_N{0};  // an effect adds what goes to the hand beside the coupling: it is in no account of energy
 };
 
 /// How many points an effect adds to a step at most.
@@ -110,7 +111,7 @@ class Effect {
   virtual bool Holds(const EffectFlight&) { return false; }
   virtual void Engage(const EffectStep&, StepProblem&) {}
   virtual void Solved(const EffectSolved&) {}
-  virtual void End(const EffectEnd&) {}
+  virtual void End(EffectEnd&) {}
 
   /// The tool touches nothing any more, or its contact points have changed: what was borne is forgotten.
   virtual void Release() {}

@@ -11,6 +11,7 @@
   EFFECT(TangentialForce)    \
   EFFECT(Spindle)            \
   EFFECT(Guide)              \
+  EFFECT(ToothVibration)     \
   EFFECT(Heat)               \
   EFFECT(Structures)
 // clang-format on

@@ -128,7 +128,7 @@ void GuideEffect::Solved(const EffectSolved& solved) {
   solved_ = true;
 }
 
-void GuideEffect::End(const EffectEnd& end) {
+void GuideEffect::End(EffectEnd& end) {
   if (!solved_) force_N_ = 0;
   solved_ = false;
   at_ = end.X_FT;

@@ -27,7 +27,7 @@ class GuideEffect final : public Effect {
   bool Holds(const EffectFlight& flight) override;
   void Engage(const EffectStep& step, StepProblem& problem) override;
   void Solved(const EffectSolved& solved) override;
-  void End(const EffectEnd& end) override;
+  void End(EffectEnd& end) override;
   void Reset() override { fresh_ = true; }
   void Report(std::span<double> channels) const override;
   EffectCapacity capacity() const override { return {walls_.size(), 0}; }

@@ -33,7 +33,7 @@ class EffectPlan {
   bool wants_steps() const { return !engage_.empty() || wants_solved(); }
   /// Fills `solved.teeth`.
   void Solved(EffectSolved& solved);
-  void End(const EffectEnd& end) {
+  void End(EffectEnd& end) {
     for (Effect* effect : end_) effect->End(end);
   }
   void Release() {

@@ -54,7 +54,7 @@ void StructuresEffect::Solved(const EffectSolved& solved) {
   force_now_N_ = std::max(force_now_N_, in_N);
 }
 
-void StructuresEffect::End(const EffectEnd& end) {
+void StructuresEffect::End(EffectEnd& end) {
   time_s_ += end.dt_s;
   const double moved_mm = looked_ ? CalcTravel(X_looked_, end.X_FT, reach_mm_) : 0;
   if (!looked_ || moved_mm > kLookAgain * looked_mm_) {

@@ -79,7 +79,7 @@ class StructuresEffect final : public Effect {
   StructuresEffect(const StructuresParams& params, const EffectSetup& setup);
 
   void Solved(const EffectSolved& solved) override;
-  void End(const EffectEnd& end) override;
+  void End(EffectEnd& end) override;
   void Reset() override { looked_ = false; }
   void Report(std::span<double> channels) const override;
   std::size_t CalcMemoryBytes() const override;

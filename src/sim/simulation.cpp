@@ -194,7 +194,8 @@ TickOutput Simulation::Tick(const TickInput& in) {
   const double passes_per_s = s.shape.passes_per_turn * std::abs(begin.rpm) / 60;
   if (passes_per_s == 0) {
     out.status = kTickSpindleStopped;
-    s.effects.End({in.dt_s, in.rpm, 0, s.X_WT, true, 0, 0, 0});
+    EffectEnd end{in.dt_s, in.rpm, 0, s.X_WT, true, 0, 0, 0};
+    s.effects.End(end);
     s.last = out;
     return out;
   }
@@ -246,8 +247,10 @@ TickOutput Simulation::Tick(const TickInput& in) {
   out.tau_TG_W_Nmm /= substeps;
   out.thrust_sum_N /= substeps;
   out.engaged_teeth /= substeps;
-  s.effects.End({in.dt_s, in.rpm, begin.rpm, s.X_WT, out.engaged_teeth == 0, out.engaged_teeth, out.thrust_sum_N,
-                 out.removed_mm3});
+  EffectEnd end{in.dt_s,           in.rpm,           begin.rpm,      s.X_WT, out.engaged_teeth == 0,
+                out.engaged_teeth, out.thrust_sum_N, out.removed_mm3};
+  s.effects.End(end);
+  if (end.f_more_W_N != Vec3(0)) out.f_T_W_N += end.f_more_W_N;
   s.last = out;
   return out;
 }

@@ -60,7 +60,8 @@ class HeatedCut {
     const Twist u{};
     const EffectSolved solved{X_a, X_b, edge_, nullptr, problem_, u, 1, dt_s, kRpm, teeth_};
     heat.Solved(solved);
-    heat.End({dt_s, kRpm, kRpm, X_b, problem_.cutting.empty(), 0, 0, 0});
+    EffectEnd end{dt_s, kRpm, kRpm, X_b, problem_.cutting.empty(), 0, 0, 0};
+    heat.End(end);
   }
   void Run(double seconds, double rate_hz) {
     const auto ticks = static_cast<int>(std::lround(seconds * rate_hz));
@@ -70,7 +71,10 @@ class HeatedCut {
   void Rest(double seconds, double rate_hz, double rpm = 0) {
     const Pose X = At(time_s_);
     const auto ticks = static_cast<int>(std::lround(seconds * rate_hz));
-    for (int i = 0; i < ticks; ++i) heat.End({1 / rate_hz, rpm, rpm, X, true, 0, 0, 0});
+    for (int i = 0; i < ticks; ++i) {
+      EffectEnd end{1 / rate_hz, rpm, rpm, X, true, 0, 0, 0};
+      heat.End(end);
+    }
   }
 
   double work_mJ = 0;

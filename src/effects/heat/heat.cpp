@@ -64,7 +64,7 @@ void HeatEffect::FlushAll() {
   }
 }
 
-void HeatEffect::End(const EffectEnd& end) {
+void HeatEffect::End(EffectEnd& end) {
   if (any_gathered_ && (!grid_.awake() || end.dt_s > 0.25 * grid_.frame_s())) FlushAll();
   if (!grid_.awake()) return;
   HeatWet wet;

@@ -18,7 +18,7 @@ class HeatEffect final : public Effect {
   HeatEffect(const HeatParams& params, const EffectSetup& setup);
 
   void Solved(const EffectSolved& solved) override;
-  void End(const EffectEnd& end) override;
+  void End(EffectEnd& end) override;
   void Report(std::span<double> channels) const override;
   std::size_t CalcMemoryBytes() const override;
 
