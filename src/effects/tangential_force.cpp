@@ -98,7 +98,7 @@ void TangentialForceEffect::AddUp(const EffectSolved& solved) {
   acted_ = true;
 }
 
-void TangentialForceEffect::End(const EffectEnd& end) {
+void TangentialForceEffect::End(EffectEnd& end) {
   if (!acted_) return;
   const double inv = 1 / end.dt_s;
   figures_ = {inv * sums_.sum_N, inv * sums_.pull_T_N, inv * sums_.torque_Nmm, inv * sums_.power_W};

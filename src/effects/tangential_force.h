@@ -26,7 +26,7 @@ class TangentialForceEffect final : public Effect {
 
   void Engage(const EffectStep& step, StepProblem& problem) override;
   void Solved(const EffectSolved& solved) override;
-  void End(const EffectEnd& end) override;
+  void End(EffectEnd& end) override;
   void Release() override;
   void Report(std::span<double> channels) const override;
   EffectCapacity capacity() const override { return {0, kSectors}; }

@@ -181,7 +181,8 @@ TEST(TangentialForce, OfSectorsIsThatOfEachToothByItself) {
         }
         for (const ToothLoad& tooth : teeth) EXPECT_EQ(tooth.tangential_N, tooth.thrust_N / 1.6);
         parts.effect.Solved({X, X, parts.edge, &parts.faces, problem, u, 1, 1, rpm, teeth});
-        parts.effect.End({41, rpm, rpm, X, false, 0, 0, 0});
+        EffectEnd end{41, rpm, rpm, X, false, 0, 0, 0};
+        parts.effect.End(end);
         EXPECT_GT(parts.effect.figures().power_W, 0);
         const auto& f = parts.effect.figures();
         EXPECT_NEAR(f.power_W, 1e-3 * f.torque_Nmm * std::abs(rpm) * kPi / 30, 1e-9 * f.power_W);
