@@ -45,6 +45,7 @@ enum EffectHook : unsigned {
   kEffectEngage = 1u << 2,  // a step is set up: adds forces to it
   kEffectSolved = 1u << 3,  // a step has been made: sees motion, teeth and forces
   kEffectEnd = 1u << 4,     // the tick is over
+  kEffectPush = 1u << 5,    // and then adds to the force on the hand, beside the coupling
 };
 
 /// Whom an effect needs: a tool that a hand holds, or any.

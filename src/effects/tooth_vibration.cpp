@@ -147,7 +147,7 @@ const EffectInfo& ToothVibration() {
       .writes = "force on the hand, in lines that the tick can carry; all lines for sound",
       .state = "four lines and the spindle's angle",
       .sleeps = "while nothing is cut",
-      .hooks = kEffectSolved | kEffectEnd,
+      .hooks = kEffectSolved | kEffectEnd | kEffectPush,
       .parameters = {{"runout_um", 5.0, 0, 500, "of the rim, once a turn; an assumption"},
                      {"set_share", 0.1, 0, 1, "sideways force of a set tooth, of its thrust; an assumption"},
                      {"tangential_share", 0.625, 0, 2,

@@ -30,7 +30,7 @@ constexpr int kTicks = 400;
 
 /// Such an effect can't push, turn or stop the tool: it is asked only when a step is made, or the tick over.
 bool OnlyObserves(const EffectInfo& info) {
-  return (info.hooks & (kEffectBegin | kEffectHolds | kEffectEngage)) == 0;
+  return (info.hooks & (kEffectBegin | kEffectHolds | kEffectEngage | kEffectPush)) == 0;
 }
 
 const Bone& Block() {
