@@ -99,6 +99,7 @@ void TangentialForceEffect::AddUp(const EffectSolved& solved) {
 }
 
 void TangentialForceEffect::End(EffectEnd& end) {
+  if (end.rpm == 0) Release();  // on a path nothing is solved then
   if (!acted_) return;
   const double inv = 1 / end.dt_s;
   figures_ = {inv * sums_.sum_N, inv * sums_.pull_T_N, inv * sums_.torque_Nmm, inv * sums_.power_W};
