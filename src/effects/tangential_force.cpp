@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "effects/effects.h"
 #include "effects/plan.h"
@@ -13,6 +14,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kLag_s = 0.004;
 constexpr double kLeast_N = 1e-9;
+constexpr double kHeld_rad_per_s = 100;
 constexpr double kLeastArm = 1e-9;  // mm; a tooth on the spindle's axis goes nowhere
 
 /// An eighth of the turn about the spindle.
@@ -30,45 +32,62 @@ const TangentialForceEffect& TangentialForceEffect::In(const EffectPlan& plan) {
   if (effect == nullptr) throw Error("the effect tangential_force is not on");
   return static_cast<const TangentialForceEffect&>(*effect);
 }
+TangentialForceEffect& TangentialForceEffect::In(EffectPlan& plan) {
+  return const_cast<TangentialForceEffect&>(In(std::as_const(plan)));
+}
 
 void TangentialForceEffect::Engage(const EffectStep& step, StepProblem& problem) {
-  if (!bears_ || step.rpm == 0) return;
-  const double omega = step.rpm * kPi / 30;
+  if (!bears_) return;
+  const double omega = CalcSlipSpeed(step.rpm);
+  if (omega == 0) return;
   for (const Sector& sector : sectors_) {
-    if (!(sector.force_N > 0)) continue;
+    const double limit_N = share_ * sector.force_N;
+    if (!(limit_N > kLeast_N)) continue;
     FrictionPoint& point = problem.frictions.emplace_back();
     AddTo(point.row_a, 1 / sector.force_N, sector.row);
     point.slip_a_mm_per_s = omega * sector.arm_Nmm / sector.force_N;
-    point.limit_N = sector.force_N;
+    point.limit_N = limit_N;
   }
 }
 
+/// At which the teeth go, rad/s. With the spindle stopped: the way in which the motor pushes them, faster than a hand
+/// goes, so that the force is the motor's and no friction.
+double TangentialForceEffect::CalcSlipSpeed(double rpm) const {
+  return rpm != 0 ? rpm * kPi / 30 : way_ * kHeld_rad_per_s;
+}
+
 void TangentialForceEffect::Solved(const EffectSolved& solved) {
-  if (solved.rpm == 0) {
-    Release();
-    return;
-  }
+  const bool turns = solved.rpm != 0;
   for (ToothLoad& tooth : solved.teeth) tooth.tangential_N = tooth.thrust_N / ratio_;
   if (bears_) AddUp(solved);
-  if (!bears_ && solved.teeth.empty()) return;
+  const bool bore = bears_;
+  if (turns) {
+    way_ = solved.rpm > 0 ? 1 : -1;
+    if (!bore && solved.teeth.empty()) return;
+  } else if (motor_Nmm_ != 0) {
+    way_ = motor_Nmm_ > 0 ? 1 : -1;
+  }
 
   // A tool that follows its path does not yield to the force, so there it need not lag.
-  const double most = in_hand_ ? ratio_ * ratio_ / (1 + ratio_ * ratio_) : 1;
-  const double fresh = in_hand_ ? std::min(most, 1 - std::exp(-solved.time_s / kLag_s)) : 1;
+  const double lag = in_hand_ ? 1 - std::exp(-solved.time_s / kLag_s) : 1;
+  const double fresh = in_hand_ ? std::min(ratio_ * ratio_ / (1 + ratio_ * ratio_), lag) : 1;
   for (Sector& sector : sectors_) {
     sector.force_N *= 1 - fresh;
     sector.arm_Nmm *= 1 - fresh;
     for (double& r : sector.row) r *= 1 - fresh;
   }
-  for (const ToothLoad& tooth : solved.teeth) {
-    const double force_N = fresh * tooth.tangential_N;
-    const double arm_mm = std::hypot(tooth.p_T.x, tooth.p_T.y);
-    if (!(force_N > 0) || !(arm_mm > kLeastArm)) continue;
-    Sector& sector = sectors_[FindSector(tooth.p_T)];
-    const Vec3 way_T = Vec3(-tooth.p_T.y, tooth.p_T.x, 0) / arm_mm;
-    sector.force_N += force_N;
-    sector.arm_Nmm += force_N * arm_mm;
-    AddTo(sector.row, force_N, MakeRow(way_T, tooth.p_T - p_TC_));
+  if (turns) {
+    for (const ToothLoad& tooth : solved.teeth) Add(tooth.p_T, fresh * tooth.tangential_N);
+  } else {
+    const StepProblem& problem = solved.problem;
+    const std::size_t stood = std::min(solved.edge.found_count(), problem.solids.size());
+    for (std::size_t n = 0; n < stood; ++n) {
+      const SolidPoint& solid = problem.solids[n];
+      const double depth_mm = solid.depth_mm + problem.tau_s * Dot(solid.row, solved.u);
+      if (!(depth_mm > 0)) continue;
+      Add(solved.edge.point_T(static_cast<std::size_t>(solved.edge.found_point(n))),
+          fresh * solid.stiffness_N_per_mm * depth_mm / ratio_);
+    }
   }
   bears_ = false;
   for (Sector& sector : sectors_) {
@@ -78,28 +97,47 @@ void TangentialForceEffect::Solved(const EffectSolved& solved) {
       sector = {};
     }
   }
+  const double needed_Nmm = CalcNeeded();
+  const double target = turns || std::abs(motor_Nmm_) >= needed_Nmm ? 1 : std::abs(motor_Nmm_) / needed_Nmm;
+  share_ = bore ? share_ + lag * (target - share_) : target;
+}
+
+void TangentialForceEffect::Add(const Vec3& p_T, double force_N) {
+  const double arm_mm = std::hypot(p_T.x, p_T.y);
+  if (!(force_N > 0) || !(arm_mm > kLeastArm)) return;
+  Sector& sector = sectors_[FindSector(p_T)];
+  sector.force_N += force_N;
+  sector.arm_Nmm += force_N * arm_mm;
+  AddTo(sector.row, force_N, MakeRow(Vec3(-p_T.y, p_T.x, 0) / arm_mm, p_T - p_TC_));
+}
+
+double TangentialForceEffect::CalcNeeded() const {
+  double torque_Nmm = 0;
+  for (const Sector& sector : sectors_) torque_Nmm += sector.arm_Nmm;
+  return torque_Nmm;
 }
 
 /// What the force did in the step that was made: as AddUp() of the tick sees it.
 void TangentialForceEffect::AddUp(const EffectSolved& solved) {
-  const double omega = solved.rpm * kPi / 30;
+  const double omega = CalcSlipSpeed(solved.rpm);
+  if (omega == 0) return;
   const double creep2 = solved.problem.creep_mm_per_s * solved.problem.creep_mm_per_s;
   for (const Sector& sector : sectors_) {
-    if (!(sector.force_N > 0)) continue;
-    const double arm_mm = sector.arm_Nmm / sector.force_N;
-    const double speed = Dot(sector.row, solved.u) / sector.force_N + omega * arm_mm;
-    const double along = speed / std::sqrt(speed * speed + creep2);  // 1 or -1 unless it sticks
+    const double force_N = share_ * sector.force_N;
+    if (!(force_N > kLeast_N)) continue;
+    const double speed = (Dot(sector.row, solved.u) + omega * sector.arm_Nmm) / sector.force_N;
+    const double along = share_ * speed / std::sqrt(speed * speed + creep2);  // share or -share unless it sticks
     const double torque_Nmm = along * sector.arm_Nmm;
-    sums_.sum_N += solved.time_s * sector.force_N;
+    sums_.sum_N += solved.time_s * force_N;
     sums_.pull_T_N -= solved.time_s * along * Vec3(sector.row[0], sector.row[1], sector.row[2]);
     sums_.torque_Nmm += solved.time_s * std::copysign(1.0, omega) * torque_Nmm;
-    sums_.power_W += solved.time_s * 1e-3 * torque_Nmm * omega;
+    sums_.power_W += solved.time_s * 1e-3 * torque_Nmm * solved.rpm * kPi / 30;
   }
   acted_ = true;
 }
 
 void TangentialForceEffect::End(EffectEnd& end) {
-  if (end.rpm == 0) Release();  // on a path nothing is solved then
+  if (end.rpm == 0 && !in_hand_) Release();  // nothing is solved then
   if (!acted_) return;
   const double inv = 1 / end.dt_s;
   figures_ = {inv * sums_.sum_N, inv * sums_.pull_T_N, inv * sums_.torque_Nmm, inv * sums_.power_W};
@@ -111,18 +149,6 @@ void TangentialForceEffect::Release() {
   if (!bears_) return;
   bears_ = false;
   sectors_ = {};
-}
-
-double TangentialForceEffect::CalcHeldTorque(const EffectSolved& solved) const {
-  double torque_Nmm = 0;
-  const std::size_t stood = std::min(solved.edge.found_count(), solved.problem.solids.size());
-  for (std::size_t n = 0; n < stood; ++n) {
-    const SolidPoint& solid = solved.problem.solids[n];
-    const double depth_mm = std::max(solid.depth_mm + solved.problem.tau_s * Dot(solid.row, solved.u), 0.0);
-    const Vec3& p_T = solved.edge.point_T(static_cast<std::size_t>(solved.edge.found_point(n)));
-    torque_Nmm += solid.stiffness_N_per_mm * depth_mm / ratio_ * std::hypot(p_T.x, p_T.y);
-  }
-  return torque_Nmm;
 }
 
 void TangentialForceEffect::Report(std::span<double> channels) const {

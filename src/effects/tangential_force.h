@@ -23,6 +23,7 @@ class TangentialForceEffect final : public Effect {
   TangentialForceEffect(double ratio, const EffectSetup& setup);
   /// That of a plan; throws Error when it has none.
   static const TangentialForceEffect& In(const EffectPlan& plan);
+  static TangentialForceEffect& In(EffectPlan& plan);
 
   void Engage(const EffectStep& step, StepProblem& problem) override;
   void Solved(const EffectSolved& solved) override;
@@ -43,8 +44,11 @@ class TangentialForceEffect final : public Effect {
   };
   const Figures& figures() const { return figures_; }
 
-  /// With the spindle stopped: the torque that teeth would need to cut with what presses on the edge now, N mm.
-  double CalcHeldTorque(const EffectSolved& solved) const;
+  /// The spindle stands still, and its motor turns against what holds it: signed as the speed. The stopped edge keeps
+  /// the pull of that. Tick-safe.
+  void SetHeld(double motor_Nmm) { motor_Nmm_ = motor_Nmm; }
+  /// The torque that the teeth need to cut, or, standing still, would need with what presses on them, N mm.
+  double CalcNeeded() const;
 
  private:
   /// Where teeth are gathered. Sums, so that force, torque and power are those of each tooth by itself.
@@ -56,8 +60,13 @@ class TangentialForceEffect final : public Effect {
   static constexpr int kSectors = 8;
 
   void AddUp(const EffectSolved& solved);
+  void Add(const Vec3& p_T, double force_N);
+  double CalcSlipSpeed(double rpm) const;
 
   double ratio_;
+  double motor_Nmm_ = 0;  // with the spindle stopped
+  double way_ = 0;        // of the last turning: 1, -1
+  double share_ = 1;      // of the sectors' forces that acts: all, but with the spindle stopped
   Vec3 p_TC_;
   bool in_hand_;
   bool bears_ = false;  // any sector is not 0

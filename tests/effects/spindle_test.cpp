@@ -219,7 +219,7 @@ TEST(Spindle, PushedHarderAndHarderItStallsAndStartsAgainWhenTheHandLetsGo) {
       EXPECT_EQ(saw.spindle.rpm(), 0);
       EXPECT_NE(saw.out.status & kCoupledSpindleStopped, 0u);
     }
-    EXPECT_NEAR(saw.out.X_WT.p_AB.z, z, 0.02);
+    EXPECT_NEAR(saw.out.X_WT.p_AB.z, z, 0.05);  // an eighth of a voxel, as the edge comes to rest on the uneven floor
     EXPECT_NEAR(saw.out.f_H_W_N.z, push_N, 0.05 * push_N);
     // The hand lets go; it starts when what presses needs no more than 0.7 of what it can turn.
     double hold_at_start = 0, push_at_start_N = 0;
@@ -350,6 +350,9 @@ TEST(Spindle, OnADeviceAHandCanStallItAndGoOn) {
       table += fmt::format("{} {}: {} {} {:.2f} {:.3f}\n", device, hand, stalls, starts, noise_mN, most_step_N);
       EXPECT_EQ(stalls, 1) << device << " " << hand;
       EXPECT_EQ(starts, 1) << device << " " << hand;
+      // At stall and start the motor goes on to push: the pull aside stays, and only the edge's friction comes and
+      // goes.
+      EXPECT_LE(most_step_N, 0.06 * most_N + 0.1) << device << " " << hand;
       EXPECT_LE(noise_mN, 20) << device << " " << hand;
       EXPECT_GT(removed_after, 0);
       EXPECT_GT(spindle.rpm(), 4000);

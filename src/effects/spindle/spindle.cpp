@@ -16,12 +16,11 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kRpm = 30 / kPi;
 constexpr double kMostRpm = 1e6;
 constexpr double kLeastRpm = 1;  // slower is standing still, as for the tick
-constexpr double kHoldLag_s = 0.004;
 constexpr double kMost_Nmm = 1e9;
 
 }  // namespace
 
-SpindleEffect::SpindleEffect(const Params& params, const TangentialForceEffect& cutting, const EffectSetup& setup)
+SpindleEffect::SpindleEffect(const Params& params, TangentialForceEffect& cutting, const EffectSetup& setup)
     : motor_(params.motor),
       follows_(params.follows),
       restart_share_(params.restart_share),
@@ -46,6 +45,7 @@ void SpindleEffect::Begin(EffectBegin& begin) {
     run_ = {};
     begin.rpm = 0;
     stood_ = true;
+    cutting_.SetHeld(0);
     return;
   }
   double set = on ? std::clamp(begin.set_rpm, -kMostRpm, kMostRpm) / kRpm : 0;
@@ -56,12 +56,7 @@ void SpindleEffect::Begin(EffectBegin& begin) {
   }
   const double inv = dt_s_ > 0 ? 1 / dt_s_ : 0;
   load_Nmm_ = std::clamp(inv * load_Nmms_, 0.0, kMost_Nmm);
-  if (stood_) {
-    const double now_Nmm = std::clamp(inv * hold_Nmms_, 0.0, kMost_Nmm);
-    hold_Nmm_ += (1 - std::exp(-dt_s_ / kHoldLag_s)) * (now_Nmm - hold_Nmm_);
-  } else {
-    hold_Nmm_ = load_Nmm_;
-  }
+  hold_Nmm_ = stood_ ? std::clamp(inv * hold_Nmms_, 0.0, kMost_Nmm) : load_Nmm_;
   load_Nmms_ = hold_Nmms_ = 0;
   dt_s_ = begin.dt_s;
 
@@ -73,13 +68,16 @@ void SpindleEffect::Begin(EffectBegin& begin) {
   begin.rpm = run_.angle_rad / begin.dt_s * kRpm;
   if (std::abs(begin.rpm) < kLeastRpm) begin.rpm = 0;
   stood_ = begin.rpm == 0;
+  const double push_Nmm = stalled_ ? motor_.CalcTorque(set, 0) : 0;
+  cutting_.SetHeld(std::copysign(std::max(0.0, std::abs(push_Nmm) - motor_.friction_Nmm), push_Nmm));
 }
 
 void SpindleEffect::Solved(const EffectSolved& solved) {
   const StepProblem& problem = solved.problem;
   if (solved.rpm == 0) {
-    double hold_Nmm = cutting_.CalcHeldTorque(solved);
+    double hold_Nmm = cutting_.CalcNeeded();
     for (const FrictionPoint& p : problem.frictions) {
+      if (p.slip_a_mm_per_s != 0 || p.slip_b_mm_per_s != 0) continue;  // the motor's own pull
       hold_Nmm += p.limit_N * std::hypot(Dot(p.row_a, spin_), Dot(p.row_b, spin_));
     }
     hold_Nmms_ += solved.time_s * hold_Nmm;

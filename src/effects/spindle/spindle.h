@@ -22,7 +22,7 @@ class SpindleEffect final : public Effect {
     bool follows = true;  // its no-load speed is the speed that is set
     double restart_share = 0.7;
   };
-  SpindleEffect(const Params& params, const TangentialForceEffect& cutting, const EffectSetup& setup);
+  SpindleEffect(const Params& params, TangentialForceEffect& cutting, const EffectSetup& setup);
   /// That of a plan; throws Error when it has none.
   static const SpindleEffect& In(const EffectPlan& plan);
 
@@ -43,7 +43,7 @@ class SpindleEffect final : public Effect {
   Motor motor_;
   bool follows_;
   double restart_share_;
-  const TangentialForceEffect& cutting_;
+  TangentialForceEffect& cutting_;
   Twist spin_;  // the tool's motion when it turns about the spindle's axis with 1 rad/s
   bool in_hand_;
 
