@@ -26,7 +26,7 @@ using nlohmann::ordered_json;
 
 /// All that a loop may write, but for the pieces.
 constexpr const char* kFiles[] = {"report.md", "loop.json",  "forces.csv", "lateness.png", "force.png", "scene.toml",
-                                  "bone.vdb",  "before.png", "after.png",  "cut.png",      "apart.png"};
+                                  "bone.vdb",  "before.png", "after.png",  "cut.png",      "apart.png", "heat.png"};
 
 /// Removed volume by level set and by occupancy: both are said where they differ by more than this share.
 constexpr double kSameVolume = 0.02;
@@ -279,6 +279,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"warnings", s.warnings},
       {"files", s.files}};
   if (!s.effects.empty()) json["effects"] = EffectsJson(s.effects);
+  if (s.heat) json["heat"] = HeatJson(*s.heat);
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
@@ -329,6 +330,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
   text += fmt::format("- The bone is {}.\n", DescribePieces(s));
   text += fmt::format("- Energy: {}.\n", DescribeEnergy(s));
   for (const std::string& effect : DescribeEffects(s.effects)) text += fmt::format("- Effect: {}.\n", effect);
+  if (s.heat) text += fmt::format("- Heat: {}.\n", DescribeHeat(*s.heat));
   text += fmt::format("- {} leaves were sent to readers; a copy of the bone made from them is {}.\n", s.leaves_sent,
                       s.mirror_identical ? "bit-identical to the bone" : "NOT the bone");
   if (!s.virtual_time) {
@@ -350,6 +352,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
                                    {"after.png", "After the cut"},
                                    {"cut.png", "The cut from near"},
                                    {"apart.png", "The pieces moved apart"},
+                                   {"heat.png", "Temperature around the kerf, at the end"},
                                    {"force.png", "Force"},
                                    {"lateness.png", "How late ticks began"}}) {
     if (std::find(s.files.begin(), s.files.end(), file) == s.files.end()) continue;
@@ -386,6 +389,9 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
         if (progress) progress("drawing the pictures", fraction);
       };
       for (const std::string& name : WriteRunPictures(pictures, show)) files.push_back(name);
+    }
+    if (scene.output.pictures && summary.heat && summary.heat->section.columns > 0) {
+      WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, add("heat.png"));
     }
   }
   WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true));

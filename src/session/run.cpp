@@ -73,6 +73,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   result.times = CalcTickTimes(std::move(times_us));
   result.removed_mm3_by_region = simulation.CalcRemovedByRegion();
   for (const double mm3 : result.removed_mm3_by_region) result.removed_mm3 += mm3;
+  result.heat = MakeHeatReport(simulation.effects(), result.ticks.empty() ? Pose{} : result.ticks.back().X_WT);
   result.bone = std::move(simulation).TakeBone();
   return result;
 }

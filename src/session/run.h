@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "scene/path.h"
 #include "scene/scene.h"
 #include "session/effect_record.h"
+#include "session/heat_report.h"
 
 namespace kerf {
 
@@ -38,6 +40,7 @@ struct RunResult {
   double removed_mm3 = 0;
   TickTimes times;
   double wall_s = 0;  // of the ticks alone
+  std::optional<HeatReport> heat;
 };
 
 /// Runs all ticks of `path`. `progress` gets 0..1; may be empty. Throws Error for parameters out of range.

@@ -368,6 +368,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (s.starts_in_bone) {
     s.warnings.emplace_back("the tool was set down inside the bone; what its edge held there went at once");
   }
+  s.heat = MakeHeatReport(simulation.effects(), s.moments.empty() ? X_WT_start : s.moments.back().X_WT);
   TakeApart(std::move(simulation).TakeBone(), scene, options, show, s);
   return s;
 }

@@ -11,6 +11,7 @@
 #include "kerf/bone.h"
 #include "scene/scene.h"
 #include "session/effect_record.h"
+#include "session/heat_report.h"
 #include "session/loop_setup.h"
 #include "session/run.h"
 #include "session/run_scene.h"
@@ -121,6 +122,7 @@ struct LoopSummary {
   bool mirror_identical = false;  // a reader's copy of the bone, made from the published leaves, is the bone
   std::size_t leaves_sent = 0;
   MaterialSummary material;
+  std::optional<HeatReport> heat;
   EffectRecord effects;       // a row of it for each of the next
   std::vector<LoopRow> rows;  // every `forces_every_ticks`th
   // With `keep_bones`:
@@ -150,8 +152,8 @@ std::string FormatLoopCsv(const LoopSummary& summary);
 /// For people, Markdown. `pictures`: with the pictures that WriteLoopReport makes.
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);
 /// report.md, loop.json, forces.csv, force.png, scene.toml (resolved) and, live, lateness.png in `folder`, made when
-/// missing; from a run with `keep_bones`, as the scene asks, also bone.vdb, piece_N.stl, before.png, after.png, cut.png
-/// and apart.png. Results of an earlier loop in the same folder are replaced or removed. Fills `summary.files`.
+/// missing; from a run with `keep_bones`, as the scene asks, also bone.vdb, piece_N.stl, before.png, after.png, cut.png,
+/// apart.png and heat.png. Results of an earlier loop in the same folder are replaced or removed. Fills `summary.files`.
 void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
                      const std::function<void(const std::string&, double)>& progress = {});
 /// Throws Error when one of them would replace one of the run's own inputs.

@@ -123,6 +123,7 @@ const EffectInfo& Heat() {
       .writes = "nothing but its figures",
       .state = "temperature, time above 47 C and dose of nodes near the kerf",
       .sleeps = "until the teeth cut, and when nothing is 0.02 K warmer or colder than the body any more",
+      .needs = {"tangential_force"},
       .hooks = kEffectSolved | kEffectEnd,
       .parameters =
           {{"share_into_bone", 0.1, 0, 1,
