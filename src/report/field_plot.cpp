@@ -40,8 +40,8 @@ double PlotField::Sample(double x, double y) const {
   if (!(u >= 0 && v >= 0 && u <= columns - 1 && v <= rows - 1)) return kNaN;
   const int i = std::min(static_cast<int>(u), columns - 2), k = std::min(static_cast<int>(v), rows - 2);
   const auto at = [&](int a, int b) {
-    return static_cast<double>(values[static_cast<std::size_t>(k + b) * static_cast<std::size_t>(columns) +
-                                      static_cast<std::size_t>(i + a)]);
+    return static_cast<double>(
+        values[static_cast<std::size_t>(k + b) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(i + a)]);
   };
   const double s = u - i, t = v - k;
   const double between = (1 - t) * ((1 - s) * at(0, 0) + s * at(1, 0)) + t * ((1 - s) * at(0, 1) + s * at(1, 1));
@@ -66,8 +66,8 @@ PlotSeries MakeContour(const PlotContour& contour) {
   line.colour = contour.colour;
   const PlotField& field = contour.field;
   const auto value = [&](int i, int k) {
-    return static_cast<double>(
-        field.values[static_cast<std::size_t>(k) * static_cast<std::size_t>(field.columns) + static_cast<std::size_t>(i)]);
+    return static_cast<double>(field.values[static_cast<std::size_t>(k) * static_cast<std::size_t>(field.columns) +
+                                            static_cast<std::size_t>(i)]);
   };
   for (int k = 0; k + 1 < field.rows; ++k) {
     for (int i = 0; i + 1 < field.columns; ++i) {

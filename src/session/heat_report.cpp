@@ -70,9 +70,8 @@ PlotField MakeField(const HeatSection& section, const std::vector<float>& values
 std::optional<HeatReport> MakeHeatReport(const EffectPlan& effects, const Pose& X_WT) {
   const auto* heat = dynamic_cast<const HeatEffect*>(effects.Find("heat"));
   if (heat == nullptr) return {};
-  return HeatReport{heat->params(),        heat->figures(),
-                    heat->CalcBalance(),   1e-6 * static_cast<double>(heat->CalcMemoryBytes()),
-                    MakeSection(*heat, X_WT)};
+  return HeatReport{heat->params(), heat->figures(), heat->CalcBalance(),
+                    1e-6 * static_cast<double>(heat->CalcMemoryBytes()), MakeSection(*heat, X_WT)};
 }
 
 std::string DescribeHeat(const HeatReport& heat) {

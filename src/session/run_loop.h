@@ -152,8 +152,9 @@ std::string FormatLoopCsv(const LoopSummary& summary);
 /// For people, Markdown. `pictures`: with the pictures that WriteLoopReport makes.
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);
 /// report.md, loop.json, forces.csv, force.png, scene.toml (resolved) and, live, lateness.png in `folder`, made when
-/// missing; from a run with `keep_bones`, as the scene asks, also bone.vdb, piece_N.stl, before.png, after.png, cut.png,
-/// apart.png and heat.png. Results of an earlier loop in the same folder are replaced or removed. Fills `summary.files`.
+/// missing; from a run with `keep_bones`, as the scene asks, also bone.vdb, piece_N.stl, before.png, after.png,
+/// cut.png, apart.png and heat.png. Results of an earlier loop in the same folder are replaced or removed. Fills
+/// `summary.files`.
 void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
                      const std::function<void(const std::string&, double)>& progress = {});
 /// Throws Error when one of them would replace one of the run's own inputs.

@@ -71,8 +71,8 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
   std::vector<std::string> outputs;
   // Whatever the scene asks for: what it doesn't, an earlier run may have left, and is removed.
   for (const char* name : {"scene.toml", "forces.csv", "bone.vdb", "summary.json", "before.png", "after.png", "cut.png",
-                           "apart.png", "force.png", "heat.png", "slab.csv", "slab.png", "left.vdb", "slice.vdb", "right.vdb",
-                           "left.stl", "slice.stl", "right.stl"}) {
+                           "apart.png", "force.png", "heat.png", "slab.csv", "slab.png", "left.vdb", "slice.vdb",
+                           "right.vdb", "left.stl", "slice.stl", "right.stl"}) {
     outputs.push_back(fmt::format("{}/{}", folder, name));
   }
   for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(fmt::format("{}/{}", folder, name));

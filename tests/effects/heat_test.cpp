@@ -212,14 +212,10 @@ bool IsSame(const Out& a, const Out& b) {
 
 TEST(Heat, OnAPathOnlyObserves) {
   SimulationParams params;
+  for (const char* needed : Heat().needs) params.effects.emplace_back(needed);
   const Bone bone = test::MakeBox(Pose{}, {8, 5, 6}, 0.2);
   Simulation without(bone, params, test::DiscPose(Pose{}, {0, 0.03, 14.5}));
   SetEffect(params.effects, "heat", "share_into_bone", 1);
-  for (const EffectInfo* info : Effects()) {
-    for (const char* needed : Heat().needs) {
-      if (info->name == std::string_view(needed)) params.effects.emplace_back(needed);
-    }
-  }
   Simulation with(bone, params, test::DiscPose(Pose{}, {0, 0.03, 14.5}));
   const auto a = test::Stroke(without, Pose{}, {0, 0.03, 14.5}, {0, 0.03, 11}, 3);
   const auto b = test::Stroke(with, Pose{}, {0, 0.03, 14.5}, {0, 0.03, 11}, 3);

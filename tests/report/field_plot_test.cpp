@@ -49,8 +49,10 @@ TEST(FieldPlot, ColoursStandWhereTheValuesAreAndWhatIsNotFiniteIsWhite) {
   PlotFrame frame;
   const Image image = RenderFieldPlot(spec, &frame);
   const auto at = [&](double x, double y) {
-    const double column = frame.left + (x - frame.x_lower) / (frame.x_upper - frame.x_lower) * (frame.right - frame.left);
-    const double row = frame.bottom - (y - frame.y_lower) / (frame.y_upper - frame.y_lower) * (frame.bottom - frame.top);
+    const double column =
+        frame.left + (x - frame.x_lower) / (frame.x_upper - frame.x_lower) * (frame.right - frame.left);
+    const double row =
+        frame.bottom - (y - frame.y_lower) / (frame.y_upper - frame.y_lower) * (frame.bottom - frame.top);
     return image.At(static_cast<int>(column), static_cast<int>(row));
   };
   for (const double x : {-2.63, -1.37, 0.43, 1.77, 2.73}) {

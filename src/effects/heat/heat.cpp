@@ -29,6 +29,10 @@ HeatEffect::HeatEffect(const HeatParams& params, const EffectSetup& setup)
       p_WF_mm_(setup.p_WF_mm),
       wet_radius_mm_(CalcReach(setup.tool) + kWetMargin_mm),
       wet_half_mm_(CalcHalfLength(setup.tool) + kWetMargin_mm),
+      wall_mm_(std::holds_alternative<DiscSaw>(setup.tool)
+                   ? 0.5 * std::max(std::get<DiscSaw>(setup.tool).thickness_mm, setup.field.voxel_mm()) +
+                         0.5 * params.grid.spacing_mm
+                   : 0),
       gathered_(setup.edge.size()) {}
 
 void HeatEffect::Solved(const EffectSolved& solved) {
@@ -47,12 +51,25 @@ void HeatEffect::Solved(const EffectSolved& solved) {
     point.mJ += mJ;
     point.p_mJ += mJ * p_F;
     point.e_F = solved.X_FT.Vector(load.e_T);
+    point.n_F = solved.X_FT.Vector({0, 0, 1});
     any_gathered_ = true;
   }
 }
 
 void HeatEffect::Flush(Gathered& point) {
-  if (grid_.Put(point.p_mJ / point.mJ, point.e_F, point.mJ)) point.mJ = 0, point.p_mJ = Vec3(0);
+  const double H = params_.grid.spacing_mm;
+  const Vec3 p_F = point.p_mJ / point.mJ;
+  if (grid_.room() < 2) return;
+  if (wall_mm_ > 0) {
+    // Half into each wall of the kerf, a step behind the edge: what lies ahead is about to be cut.
+    const Vec3 back_F = p_F - H * point.e_F;
+    grid_.Put(back_F + wall_mm_ * point.n_F, p_F, 0.5 * point.mJ);
+    grid_.Put(back_F - wall_mm_ * point.n_F, p_F, 0.5 * point.mJ);
+  } else {
+    grid_.Put(p_F + 0.5 * H * point.e_F, p_F, point.mJ);
+  }
+  point.mJ = 0;
+  point.p_mJ = Vec3(0);
 }
 
 void HeatEffect::FlushAll() {
@@ -122,7 +139,7 @@ const EffectInfo& Heat() {
       .reads = "forces of the teeth, spindle speed, motion, distances to the bone's surface",
       .writes = "nothing but its figures",
       .state = "temperature, time above 47 C and dose of nodes near the kerf",
-      .sleeps = "until the teeth cut, and when nothing is 0.02 K warmer or colder than the body any more",
+      .sleeps = "until the teeth cut, and when nothing is 0.1 K warmer or colder than the body any more",
       .needs = {"tangential_force"},
       .hooks = kEffectSolved | kEffectEnd,
       .parameters =

@@ -37,9 +37,9 @@ class HeatEffect final : public Effect {
   /// Heat of a point of the edge over some ticks.
   struct Gathered {
     double mJ = 0;
-    Vec3 p_mJ{0};  // place times heat
-    Vec3 e_F{0};
-    Vec3 from_F{0};  // where it began
+    Vec3 p_mJ{0};         // place times heat
+    Vec3 e_F{0}, n_F{0};  // outwards, and along the spindle
+    Vec3 from_F{0};       // where it began
   };
   void Flush(Gathered& point);
   void FlushAll();
@@ -48,6 +48,7 @@ class HeatEffect final : public Effect {
   HeatGrid grid_;
   Vec3 p_WF_mm_;
   double wet_radius_mm_, wet_half_mm_;
+  double wall_mm_;                  // from a disc's middle plane to where the heat of a wall goes in; 0: a ball
   std::vector<Gathered> gathered_;  // by point of the edge
   bool any_gathered_ = false;
 };

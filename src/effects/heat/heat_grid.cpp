@@ -9,8 +9,9 @@ namespace kerf {
 namespace {
 
 constexpr int kSide = 8;
-constexpr double kLeastShare = 0.05;        // a cell with less bone has none
-constexpr float kSleeps_K = 0.02F;          // nowhere more, and it goes to sleep
+constexpr double kLeastShare = 0.5;         // a cell with less bone has none: a sliver of it belongs to its neighbour
+constexpr float kSleeps_K = 0.1F;           // nowhere more, and it goes to sleep
+constexpr double kLeastWeight = 0.05;       // of bone around a point that heat is put at
 constexpr double kBlood_J_per_m3K = 3.8e6;  // density and heat capacity of blood: 1050 kg/m3, 3617 J/kgK
 constexpr double kLookCost = 4, kPutCost = 0.5, kSweepCost = 1;  // of a unit of work, relative to each other
 
@@ -167,9 +168,10 @@ void HeatGrid::Look(int number) {
 
 // ---- heat that comes in
 
-bool HeatGrid::Put(const Vec3& p_F, const Vec3& e_F, double mJ) {
-  if (!(mJ > 0 && std::isfinite(mJ)) || !IsInWorld(p_F) || queue_.size() == kMostWaiting) return false;
-  queue_.push_back({p_F, e_F, mJ});
+bool HeatGrid::Put(const Vec3& p_F, const Vec3& else_F, double mJ) {
+  if (!(mJ > 0 && std::isfinite(mJ)) || !IsInWorld(p_F) || !IsInWorld(else_F) || queue_.size() == kMostWaiting)
+    return false;
+  queue_.push_back({p_F, else_F, mJ});
   spent_.put_in += mJ;
   return true;
 }
@@ -186,9 +188,9 @@ void HeatGrid::OpenBeside(int number, int x, int y, int z) {
   }
 }
 
-/// Spreads heat over the eight nodes around a point, as far as they are bone. False, and nothing done, when less than
-/// `least_share` of their weight is.
-bool HeatGrid::PutAt(const Vec3& p_F, double mJ, double least_share) {
+/// Spreads heat over the eight nodes around a point, as far as they are bone. False, and nothing done, when hardly any
+/// of their weight is.
+bool HeatGrid::PutAt(const Vec3& p_F, double mJ) {
   const Vec3 q = p_F / params_.spacing_mm;
   const Vec3 low = glm::floor(q);
   const Vec3 t = q - low;
@@ -216,7 +218,7 @@ bool HeatGrid::PutAt(const Vec3& p_F, double mJ, double least_share) {
     sum += weight * share;
     corners[count++] = {&block.theta[static_cast<std::size_t>(now_)][node], weight};
   }
-  if (!(sum > least_share)) return false;
+  if (!(sum > kLeastWeight)) return false;
   // The same rise for all of a weight, whatever their share.
   for (std::size_t i = 0; i < count; ++i) {
     *corners[i].theta += static_cast<float>(mJ * corners[i].weight / (sum * cell_mJ_per_K_));
@@ -230,9 +232,7 @@ void HeatGrid::PutIn(Waiting& waiting) {
   const std::size_t looked = looked_.size();
   const bool was_full = figures_.full;
   figures_.full = false;
-  // A step behind the edge, so that it stays in the walls of the kerf rather than in bone about to be cut.
-  const bool put = PutAt(waiting.p_F - params_.spacing_mm * waiting.e_F, mJ, kLeastShare) ||
-                   PutAt(waiting.p_F, mJ, 0.01 * kLeastShare);
+  const bool put = PutAt(waiting.p_F, mJ) || PutAt(waiting.else_F, mJ);
   if (!put) (figures_.full ? spent_.no_room : spent_.chips) += mJ;
   figures_.full = figures_.full || was_full;
   // Each once.

@@ -82,9 +82,11 @@ class HeatGrid {
   HeatGrid(const HeatGridParams& params, const BoneField& field);
 
   // ---- in the tick
-  /// Heat at a point of a tool's edge, whose outward direction is e_F (or 0), mm and mJ. It goes into the bone that is
-  /// left behind the edge, at the beginning of the next frame. False, and nothing done, when too many wait.
-  bool Put(const Vec3& p_F, const Vec3& e_F, double mJ);
+  /// Heat at a point, or where there is no bone at another, mm and mJ; with no bone there either it goes with the
+  /// chips. It goes in at the beginning of the next frame. False, and nothing done, when too much waits.
+  bool Put(const Vec3& p_F, const Vec3& else_F, double mJ);
+  /// How many times more something can be put in before the next frame.
+  std::size_t room() const { return kMostWaiting - queue_.size(); }
   /// False: nothing is warm and nothing waits, Advance() does nothing.
   bool awake() const { return !active_.empty() || !queue_.empty(); }
   void Advance(double dt_s, const HeatWet& wet);
@@ -116,7 +118,7 @@ class HeatGrid {
   struct Block {
     // z fastest, y next
     std::array<std::array<float, kNodes>, 2> theta{};  // K above the body's; at the beginning and at the end of a frame
-    std::array<float, kNodes> share{};                 // of the cell that is bone: 0, or kLeastShare to 1
+    std::array<float, kNodes> share{};                 // of the cell that is bone: 0, or half or more
     std::array<float, kNodes> above_47_s{};
     std::array<float, kNodes> cem43_min{};
     Index index;
@@ -131,7 +133,7 @@ class HeatGrid {
   };
   struct Waiting {
     Vec3 p_F;
-    Vec3 e_F;
+    Vec3 else_F;
     double mJ;
   };
   struct Padded;
@@ -151,7 +153,7 @@ class HeatGrid {
   bool LookUpShares(Block& block) const;
   void Look(int number);
   void PutIn(Waiting& waiting);
-  bool PutAt(const Vec3& p_F, double mJ, double least_share);
+  bool PutAt(const Vec3& p_F, double mJ);
   void BeginFrame();
   double CountWorkLeft() const;
   void Work(double share_of_rest, const HeatWet& wet);

@@ -1,5 +1,6 @@
 // A block of the heat grid from a frame's beginning to its end.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "effects/heat/heat_grid.h"
@@ -10,8 +11,8 @@ namespace {
 constexpr int kSide = 8;
 constexpr int kRow = 10;  // of the padded block
 constexpr int kLayer = kRow * kRow;
-constexpr float kLeastShare = 0.05F;
-constexpr float kOpens_K = 0.05F;
+constexpr float kLeastShare = 0.5F;
+constexpr float kOpens_K = 0.2F;
 constexpr double kDoseFrom_C = 39;  // below, the rule of CEM43 counts nothing
 constexpr double kDoseTo_C = 100;   // above, it counts as that
 constexpr double kLimit_C = 47, kLimit_s = 60, kLimitDose_min = 16;
@@ -86,35 +87,45 @@ void HeatGrid::CoolSurface(const Block& block, const Padded& padded, const HeatW
   if (dry == 0 && !near) return;
   for (int x = 0; x < kSide; ++x) {
     for (int y = 0; y < kSide; ++y) {
+      const float* f = &padded.share[static_cast<std::size_t>(PaddedAt(x, y, 0))];
+      float* row = theta + (x * kSide + y) * kSide;
+      std::array<float, kSide> area, before;
+      for (int z = 0; z < kSide; ++z) {
+        const float gx = f[z] - std::min(std::min(f[z - kLayer], f[z + kLayer]), f[z]);
+        const float gy = f[z] - std::min(std::min(f[z - kRow], f[z + kRow]), f[z]);
+        const float gz = f[z] - std::min(std::min(f[z - 1], f[z + 1]), f[z]);
+        area[z] = std::sqrt(gx * gx + gy * gy + gz * gz) / std::max(f[z], kLeastShare);
+        before[z] = row[z];
+        row[z] = before[z] / (1 + dry * area[z]);
+      }
       float air_row = 0;
       for (int z = 0; z < kSide; ++z) {
-        const float* f = &padded.share[static_cast<std::size_t>(PaddedAt(x, y, z))];
-        const float own = *f;
-        if (own == 0) continue;
-        const float gx = own - std::min({f[-kLayer], f[kLayer], own});
-        const float gy = own - std::min({f[-kRow], f[kRow], own});
-        const float gz = own - std::min({f[-1], f[1], own});
-        const float area2 = gx * gx + gy * gy + gz * gz;
-        if (area2 == 0) continue;
-        const float area = std::sqrt(area2) / own;
-        float& at = theta[(x * kSide + y) * kSide + z];
-        const float before = at;
-        if (near) {
+        if (near && area[z] > 0) {
           const Vec3 r = first + H * Vec3(x, y, z) - wet.p_F;
           const double along = glm::dot(r, wet.axis_F);
           if (std::abs(along) <= wet.half_mm && glm::dot(r, r) - along * along <= wet.radius_mm * wet.radius_mm) {
-            const float lambda = wetted * area;
-            at = (before + lambda * coolant_K) / (1 + lambda);
-            irrigation += static_cast<double>(own) * (static_cast<double>(before) - static_cast<double>(at));
+            const float lambda = wetted * area[z];
+            row[z] = (before[z] + lambda * coolant_K) / (1 + lambda);
+            irrigation += static_cast<double>(f[z]) * (static_cast<double>(before[z]) - static_cast<double>(row[z]));
             continue;
           }
         }
-        at = before / (1 + dry * area);
-        air_row += own * (before - at);
+        air_row += f[z] * (before[z] - row[z]);
       }
       air += static_cast<double>(air_row);
     }
   }
+}
+
+/// 2^x to 3e-7 of it; x from -126 to 126.
+inline float CalcPowerOf2(float x) {
+  constexpr float kToWhole = 12582912.0F;  // 1.5 * 2^23: what is added to it is rounded to whole numbers
+  const float whole = (x + kToWhole) - kToWhole;
+  const float t = x - whole;
+  const float fine =
+      1 + t * (0.69314718F +
+               t * (0.24022651F + t * (0.05550411F + t * (0.00961813F + t * (0.00133336F + t * 0.00015404F)))));
+  return fine * std::bit_cast<float>((static_cast<std::int32_t>(whole) + 127) << 23);
 }
 
 /// Time above 47 C and CEM43 (Sapareto and Dewey 1984), both by the mean of the temperatures before and after.
@@ -125,23 +136,33 @@ void HeatGrid::AddDose(Block& block, const float* before, const float* after) {
   const auto most_K = static_cast<float>(kDoseTo_C - 43);
   const auto frame_s = static_cast<float>(frame_s_);
   const float frame_min = frame_s / 60;
-  double past_47 = 0, past_dose = 0;
-  float longest_s = 0, dose_min = 0;
-  for (std::size_t n = 0; n < kNodes; ++n) {
-    const float mean_K = 0.5F * (before[n] + after[n]);
-    if (mean_K >= from_K && block.share[n] > 0) {
-      if (mean_K >= limit_K) block.above_47_s[n] += frame_s;
-      const float over_K = std::min(mean_K - base_K, most_K);
-      block.cem43_min[n] += frame_min * std::exp2(over_K >= 0 ? over_K : 2 * over_K);
+  // Sums of frames' lengths: within half a frame.
+  const float least_s = static_cast<float>(kLimit_s) - 0.5F * frame_s;
+  std::array<float, kSide> past_47_row{}, past_dose_row{}, longest_row{}, dose_row{};
+  for (std::size_t row = 0; row < kNodes; row += kSide) {
+    for (std::size_t z = 0; z < kSide; ++z) {
+      const std::size_t n = row + z;
+      const float share = block.share[n];
+      const float mean_K = share > 0 ? 0.5F * (before[n] + after[n]) : -1000.0F;
+      const float above_s = block.above_47_s[n] + (mean_K >= limit_K ? frame_s : 0.0F);
+      const float over_K = std::clamp(mean_K - base_K, -60.0F, most_K);
+      const float rate = CalcPowerOf2(over_K >= 0 ? over_K : 2 * over_K);
+      const float dose = block.cem43_min[n] + (mean_K >= from_K ? frame_min * rate : 0.0F);
+      block.above_47_s[n] = above_s;
+      block.cem43_min[n] = dose;
+      past_47_row[z] += above_s >= least_s ? share : 0.0F;
+      past_dose_row[z] += dose > static_cast<float>(kLimitDose_min) ? share : 0.0F;
+      longest_row[z] = std::max(longest_row[z], above_s);
+      dose_row[z] = std::max(dose_row[z], dose);
     }
-    // Sums of frames' lengths: within half a frame.
-    if (block.above_47_s[n] >= static_cast<float>(kLimit_s) - 0.5F * frame_s) {
-      past_47 += static_cast<double>(block.share[n]);
-    }
-    if (block.cem43_min[n] > static_cast<float>(kLimitDose_min)) past_dose += static_cast<double>(block.share[n]);
-    longest_s = std::max(longest_s, block.above_47_s[n]);
-    dose_min = std::max(dose_min, block.cem43_min[n]);
   }
+  double past_47 = 0, past_dose = 0;
+  for (std::size_t z = 0; z < kSide; ++z) {
+    past_47 += static_cast<double>(past_47_row[z]);
+    past_dose += static_cast<double>(past_dose_row[z]);
+  }
+  const float longest_s = *std::max_element(longest_row.begin(), longest_row.end());
+  const float dose_min = *std::max_element(dose_row.begin(), dose_row.end());
   const double cell_mm3 = params_.spacing_mm * params_.spacing_mm * params_.spacing_mm;
   figures_.above_47_s = std::max(figures_.above_47_s, static_cast<double>(longest_s));
   figures_.cem43_min = std::max(figures_.cem43_min, static_cast<double>(dose_min));
