@@ -28,13 +28,27 @@ using test::DiscPose;
 constexpr double kVoxel_mm = 0.25;
 constexpr int kTicks = 400;
 
-/// Such an effect can't push, turn or stop the tool: it is asked only when a step is made, or the tick over.
-bool OnlyObserves(const EffectInfo& info) {
-  return (info.hooks & (kEffectBegin | kEffectHolds | kEffectEngage | kEffectPush)) == 0;
+/// Who is asked only when a step is made, or the tick over, can't push, turn or stop the tool.
+bool Moves(const EffectInfo& info) {
+  return (info.hooks & (kEffectBegin | kEffectHolds | kEffectEngage)) != 0;
+}
+/// Nor is it felt by the hand, unless it says so.
+bool IsFelt(const EffectInfo& info) {
+  return Moves(info) || (info.hooks & kEffectPush) != 0;
 }
 
+/// With a canal a little below where the cut ends, for those that look for one.
 const Bone& Block() {
-  static const Bone kBlock = test::MakeBox({}, {16, 4, 8}, kVoxel_mm);
+  static const Bone kBlock = [] {
+    SolidField field;
+    field.value = [](const Vec3& p) { return test::BoxDistance(p, {8, 2, 4}); };
+    field.classify = ClassifyByDistance(field.value);
+    field.region = [](const Vec3& p) { return std::hypot(p.y, p.z + 1) < 0.8 ? 2 : 1; };
+    MaterialTable table;
+    table.Add({1, "cortex", Tissue::kCortical, 19300, 0.28, true, "test"});
+    table.Add({2, "canal", Tissue::kCanal, 100, 0.4, true, "test"});
+    return MakeBone(field, Box3{{-8, -2, -4}, {8, 2, 4}}.Grown(6 * kVoxel_mm), {kVoxel_mm, kVoxel_mm, {}}, table);
+  }();
   return kBlock;
 }
 
@@ -51,7 +65,8 @@ Pose HandlePose(int tick) {
 /// All that a run gives.
 struct Outcome {
   std::uint64_t bone = 0;
-  std::uint64_t motion = 0;                       // tool and forces of every tick
+  std::uint64_t motion = 0;                       // of the tool, and what it cut, in every tick
+  std::uint64_t force = 0;                        // on the hand
   std::map<std::string, std::uint64_t> channels;  // of every tick, by effect
   std::size_t plan_bytes = 0;
   double removed_mm3 = 0;
@@ -83,9 +98,10 @@ Outcome RunWith(const EffectChoices& choices) {
     }
     Mix(run.motion, out.X_WT.p_AB);
     Mix(run.motion, Vec3(out.X_WT.R_AB.x, out.X_WT.R_AB.y, out.X_WT.R_AB.z));
-    Mix(run.motion, out.f_H_W_N);
-    Mix(run.motion, out.tau_H_W_Nmm);
-    Mix(run.motion, out.cut_mJ + out.friction_mJ);
+    Mix(run.motion, out.cut_mJ);
+    Mix(run.motion, out.friction_mJ);
+    Mix(run.force, out.f_H_W_N);
+    Mix(run.force, out.tau_H_W_Nmm);
     EXPECT_TRUE(std::isfinite(glm::length(out.f_H_W_N)) && std::isfinite(glm::length(out.X_WT.p_AB))) << tick;
     run.removed_mm3 += out.removed_mm3;
     for (const EffectPlan::Entry& entry : plan.entries()) {
@@ -143,19 +159,23 @@ const Outcome& Recall(const EffectChoices& choices) {
   return runs.emplace(NameSet(choices), RunWith(choices)).first->second;
 }
 
-/// A set gives what those of it give that act; and each that observes tells what it tells without the other observers.
-void ExpectObserversChangeNothing(const EffectChoices& choices) {
+/// Of a set, bone and motion are those of its members that move the tool, the hand's force that of those which it
+/// feels; and each tells what it tells with those alone, and whom it needs.
+void ExpectNoneChangesMoreThanItSays(const EffectChoices& choices) {
   SCOPED_TRACE(NameSet(choices));
   const Outcome& all = Recall(choices);
-  std::set<std::string> acting;
+  std::set<std::string> moving;
+  std::set<std::string> felt;
   for (const EffectChoice& choice : choices) {
-    if (!OnlyObserves(choice.info())) acting.insert(choice.name());
+    if (Moves(choice.info())) moving.insert(choice.name());
+    if (IsFelt(choice.info())) felt.insert(choice.name());
   }
-  const Outcome& alone = Recall(ChooseWithNeeded(acting));
-  EXPECT_EQ(all.bone, alone.bone);
-  EXPECT_EQ(all.motion, alone.motion);
+  const Outcome& moved = Recall(ChooseWithNeeded(moving));
+  EXPECT_EQ(all.bone, moved.bone);
+  EXPECT_EQ(all.motion, moved.motion);
+  EXPECT_EQ(all.force, Recall(ChooseWithNeeded(felt)).force);
   for (const EffectChoice& choice : choices) {
-    std::set<std::string> with = acting;
+    std::set<std::string> with = moving;
     with.insert(choice.name());
     const Outcome& own = Recall(ChooseWithNeeded(with));
     const auto told = all.channels.find(choice.name());
@@ -188,7 +208,7 @@ TEST(EffectSets, WhatIsNotNamedIsNotThere) {
   for (const EffectInfo* info : Effects()) EXPECT_EQ(plan.Find(info->name), nullptr);
 }
 
-TEST(EffectSets, EachByItselfChangesNothingUnlessItActs) {
+TEST(EffectSets, EachChangesNoMoreThanItSays) {
   const Outcome& plain = Recall({});
   for (const EffectInfo* info : Usable()) {
     SCOPED_TRACE(info->name);
@@ -201,7 +221,7 @@ TEST(EffectSets, EachByItselfChangesNothingUnlessItActs) {
     if ((info->hooks & kEffectBegin) != 0) {
       EXPECT_NE(std::string(info->writes).find("speed"), std::string::npos);
     }
-    ExpectObserversChangeNothing(choices);
+    ExpectNoneChangesMoreThanItSays(choices);
   }
 }
 
@@ -209,7 +229,7 @@ TEST(EffectSets, NoPairMixesWhatItDoesNotTouch) {
   const auto& usable = Usable();
   for (std::size_t a = 0; a < usable.size(); ++a) {
     for (std::size_t b = a + 1; b < usable.size(); ++b) {
-      ExpectObserversChangeNothing(ChooseWithNeeded({usable[a]->name, usable[b]->name}));
+      ExpectNoneChangesMoreThanItSays(ChooseWithNeeded({usable[a]->name, usable[b]->name}));
     }
   }
 }
@@ -218,13 +238,13 @@ TEST(EffectSets, NorDoesAnyLargerSet) {
   std::mt19937 dice(20261120);
   std::set<std::string> every;
   for (const EffectInfo* info : Usable()) every.insert(info->name);
-  ExpectObserversChangeNothing(ChooseWithNeeded(every));
+  ExpectNoneChangesMoreThanItSays(ChooseWithNeeded(every));
   for (int n = 0; n < 20; ++n) {
     std::set<std::string> names;
     for (const std::string& name : every) {
       if (dice() % 2 == 0) names.insert(name);
     }
-    ExpectObserversChangeNothing(ChooseWithNeeded(names));
+    ExpectNoneChangesMoreThanItSays(ChooseWithNeeded(names));
   }
 }
 
@@ -238,13 +258,13 @@ TEST(EffectSets, TheOrderInTheSceneDoesNotMatter) {
   const Outcome backwards = RunWith(choices);
   EXPECT_EQ(backwards.bone, forwards.bone);
   EXPECT_EQ(backwards.motion, forwards.motion);
+  EXPECT_EQ(backwards.force, forwards.force);
   EXPECT_EQ(backwards.channels, forwards.channels);
 }
 
-// The same for a tool that follows its path: those that need a hand are left out, and say so.
-TEST(EffectSets, AToolThatFollowsItsPathTakesThoseThatNeedNoHand) {
-  std::set<std::string> every;
-  for (const EffectInfo* info : Usable()) every.insert(info->name);
+// A tool that follows its path is moved by nobody, and takes those that need no hand; the others are left out, and said
+// so.
+TEST(EffectSets, OnAPathNoneChangesTheCut) {
   const auto run = [](const EffectChoices& choices) {
     SimulationParams params;
     params.effects = choices;
@@ -252,25 +272,23 @@ TEST(EffectSets, AToolThatFollowsItsPathTakesThoseThatNeedNoHand) {
     const EffectPlan& plan = std::as_const(simulation).effects();
     EXPECT_EQ(plan.entries().size() + plan.left_out().size(), choices.size());
     for (const EffectInfo* info : plan.left_out()) EXPECT_EQ(info->tool, EffectTool::kInHand) << info->name;
-    std::uint64_t motion = 0;
+    std::uint64_t force = 0;
     for (int tick = 1; tick <= kTicks; ++tick) {
       const HeapGuard guard;
-      const TickOutput out = simulation.Tick({HandlePose(tick)});
-      Mix(motion, out.f_T_W_N);
-      Mix(motion, out.removed_mm3);
+      Mix(force, simulation.Tick({HandlePose(tick)}).f_T_W_N);
     }
-    return std::pair{simulation.bone().CalcHash(), motion};
+    return std::pair{simulation.bone().CalcHash(), force};
   };
-  std::set<std::string> observing = every;
+  const auto plain = run({});
+  std::set<std::string> unfelt;
   for (const EffectInfo* info : Usable()) {
-    if (!OnlyObserves(*info)) observing.erase(info->name);
+    SCOPED_TRACE(info->name);
+    const EffectChoices choices = ChooseWithNeeded({info->name});
+    if (std::any_of(choices.begin(), choices.end(), [](const EffectChoice& c) { return IsFelt(c.info()); })) continue;
+    unfelt.insert(info->name);
+    EXPECT_EQ(run(choices), plain);
   }
-  EXPECT_EQ(run(ChooseWithNeeded({})), run({}));
-  std::set<std::string> acting;
-  for (const EffectChoice& choice : ChooseWithNeeded(observing)) {
-    if (!OnlyObserves(choice.info())) acting.insert(choice.name());
-  }
-  EXPECT_EQ(run(ChooseWithNeeded(observing)), run(ChooseWithNeeded(acting)));
+  EXPECT_EQ(run(ChooseWithNeeded(unfelt)), plain);
 }
 
 }  // namespace
