@@ -121,6 +121,8 @@ class Effect {
   virtual void Report(std::span<double>) const {}
 
   // ---- not in the tick
+  /// Whether Solved() looks at the teeth. They are worked out for those that do.
+  virtual bool reads_teeth() const { return true; }
   virtual EffectCapacity capacity() const { return {}; }
   virtual std::size_t CalcMemoryBytes() const = 0;
 

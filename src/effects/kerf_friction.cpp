@@ -79,6 +79,7 @@ class KerfFrictionEffect final : public Effect {
     std::fill(edge_force_N_.begin(), edge_force_N_.end(), 0.0);
   }
 
+  bool reads_teeth() const override { return false; }
   EffectCapacity capacity() const override { return {0, edge_force_N_.size() + kPatches}; }
   std::size_t CalcMemoryBytes() const override {
     return sizeof(*this) + edge_force_N_.capacity() * sizeof(double) + patch_of_pair_.capacity() * sizeof(int);

@@ -28,10 +28,16 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
     list(kEffectSolved, solved_);
     list(kEffectEnd, end_);
   }
-  if (!solved_.empty()) teeth_.reserve(setup.edge.size());
+  for (const Effect* effect : solved_) reads_teeth_ = reads_teeth_ || effect->reads_teeth();
+  if (reads_teeth_) teeth_.reserve(setup.edge.size());
 }
 
 void EffectPlan::Solved(EffectSolved& solved) {
+  if (reads_teeth_) FindTeeth(solved);
+  for (Effect* effect : solved_) effect->Solved(solved);
+}
+
+void EffectPlan::FindTeeth(EffectSolved& solved) {
   teeth_.clear();
   const StepProblem& problem = solved.problem;
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
@@ -49,7 +55,6 @@ void EffectPlan::Solved(EffectSolved& solved) {
     teeth_.push_back(load);
   }
   solved.teeth = teeth_;
-  for (Effect* effect : solved_) effect->Solved(solved);
 }
 
 const Effect* EffectPlan::Find(std::string_view name) const {

@@ -31,7 +31,7 @@ class EffectPlan {
   }
   bool wants_solved() const { return !solved_.empty(); }
   bool wants_steps() const { return !engage_.empty() || wants_solved(); }
-  /// Fills `solved.teeth`.
+  /// Fills `solved.teeth` when one of them reads it.
   void Solved(EffectSolved& solved);
   void End(EffectEnd& end) {
     for (Effect* effect : end_) effect->End(end);
@@ -61,11 +61,14 @@ class EffectPlan {
   std::size_t CalcMemoryBytes() const;
 
  private:
+  void FindTeeth(EffectSolved& solved);
+
   std::vector<Entry> entries_;
   std::vector<const EffectInfo*> left_out_;
   std::vector<Effect*> begin_, holds_, engage_, solved_, end_;
   std::size_t channel_count_ = 0;
   const ToolShape* shape_;
+  bool reads_teeth_ = false;
   std::vector<ToothLoad> teeth_;
 };
 

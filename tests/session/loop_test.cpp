@@ -324,5 +324,51 @@ TEST(HandMotion, WaitsWhenTheHandleIsHeldAndGoesRoundWhenItIsFree) {
   }
 }
 
+// An effect that only observes adds its columns, and leaves the rest of the log as it was; its figures are those of the
+// column.
+TEST(LoopEffects, AddTheirColumnsAndFigures) {
+  const Scene plain = ParseScene(kScene, "s.toml");
+  const Scene warm = ParseScene(std::string(kScene) + "[effects.heat]\n", "s.toml");
+  const LoopSummary without = RunVirtual(plain, 2);
+  const LoopSummary with = RunVirtual(warm, 2);
+  EXPECT_TRUE(without.effects.empty());
+  EXPECT_EQ(FormatLoopJson(plain, without).find("\"effects\""), std::string::npos);
+  EXPECT_NE(FormatLoopReport(warm, with, false).find("- Effect: heat: "), std::string::npos);
+  ASSERT_EQ(with.effects.on, std::vector<std::string>{"heat"});
+  const auto& figures = with.effects.figures;
+  ASSERT_FALSE(figures.empty());
+  const std::string columns = with.effects.Header();
+  EXPECT_EQ(columns.substr(0, 6), ",heat_");
+
+  std::istringstream long_log(FormatLoopCsv(with));
+  std::istringstream short_log(FormatLoopCsv(without));
+  std::vector<double> last(figures.size());
+  std::vector<double> largest(figures.size(), -1e300);
+  std::size_t lines = 0;
+  for (std::string wide, narrow; std::getline(short_log, narrow); ++lines) {
+    ASSERT_TRUE(std::getline(long_log, wide));
+    ASSERT_EQ(wide.substr(0, narrow.size()), narrow) << lines;
+    std::istringstream more(wide.substr(narrow.size()));
+    if (lines == 0) continue;
+    for (std::size_t i = 0; i < figures.size(); ++i) {
+      char comma = 0;
+      more >> comma >> last[i];
+      largest[i] = std::max(largest[i], last[i]);
+    }
+    EXPECT_EQ(more.peek(), EOF);
+  }
+  EXPECT_EQ(lines, with.counts.ticks + 1);
+  const auto json = nlohmann::json::parse(FormatLoopJson(warm, with));
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    SCOPED_TRACE(figures[i].column());
+    // To the six digits of the log.
+    EXPECT_NEAR(figures[i].last, last[i], 1e-5 * std::abs(last[i]));
+    EXPECT_NEAR(figures[i].largest, largest[i], 1e-5 * std::abs(largest[i]));
+    EXPECT_EQ(json["effects"]["heat"][figures[i].name]["last"], figures[i].last);
+  }
+  // It warmed.
+  EXPECT_GT(figures[0].largest, figures[0].smallest);
+}
+
 }  // namespace
 }  // namespace kerf
