@@ -56,6 +56,41 @@ TEST(HardCase39, SwitchingTheLawInContactIsNotFelt) {
   verdict.Note("changes of law", switches);
 }
 
+TEST(HardCase39, BackInTheBonesLawTheForceRisesOverTheBlend) {
+  Verdict verdict("holds");
+  // A soft coupling hides a change of law: its force goes by K (v_hand - v_tool) at most. Through a stiff one, and with a
+  // feed that the slab's law hardly feels and the bone's does, the whole change is seen.
+  CoupledParams params = test::DiscParams();
+  params.coupling.stiffness_N_per_mm = 1000;
+  CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 4, 10}, 0.2), params, DiscPose(Pose{}, {0, 0, kClear}));
+  double z = kClear;
+  CoupledOutput out;
+  const auto run = [&](int ticks, double feed_mm_per_s, const auto& each) {
+    for (int i = 0; i < ticks; ++i) {
+      z -= 1e-3 * feed_mm_per_s;
+      const double before = out.f_H_W_N.z;
+      out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, z})));
+      each(std::abs(out.f_H_W_N.z - before));
+    }
+  };
+  const auto nothing = [](double) {};
+  run(600, 1.5, nothing);
+  simulation.SetFidelity(Fidelity::kSlab);
+  run(400, 1.5, nothing);
+  run(300, 5, nothing);
+  ASSERT_EQ(out.fidelity, Fidelity::kSlab);
+  const double in_slab_N = out.f_H_W_N.z;
+  simulation.SetFidelity(Fidelity::kFull);
+  double largest_N = 0;
+  run(500, 5, [&](double step_N) { largest_N = std::max(largest_N, step_N); });
+  const double in_bone_N = out.f_H_W_N.z;
+  verdict.Note("force before, in the slab's law", in_slab_N, "N");
+  verdict.Note("force after, in the bone's", in_bone_N, "N");
+  ASSERT_GT(std::abs(in_bone_N - in_slab_N), 2);
+  // The blend is 3 s^2 - 2 s^3 over 200 ticks: at its steepest 1.5 / 200 of the change a tick.
+  verdict.AtMost("largest step in a tick, of the change", largest_N / std::abs(in_bone_N - in_slab_N), 0.015);
+}
+
 TEST(HardCase39, TheSlabsFeedIsBounded) {
   Verdict verdict(
       "holds, mended: the slab's law has no feed, so its force now grows with it from 5 mm/s or twice that at the "
