@@ -40,6 +40,9 @@ void PrintStudy(const StabilityStudy& s) {
   for (const ScenarioResult& scenario : s.scenarios) {
     if (scenario.skipped) fmt::print("  {:<25} {}\n", scenario.name, scenario.what);
     // All that does not hold, or what is nearest to it.
+    if (!scenario.unjudged.empty()) {
+      fmt::print("  {:<25} {}  {}\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
+    }
     const StabilityFigure* nearest = scenario.skipped ? nullptr : FindNearest(scenario);
     for (const StabilityFigure& f : scenario.figures) {
       if (f.holds() && (!scenario.holds() || &f != nearest)) continue;
@@ -53,9 +56,10 @@ void PrintStudy(const StabilityStudy& s) {
     if (!m.done || m.linear) continue;
     for (const HandMargins& linear : s.margins) {
       if (!linear.done || !linear.linear || linear.hand != m.hand || linear.state != m.state) continue;
+      const Judgement both = Both(m.judgement(), linear.judgement());
       fmt::print("  {:<25} {:<18} {:>16} {:>16}  {}\n", ToString(m.state), m.own ? m.hand + " (the scene's)" : m.hand,
                  DescribeMargins(m.margins), DescribeMargins(linear.margins),
-                 m.holds() && linear.holds() ? "yes" : "NO");
+                 both == Judgement::kBroken ? "NO" : ToString(both));
     }
   }
   fmt::print("\n");
@@ -102,20 +106,25 @@ Scene ReadOptionsScene(const Options& options) {
 
 void RunProfiles(const Options& options, const Scene& scene) {
   std::vector<ProfileMargins> rows;
+  bool complete = true;
   {
     Bars bars;
-    rows = ExamineProfiles(scene, options.study,
-                           [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); });
+    rows = ExamineProfiles(
+        scene, options.study, [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); },
+        &complete);
   }
-  fmt::print("{}", options.json ? FormatProfilesJson(scene, rows) : FormatProfilesTable(rows));
+  if (rows.empty() && !complete) throw Error("ended before anything was examined");
+  fmt::print("{}", options.json ? FormatProfilesJson(scene, rows, complete) : FormatProfilesTable(rows));
   std::string broken;
   for (const ProfileMargins& row : rows) {
-    if (!Holds(row)) broken += fmt::format("{}{} in {}", broken.empty() ? "" : ", ", row.profile, row.hand);
+    if (Judge(row) == Judgement::kBroken)
+      broken += fmt::format("{}{} in {}", broken.empty() ? "" : ", ", row.profile, row.hand);
   }
   if (!broken.empty()) {
     throw Error(fmt::format("the margins are below gain {:g} and {} tick of delay on {}", kLeastGainMargin,
                             kLeastDelayMargin_ticks, broken));
   }
+  if (!complete) throw Error("ended before all devices were examined; those above are");
 }
 
 void Run(Options& options) {
@@ -146,7 +155,11 @@ void Run(Options& options) {
     throw Error(fmt::format("not stable: {}{}", study.findings.front(),
                             more > 0 ? fmt::format("; and {} more", more) : std::string()));
   }
-  if (!study.complete) throw Error("ended before all was examined; what was examined is stable");
+  if (!study.complete) {
+    throw Error(study.CountScenarios().judged + study.CountMargins().judged > 0
+                    ? "ended before all was examined; what was examined is stable"
+                    : "ended before anything was examined");
+  }
 }
 
 }  // namespace
@@ -163,7 +176,12 @@ void AddStabilityCommand(CLI::App& app) {
   command->add_option("--hand", options->hand, "The hand, H0 to H4, instead of the scene's [hand] model")
       ->transform(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}, CLI::ignore_case));
   command->add_flag("--quick", options->study.quick, "Fewer hands and a coarser map");
-  command->add_option("--seed", options->study.seed, "Of what is left to chance in the scenarios")
+  command->add_option("--seed", options->study.seed, "Of what is left to chance in the scenarios; 0 and up")
+      ->check([](const std::string& text) {
+        const bool number =
+            !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+        return number ? std::string() : fmt::format("\"{}\" is no whole number from 0 up", text);
+      })
       ->capture_default_str();
   auto* profiles = command->add_flag(
       "--profiles", options->profiles,

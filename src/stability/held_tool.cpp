@@ -2,16 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "haptics/coupling_limits.h"
 #include "kerf/error.h"
+#include "stability/scenario_run.h"
 
 namespace kerf {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kPush_N = 5;         // of the simulation
+constexpr double kLeastPush_N = 0.5;  // likewise
 constexpr double kSidePush_N = 2;     // likewise, on the wall of a kerf
 constexpr double kSideways_mm = 1;    // likewise, that the coupling gives
 constexpr double kShareOfPeak = 0.3;  // that the push may take of what device and coupling can give
@@ -21,6 +24,9 @@ constexpr int kMostTicks = 4000;   // likewise
 constexpr double kYield_s = 0.5;
 constexpr double kKick_rad = 1e-5;
 constexpr double kLongestWindow_mm = 100;  // an encoder's step with which no sample ever leaves the window
+constexpr double kAslant = 0.985;          // cosine between feed and what the bone answers: below it is no face
+constexpr double kAway_mm = 0.3;           // so far from its place the tool has left it
+constexpr double kOffBone = 0.1;           // of the push: below it nothing answers
 
 /// How deep the tool is to be for a state, mm along the feed from the first touch.
 double CalcDepth(const StabilitySubject& subject, HeldState state) {
@@ -38,6 +44,20 @@ Vec3 CalcSideways(const StabilitySubject& subject) {
     if (glm::length(across) > 0.3) return glm::normalize(across);
   }
   throw Error("the way of the feed is not of unit length");
+}
+
+/// The way from the tool's middle to where its edge is deepest in the bone or nearest to it, unit length.
+Vec3 FindContact(const Bone& bone, const Tool& tool, const Pose& X_WT) {
+  double deepest = -std::numeric_limits<double>::infinity();
+  Vec3 way_W(0);
+  for (const Vec3& p : SampleEdge(tool)) {
+    const double depth = -bone.SignedDistance(X_WT.Point(p));
+    if (depth > deepest) {
+      deepest = depth;
+      way_W = X_WT.Vector(p);
+    }
+  }
+  return glm::normalize(way_W);
 }
 
 /// What the push, the spring and the handle come to, for a loop.
@@ -66,10 +86,15 @@ Sizes CalcSizes(const HeldTool& held, const ClosedLoopSetup& setup) {
   return z;
 }
 
+enum class Grip {
+  kOwn,   // the hand of the setup
+  kCalm,  // with its spring, but so much damping that nothing swings
+};
+
 /// The tool held in that loop, pushed and at rest but for the feed.
 class Held {
  public:
-  Held(const HeldTool& held, const ClosedLoopSetup& setup, const Sizes& sizes)
+  Held(const HeldTool& held, const ClosedLoopSetup& setup, const Sizes& sizes, Grip grip = Grip::kOwn)
       : held_(held), sizes_(sizes), loop_(held.bone, setup, CalcStart(held, sizes)) {
     loop_.simulation().SetDown(held.X_WT);
     // A hand with so much damping that the spring comes to rest soon, and no swing of the loop is left.
@@ -88,13 +113,14 @@ class Held {
     const int ticks = static_cast<int>(std::clamp(10 / rate, 20 * setup.period_s, 0.5) / setup.period_s);
     for (int i = 0; i < ticks; ++i) {
       tick_ = loop_.Step(held.rpm);
-      if (!held.slips) continue;
-      // What rubs on the turning disc would pull it out of the kerf along the wall: the hand holds against that.
+      // What rubs on the turning disc, or an edge that it meets aslant, would take it away from its place: the hand
+      // holds against that.
       const Vec3 across = tick_.f_device_N - glm::dot(tick_.f_device_N, held.push_W) * held.push_W;
       balance_N_ -= 0.2 * (balance_N_ + across);
       loop_.device().SetIntention({.X_WH = loop_.X_WH_start(), .push_W_N = sizes.push_N * held.push_W + balance_N_});
     }
-    loop_.device().SetHand(setup.hand);
+    calm.stiffness_N_per_mm = setup.hand.stiffness_N_per_mm;
+    loop_.device().SetHand(grip == Grip::kCalm ? calm : setup.hand);
     X_WH_ = loop_.X_WH_start();
     X_WH_.p_AB = tick_.p_WC_mm - X_WH_.Vector(setup.coupled.coupling.p_TC_mm);
     Intend(Vec3(0), 0);
@@ -110,6 +136,9 @@ class Held {
 
   double position_mm() const { return glm::dot(tick_.p_WC_mm, held_.push_W); }
   double force_N() const { return -glm::dot(tick_.f_device_N, held_.push_W); }
+  const Vec3& tool_mm() const { return tick_.out.coupled.X_WT.p_AB; }
+  /// Of the tool along the push, from where it was first held.
+  double way_mm() const { return glm::dot(tool_mm() - held_.X_WT.p_AB, held_.push_W); }
   const ClosedLoopTick& tick() const { return tick_; }
 
  private:
@@ -229,8 +258,36 @@ double CalcSway(const std::vector<double>& x, std::size_t from, std::size_t to) 
   return most;
 }
 
+/// Whether the bone lets the tool keep its place where a loop was seen not to be stable, `seconds` long and `way_mm`
+/// far along the push: in a hand in which nothing swings. What is lost there too was lost to the bone's shape (an edge
+/// that it slid off, a bone that it is through) and says nothing of the loop.
+bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, double way_mm) {
+  constexpr double kLonger = 4;       // a calm hand feeds slower, and slides off slower
+  constexpr double kBeyond_mm = 0.2;  // of the way: where it was last pushed, and not where it was off
+  constexpr double kGone_s = 0.02;
+  setup.force_map.ramp_in_s = 0;
+  setup.loop_gain = std::min(setup.loop_gain, 1.0);
+  setup.delay_ticks = 0;
+  const Sizes sizes = CalcSizes(held, setup);
+  Held calm(held, setup, sizes, Grip::kCalm);
+  const Vec3 begun_mm = calm.tool_mm();
+  const int ticks = static_cast<int>(kLonger * seconds / setup.period_s);
+  const int gone = std::max(static_cast<int>(kGone_s / setup.period_s), 2);
+  int off = 0;
+  for (int i = 0; i < ticks; ++i) {
+    calm.Step();
+    off = calm.force_N() < kOffBone * sizes.push_N ? off + 1 : 0;
+    const Vec3 moved = calm.tool_mm() - begun_mm;
+    const Vec3 across = moved - glm::dot(moved, held.push_W) * held.push_W;
+    if (off >= gone || glm::length(held.feeds ? across : moved) > kAway_mm) return false;
+    if (held.feeds && off == 0 && calm.way_mm() > way_mm + kBeyond_mm) return true;
+  }
+  return true;
+}
+
 /// With friction and the encoder's steps, or where a linear loop is known not to be stable: what becomes of a kick.
-Behaviour Watch(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, double least_sway_mm) {
+Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, double least_sway_mm, double& seconds,
+                    double& way_mm) {
   setup.force_map.ramp_in_s = 0;
   const Sizes sizes = CalcSizes(held, setup);
   Held run(held, setup, sizes);
@@ -244,6 +301,7 @@ Behaviour Watch(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, dou
   double least_N = 1e300;
   double most_N = 0;
   run.Step(kick_N);
+  seconds = static_cast<double>(kWindows * window) * T;
   std::vector<double> sway;
   for (std::size_t w = 0; w < kWindows; ++w) {
     least_N = 1e300;
@@ -251,10 +309,13 @@ Behaviour Watch(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, dou
     for (std::size_t i = 0; i < window; ++i) {
       run.Step();
       x.push_back(run.position_mm());
+      way_mm = std::max(way_mm, run.way_mm());
       least_N = std::min(least_N, run.force_N());
       most_N = std::max(most_N, run.force_N());
     }
     sway.push_back(CalcSway(x, w * window, (w + 1) * window));
+    // Off the bone nothing sways either.
+    if (most_N < kOffBone * sizes.push_N) return Behaviour::kUnstable;
     if (sway.back() <= least_sway_mm) return Behaviour::kStable;
     if (w >= 3 && sway[w] < 0.5 * sway[w - 2] && sway[w] < 0.5 * kick_mm) return Behaviour::kStable;
   }
@@ -264,6 +325,15 @@ Behaviour Watch(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, dou
   if (sway.back() < 0.9 * sway[kWindows / 2]) return Behaviour::kStable;
   if (sway.back() > 1.1 * sway[kWindows / 2] && sway.back() > 2 * kick_mm) return Behaviour::kUnstable;
   return Behaviour::kLimitCycle;
+}
+
+/// Likewise, but for what the bone's shape does.
+Behaviour Watch(const HeldTool& held, const ClosedLoopSetup& setup, double kick_mm, double least_sway_mm) {
+  double seconds = 0;
+  double way_mm = -1e300;
+  const Behaviour behaviour = WatchKick(held, setup, kick_mm, least_sway_mm, seconds, way_mm);
+  if (behaviour == Behaviour::kStable || KeepsPlace(held, setup, seconds, way_mm)) return behaviour;
+  return Behaviour::kNotHeld;
 }
 
 }  // namespace
@@ -276,6 +346,8 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
   held.push_N = held.slips ? kSidePush_N : kPush_N;
   held.push_W = state == HeldState::kInKerf ? CalcSideways(subject) : subject.into_W;
 
+  Vec3 along_W = subject.into_W;  // of the approach
+
   CoupledParams params = subject.setup.coupled;
   params.coupling = {};
   const double lead_mm = kPush_N / params.coupling.stiffness_N_per_mm;
@@ -285,31 +357,42 @@ HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
   in.X_WH = subject.X_WT_start;
   in.dt_s = kTick_s;
   in.rpm = held.rpm;
-  double way_mm = 0;       // of the handle
+  Vec3 begun_mm = subject.X_WT_start.p_AB;
+  double way_mm = 0;       // of the handle from there
   double touched_mm = -1;  // way of the tool at the first touch
   int resting = 0;
   double before_mm = 0;
   double push_N = 0;
   CoupledOutput out;
   for (int i = 0; i < kMostTicks; ++i) {
-    in.X_WH.p_AB = subject.X_WT_start.p_AB + way_mm * subject.into_W;
+    in.X_WH.p_AB = begun_mm + way_mm * along_W;
     out = simulation.Tick(in);
-    const double tool_mm = glm::dot(out.X_WT.p_AB - subject.X_WT_start.p_AB, subject.into_W);
-    push_N = -glm::dot(out.f_H_W_N, subject.into_W);
-    if (touched_mm < 0 && push_N > 0.02) touched_mm = tool_mm;
+    const double tool_mm = glm::dot(out.X_WT.p_AB - begun_mm, along_W);
+    push_N = -glm::dot(out.f_H_W_N, along_W);
+    const bool first = touched_mm < 0 && push_N > 0.02;
+    if (first) touched_mm = tool_mm;
     if (held.rpm != 0 && touched_mm >= 0 && tool_mm - touched_mm >= depth_mm) break;
     resting = std::abs(tool_mm - before_mm) < 1e-6 ? resting + 1 : 0;
     if (held.rpm == 0 && push_N > 0.99 * kPush_N && resting > 20) break;
     before_mm = tool_mm;
     way_mm = std::min(way_mm + kApproach_mm_per_s * kTick_s, tool_mm + lead_mm);
+    if (!first || held.rpm != 0) continue;
+    // An edge is pushed on squarely: along the feed the tool would slide off it.
+    const Vec3 squarely_W = FindContact(simulation.bone(), params.tool, out.X_WT);
+    if (glm::dot(squarely_W, along_W) >= kAslant) continue;
+    held.push_W = along_W = squarely_W;
+    begun_mm = in.X_WH.p_AB;
+    way_mm = 0;
   }
   if (touched_mm < 0) throw Error("the tool meets no bone on the way of the feed from where it starts");
+  // No more than a slow feed takes: a fast tool would be through the bone before anything can be told.
+  if (held.feeds) held.push_N = std::clamp(push_N, kLeastPush_N, kPush_N);
   held.X_WT = out.X_WT;
   held.bone = std::move(simulation).TakeBone();
   return held;
 }
 
-double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
+std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
   const ClosedLoopSetup setup = MakeLinear(asked);
   const Sizes sizes = CalcSizes(held, setup);
   Held still(held, setup, sizes);
@@ -327,6 +410,8 @@ double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
   const int ticks = static_cast<int>(std::max(kPeriods * sizes.period_s, 0.1) / setup.period_s);
   Swings swings;
   double fastest = 0;
+  double way_mm = -1e300;
+  bool lost = false;
   std::vector<double> speed;
   std::vector<double> turn;
   speed.reserve(static_cast<std::size_t>(ticks));
@@ -344,7 +429,9 @@ double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
     const ClosedLoopTick& b = kicked.Step();
     const double t_s = i * setup.period_s;
     const double v = glm::dot(b.v_WC_mm_per_s - a.v_WC_mm_per_s, held.push_W);
-    if (still.force_N() < 0.1 * sizes.push_N) break;  // through the bone
+    way_mm = std::max(way_mm, still.way_mm());
+    lost = still.force_N() < kOffBone * sizes.push_N;
+    if (lost) break;  // through the bone, or it hammers
     fastest = std::max(fastest, std::abs(v));
     const std::size_t before = swings.size();
     swings.Add(t_s, v);
@@ -360,17 +447,27 @@ double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
     if (std::abs(change) > 2) break;
   }
   const double length_s = static_cast<double>(speed.size()) * setup.period_s;
+  const auto told = [&](double growth) -> std::optional<double> {
+    if (growth < 0 || KeepsPlace(held, setup, length_s, way_mm)) return growth;
+    return std::nullopt;
+  };
   // Turning has no weight here: it comes to rest within some ticks, or it grows to what the torque allows.
   const double turned = most(turn, 0, 1);
-  if (turned > 30 * kKick_rad) return std::log(turned / kKick_rad) / length_s;
-  if (swings.size() >= kFirst + 3) return swings.CalcGrowth(kFirst);
-  if (speed.size() < 8) return 0;
-  return std::log(std::max(most(speed, 0.75, 1), 1e-300) / std::max(most(speed, 0.25, 0.5), 1e-300)) / (0.5 * length_s);
+  if (turned > 30 * kKick_rad) return told(std::log(turned / kKick_rad) / length_s);
+  if (swings.size() >= kFirst + 3) return told(swings.CalcGrowth(kFirst));
+  if (speed.size() < 8) return lost ? told(0) : 0;
+  const double late = std::max(most(speed, 0.75, 1), 1e-300);
+  const double growth = std::log(late / std::max(most(speed, 0.25, 0.5), 1e-300)) / (0.5 * length_s);
+  // A loop that is not stable swings. What grows without turning back slides.
+  if (growth >= 0 && swings.size() < 2 && !lost) return std::nullopt;
+  return told(growth);
 }
 
 Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linear) {
   if (linear) {
-    if (CalcGrowth(held, setup) < 0) return Behaviour::kStable;
+    const std::optional<double> growth = FindGrowth(held, setup);
+    if (!growth) return Behaviour::kNotHeld;
+    if (*growth < 0) return Behaviour::kStable;
     const ClosedLoopSetup without = MakeLinear(setup);
     const double kick_mm = 1e-2 * CalcSizes(held, without).compression_mm;
     const Behaviour behaviour = Watch(held, without, kick_mm, 0);
@@ -386,58 +483,71 @@ Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linea
 }
 
 Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool linear, double most_gain) {
-  const auto stable = [&](double gain, int delay_ticks) {
+  enum class Found { kStable, kNotStable, kNotHeld };
+  const auto find = [&](double gain, int delay_ticks) {
     ClosedLoopSetup tried = setup;
     tried.loop_gain *= gain;
     tried.delay_ticks += delay_ticks;
-    return linear ? CalcGrowth(held, tried) < 0 : TryHeld(held, tried, false) == Behaviour::kStable;
+    if (linear) {
+      const std::optional<double> growth = FindGrowth(held, tried);
+      return !growth ? Found::kNotHeld : *growth < 0 ? Found::kStable : Found::kNotStable;
+    }
+    const Behaviour behaviour = TryHeld(held, tried, false);
+    return behaviour == Behaviour::kStable    ? Found::kStable
+           : behaviour == Behaviour::kNotHeld ? Found::kNotHeld
+                                              : Found::kNotStable;
   };
   constexpr double kApart = 1.25;
   constexpr double kLeastGain = 1.0 / 64;
   constexpr double kTo = 1.02;
   constexpr int kMostDelay = 16;
   Margins margins;
+  if (find(1, 0) == Found::kNotHeld) {
+    margins.unjudged = held.feeds ? "the tool is through the bone too soon" : "the tool leaves its place on the bone";
+    return margins;
+  }
   // The rule says where to begin.
   const double scale = ForceMap(setup.profile, setup.force_map).force_scale();
   const CouplingLimits limits = CalcCouplingLimits(setup.profile, setup.hand, setup.coupled.coupling, scale, 0,
                                                    setup.period_s, setup.delay_ticks);
   const double rule = limits.sampled_stiffness_N_per_mm / setup.coupled.coupling.stiffness_N_per_mm / setup.loop_gain;
-  double low = std::clamp(rule / std::sqrt(kApart), kLeastGain, most_gain);
+  // Largest gain known to be stable and least known not to be; 0: none. What can't be held ends the search.
+  double low = 0;
   double high = 0;
-  if (stable(low, 0)) {
-    while (high == 0 && low < most_gain) {
-      const double next = std::min(low * kApart, most_gain);
-      (stable(next, 0) ? low : high) = next;
-    }
-  } else {
-    high = low;
-    low = 0;
-    while (low == 0 && high > kLeastGain) {
-      const double next = std::max(high / kApart, kLeastGain);
-      (stable(next, 0) ? low : high) = next;
-    }
+  bool held_still = true;
+  const auto look = [&](double gain) {
+    const Found found = find(gain, 0);
+    held_still = found != Found::kNotHeld;
+    if (found == Found::kStable) low = gain;
+    if (found == Found::kNotStable) high = gain;
+  };
+  look(std::clamp(rule / std::sqrt(kApart), kLeastGain, most_gain));
+  while (held_still && high == 0 && low < most_gain) look(std::min(low * kApart, most_gain));
+  while (held_still && low == 0 && high > kLeastGain) look(std::max(high / kApart, kLeastGain));
+  while (held_still && low > 0 && high > kTo * low) look(std::sqrt(low * high));
+  if (!held_still && low == 0) {
+    margins.unjudged = "the tool leaves its place on the bone";
+    return margins;
   }
-  if (high == 0) {
-    margins.gain = most_gain;
-    margins.gain_beyond = true;
-  } else {
-    while (low > 0 && high > kTo * low) {
-      const double middle = std::sqrt(low * high);
-      (stable(middle, 0) ? low : high) = middle;
-    }
-    margins.gain = std::sqrt(low * high);
-  }
+  margins.gain_beyond = high == 0 || !held_still;
+  margins.gain = margins.gain_beyond ? low : std::sqrt(low * high);
   // 1, 2, 4, ... ticks until one is too many, then between.
   const int most = kMostDelay - setup.delay_ticks;
   int too_many = most + 1;
-  for (int ticks = 1; ticks <= most && too_many > most; ticks = std::min(2 * ticks, most)) {
-    (stable(1, ticks) ? margins.delay_ticks : too_many) = ticks;
+  const auto bears = [&](int ticks) {
+    const Found found = find(1, ticks);
+    margins.delay_beyond = found == Found::kNotHeld;
+    if (found == Found::kStable) margins.delay_ticks = ticks;
+    if (found == Found::kNotStable) too_many = ticks;
+  };
+  for (int ticks = 1; ticks <= most && too_many > most && !margins.delay_beyond; ticks = std::min(2 * ticks, most)) {
+    bears(ticks);
     if (ticks == most) break;
   }
-  while (too_many > margins.delay_ticks + 1) {
-    const int ticks = (margins.delay_ticks + too_many) / 2;
-    (stable(1, ticks) ? margins.delay_ticks : too_many) = ticks;
+  while (too_many > margins.delay_ticks + 1 && !margins.delay_beyond && too_many <= most) {
+    bears((margins.delay_ticks + too_many) / 2);
   }
+  margins.delay_beyond = margins.delay_beyond || margins.delay_ticks == most;
   return margins;
 }
 

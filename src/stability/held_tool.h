@@ -1,6 +1,8 @@
 // A tool brought to where a loop is tried, and whether a kick of the handle dies out there.
 #pragma once
 
+#include <optional>
+
 #include "stability/margins.h"
 
 namespace kerf {
@@ -15,15 +17,17 @@ struct HeldTool {
   bool slips = false;  // it rubs across the push
 };
 
-/// Brings the tool there with a slow, soft pull and takes it out of that hand. Throws Error when it meets no bone.
+/// Brings the tool there with a slow, soft pull and takes it out of that hand. On an edge a stopped tool is pushed
+/// squarely, not along the feed, by which it would slide off. Throws Error when it meets no bone.
 HeldTool HoldTool(const StabilitySubject& subject, HeldState state);
 
 /// How a small kick of the handle along the push goes on while friction and encoder steps of the profile don't count:
 /// two loops run side by side, one kicked, and only their difference is looked at, which is linear whatever the rest
 /// does.
 ///
-/// The logarithm's growth per second of the difference's swing: below 0 it dies out.
-double CalcGrowth(const HeldTool& held, const ClosedLoopSetup& setup);
+/// The logarithm's growth per second of the difference's swing: below 0 it dies out. None when the tool left its place
+/// before that could be told, through the bone or off an edge, as it does in a hand in which nothing swings too.
+std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& setup);
 
 /// As TryState().
 Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linear);

@@ -14,8 +14,33 @@ const char* ToString(Behaviour behaviour) {
       return "limit cycle";
     case Behaviour::kUnstable:
       return "unstable";
+    case Behaviour::kNotHeld:
+      return "not held";
   }
   return "";
+}
+
+const char* ToString(Judgement judgement) {
+  switch (judgement) {
+    case Judgement::kHolds:
+      return "yes";
+    case Judgement::kBroken:
+      return "no";
+    case Judgement::kNotJudged:
+      return "not judged";
+    case Judgement::kNotAsked:
+      return "not asked";
+  }
+  return "";
+}
+
+Judgement Margins::Judge(double least_gain, int least_delay_ticks) const {
+  if (!unjudged.empty()) return Judgement::kNotJudged;
+  const bool gain_enough = gain >= least_gain;
+  const bool delay_enough = delay_ticks >= least_delay_ticks;
+  if (gain_enough && delay_enough) return Judgement::kHolds;
+  const bool broken = (!gain_enough && !gain_beyond) || (!delay_enough && !delay_beyond);
+  return broken ? Judgement::kBroken : Judgement::kNotJudged;
 }
 
 const char* ToString(HeldState state) {
@@ -51,9 +76,13 @@ ClosedLoopSetup FitSetup(ClosedLoopSetup setup, const DeviceProfile& profile, co
 
 std::vector<ProfileMargins> CalcProfileMargins(const StabilitySubject& subject,
                                                const std::vector<DeviceProfile>& profiles,
-                                               const std::function<void(double)>& progress) {
+                                               const std::function<void(double)>& progress,
+                                               const std::atomic<bool>* stop) {
+  const auto ended = [stop] { return stop != nullptr && stop->load(); };
   std::vector<HeldTool> held;
-  for (const HeldState state : kHeldStates) held.push_back(HoldTool(subject, state));
+  for (const HeldState state : kHeldStates) {
+    if (!ended()) held.push_back(HoldTool(subject, state));
+  }
   std::vector<ProfileMargins> rows;
   const std::size_t all = profiles.size() * (HandModels().size() + 1);
   const auto add = [&](const DeviceProfile& profile, const HandModel& hand, const HandModel& fitted_to) {
@@ -64,7 +93,8 @@ std::vector<ProfileMargins> CalcProfileMargins(const StabilitySubject& subject,
     row.fitted_to = fitted_to.name;
     row.coupling = setup.coupled.coupling;
     row.force_scale = ForceMap(profile, setup.force_map).force_scale();
-    for (std::size_t i = 0; i < held.size(); ++i) row.margins[i] = FindHeldMargins(held[i], setup, true);
+    for (std::size_t i = 0; i < held.size() && !ended(); ++i) row.margins[i] = FindHeldMargins(held[i], setup, true);
+    if (ended()) return;
     rows.push_back(row);
     if (progress) progress(static_cast<double>(rows.size()) / static_cast<double>(all));
   };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <functional>
 #include <string>
 #include <vector>
@@ -19,8 +20,23 @@ struct StabilitySubject {
   double rpm = 7500;
 };
 
-enum class Behaviour : std::uint8_t { kStable, kLimitCycle, kUnstable };
+enum class Behaviour : std::uint8_t {
+  kStable,
+  kLimitCycle,
+  kUnstable,
+  kNotHeld,  // cannot be told: the tool left its place, through the bone or off an edge, whatever the loop
+};
 const char* ToString(Behaviour behaviour);
+
+/// What is said of a bound or a margin.
+enum class Judgement : std::uint8_t {
+  kHolds,
+  kBroken,
+  kNotJudged,  // it could not be told here, or not all of it; what could be told holds
+  kNotAsked,
+};
+/// "yes", "no", "not judged", "not asked".
+const char* ToString(Judgement judgement);
 
 /// The states in which a loop is tried.
 enum class HeldState : std::uint8_t {
@@ -36,9 +52,14 @@ inline constexpr std::array kHeldStates = {HeldState::kStoppedOnBone, HeldState:
 Behaviour TryState(const StabilitySubject& subject, HeldState state, bool linear);
 
 struct Margins {
-  double gain = 0;           // the loop gain at which it ceases to be stable
-  bool gain_beyond = false;  // it was still stable at that gain, the largest tried
-  int delay_ticks = 0;       // whole ticks of further delay that it bears; most tried: 16
+  double gain = 0;            // the loop gain at which it ceases to be stable
+  bool gain_beyond = false;   // it was still stable at that gain, the largest that could be tried
+  int delay_ticks = 0;        // whole ticks of further delay that it bears
+  bool delay_beyond = false;  // it bore so many, the most that could be tried; at most 16
+  /// Why nothing can be told of them here; empty when they can.
+  std::string unjudged;
+  /// Against the least that is asked.
+  Judgement Judge(double least_gain, int least_delay_ticks) const;
 };
 /// By bisection, the gain to 2 %. `linear` as above.
 Margins FindMargins(const StabilitySubject& subject, HeldState state, bool linear, double most_gain = 64);
@@ -56,10 +77,12 @@ struct ProfileMargins {
   std::array<Margins, kHeldStates.size()> margins;  // in the order of kHeldStates, linear
 };
 /// Each profile with each hand, and let go of with the coupling fitted to H3. What `subject` has of device and hand is
-/// not looked at; its coupling is what is asked for. About 2 s for each row on a block of 0.2 mm.
+/// not looked at; its coupling is what is asked for. About 2 s for each row on a block of 0.2 mm. Ends between two
+/// margins when `stop` (may be null) says so, with the rows that are whole.
 std::vector<ProfileMargins> CalcProfileMargins(const StabilitySubject& subject,
                                                const std::vector<DeviceProfile>& profiles,
-                                               const std::function<void(double)>& progress = {});
+                                               const std::function<void(double)>& progress = {},
+                                               const std::atomic<bool>* stop = nullptr);
 
 /// Each point of stiffness by damping (as the simulation has them), row by row from the least damping. With the
 /// encoder's steps, but without the device's friction, which would hide much and is known of few devices. A limit

@@ -19,7 +19,8 @@ bool IsFinite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// Points of the tool's edge, tool frame.
+}  // namespace
+
 std::vector<Vec3> SampleEdge(const Tool& tool) {
   std::vector<Vec3> points;
   const double radius = CalcReach(tool);
@@ -40,8 +41,6 @@ std::vector<Vec3> SampleEdge(const Tool& tool) {
   }
   return points;
 }
-
-}  // namespace
 
 double CalcBuried(const Bone& bone, const Tool& tool, const Pose& X_WT) {
   double deepest = -std::numeric_limits<double>::infinity();
@@ -209,7 +208,7 @@ void ScenarioRun::AtLeast(const std::string& name, const std::string& unit, doub
 
 void ScenarioRun::AddNoise(std::size_t from, std::size_t to, double share) {
   if (static_cast<double>(std::min(to, now()) - from) * T() < 0.25) {
-    Say(" The tool was through the bone too soon for the noise to be told.");
+    LeaveUnjudged("The tool was through the bone too soon for the noise to be told.");
     return;
   }
   const double noise_mN = 1000 * CalcNoise(forces_N(from, to), T());
@@ -234,6 +233,21 @@ ScenarioResult ScenarioRun::Finish() {
   AtMost("force in air", "N", largest_in_air_N_, 0);
   if (largest_torque_Nmm_ > 0) add_clamped("largest torque", "N mm", largest_torque_Nmm_, profile.peak_torque_Nmm);
   return result_;
+}
+
+bool ScenarioRun::IsOff(double seconds) const {
+  const auto count = static_cast<std::size_t>(std::lround(seconds / T()));
+  if (count == 0 || now() < count) return false;
+  const auto last = forces_N(now() - count);
+  return std::all_of(last.begin(), last.end(), [](const Vec3& f) { return f == Vec3(0); });
+}
+
+ScenarioResult ScenarioRun::NotJudged(const Scenario& scenario, const std::string& why) {
+  ScenarioResult result;
+  result.name = scenario.name;
+  result.what = scenario.what;
+  result.unjudged = why;
+  return result;
 }
 
 ScenarioResult ScenarioRun::Skip(const Scenario& scenario, const std::string& why) {

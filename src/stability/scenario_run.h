@@ -54,14 +54,20 @@ class ScenarioRun {
   void AtMost(const std::string& name, const std::string& unit, double value, double bound);
   void AtLeast(const std::string& name, const std::string& unit, double value, double bound);
   /// Force above 20 Hz: at most 20 mN, or that share of the force where it is more. Of less than a quarter of a second
-  /// it is not told, and that is said.
+  /// it is not judged.
   void AddNoise(std::size_t from, std::size_t to = SIZE_MAX, double share = 0.01);
   /// That the motors never gave more than was put in.
   void AddEnergy();
   void Say(const std::string& more) { result_.what += more; }
+  /// Something could not be judged, for that reason.
+  void LeaveUnjudged(const std::string& why) { result_.unjudged = why; }
+  /// The tool meets no bone any more for so long at the end.
+  bool IsOff(double seconds) const;
 
   ScenarioResult Finish();
   static ScenarioResult Skip(const Scenario& scenario, const std::string& why);
+  /// Nothing of it could be judged.
+  static ScenarioResult NotJudged(const Scenario& scenario, const std::string& why);
 
  private:
   const StabilitySubject& subject_;
@@ -81,6 +87,8 @@ class ScenarioRun {
   int not_finite_ = 0;
 };
 
+/// Points of the tool's edge, tool frame.
+std::vector<Vec3> SampleEdge(const Tool& tool);
 /// How far the tool's edge reaches into the bone, mm; at most the bone's band. Not above 0: it does not touch.
 double CalcBuried(const Bone& bone, const Tool& tool, const Pose& X_WT);
 /// As far back from X against the feed as no bone is in the way, at most `most_mm`.

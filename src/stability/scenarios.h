@@ -24,11 +24,15 @@ struct ScenarioResult {
   std::string name;      // "press_and_hold"
   std::string what;      // a sentence for people
   bool skipped = false;  // does not apply to this subject; `what` says why
+  /// Why it, or some of it, could not be judged here; a sentence. Empty when all was.
+  std::string unjudged;
   std::vector<StabilityFigure> figures;
   // The run's force on the device, for a figure
   std::vector<double> time_s;
   std::vector<double> force_N;
-  bool holds() const;
+  bool holds() const;  // no figure is broken
+  /// kNotAsked: skipped.
+  Judgement judgement() const;
 };
 
 struct Scenario {

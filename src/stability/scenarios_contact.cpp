@@ -21,12 +21,18 @@ ScenarioResult PressAndHold(const StabilitySubject& subject, const Scenario& sce
   run.set_rpm(0);
   run.AwaitRamp();
   const double push_N = run.CalcPush_N(simulated_N);
-  run.Lean(push_N * subject.into_W);
+  // An edge is pushed on squarely: along the feed the tool would slide off it.
+  run.Lean(push_N * HoldTool(subject, HeldState::kStoppedOnBone).push_W);
   run.Run(1.5);
   const std::size_t early = run.now();
   run.Run(1);
   const std::size_t late = run.now();
   run.Run(1);
+  const double buried_mm = CalcBuried(subject.bone, subject.setup.coupled.tool, run.tick().out.coupled.X_WT);
+  if (run.IsOff(1) && run.tick().out.faults == 0 && !(buried_mm > 0)) {
+    run.LeaveUnjudged("The tool slid off the bone: the path meets an edge there.");
+    return run.Finish();
+  }
   run.AtLeast("force", "N", run.MeanForce_N(late), 0.3 * (push_N - subject.setup.profile.friction_N));
   run.AddNoise(late);
   const double bound_N = std::max(0.02, 0.01 * run.MeanForce_N(late));
@@ -37,9 +43,7 @@ ScenarioResult PressAndHold(const StabilitySubject& subject, const Scenario& sce
   const double step_um = subject.setup.quantise ? 1000 * subject.setup.profile.resolution_mm : 0;
   run.AtMost("motion from 1 to 20 Hz", "um", 1000 * CalcAliveness(run.positions_mm(late), run.T()),
              std::max({step_um, 1.25 * before_um, 0.1}));
-  run.AtMost("edge in the bone", "mm",
-             CalcBuried(subject.bone, subject.setup.coupled.tool, run.tick().out.coupled.X_WT),
-             CalcBuriedBound_mm(subject));
+  run.AtMost("edge in the bone", "mm", buried_mm, CalcBuriedBound_mm(subject));
   run.AddEnergy();
   return run.Finish();
 }

@@ -124,7 +124,7 @@ ScenarioResult BreakThrough(const StabilitySubject& subject, const Scenario& sce
     most_N = std::max(most_N, -glm::dot(tick.f_device_N, subject.into_W));
   }
   if (!through) {
-    run.Say(" It did not get through in 6 s.");
+    run.LeaveUnjudged("It did not get through in 6 s.");
     return run.Finish();
   }
   // It may fall on what lies behind, from 2 mm at most before the hand has it again: F (1 + sqrt(1 + 2 K d / F)).
@@ -196,7 +196,8 @@ ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario
       worst = std::move(result);
     }
   }
-  if (worst_share < 0) return ScenarioRun::Skip(scenario, "the tool is through the bone before it can be judged.");
+  if (worst_share < 0)
+    return ScenarioRun::NotJudged(scenario, "The tool was through the bone before any could be told.");
   return worst;
 }
 

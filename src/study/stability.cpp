@@ -96,9 +96,34 @@ bool HoldInEveryState(const StabilitySubject& subject, const StabilityOptions& o
 
 }  // namespace
 
-bool HandMargins::holds() const {
-  if (own) return margins.gain >= kLeastGainMargin && margins.delay_ticks >= kLeastDelayMargin_ticks;
-  return linear || hand == kLetGo || margins.gain > 1;
+Judgement HandMargins::judgement() const {
+  if (own) return margins.Judge(kLeastGainMargin, kLeastDelayMargin_ticks);
+  if (linear || hand == kLetGo) return Judgement::kNotAsked;
+  return margins.Judge(1, 0);
+}
+
+StabilityStudy::Count StabilityStudy::CountScenarios() const {
+  Count count;
+  for (const ScenarioResult& scenario : scenarios) {
+    const Judgement judgement = scenario.judgement();
+    if (judgement == Judgement::kNotAsked) continue;
+    ++count.asked;
+    if (judgement != Judgement::kNotJudged) ++count.judged;
+    if (judgement == Judgement::kBroken) ++count.broken;
+  }
+  return count;
+}
+
+StabilityStudy::Count StabilityStudy::CountMargins() const {
+  Count count;
+  for (const HandMargins& m : margins) {
+    const Judgement judgement = m.judgement();
+    if (!m.done || judgement == Judgement::kNotAsked) continue;
+    ++count.asked;
+    if (judgement != Judgement::kNotJudged) ++count.judged;
+    if (judgement == Judgement::kBroken) ++count.broken;
+  }
+  return count;
 }
 
 double CalcNearness(const StabilityFigure& f) {
@@ -134,7 +159,7 @@ std::vector<WorstFigure> RankScenarios(const StabilityStudy& study) {
 void JudgeStability(StabilityStudy& study) {
   study.findings.clear();
   for (const ScenarioResult& scenario : study.scenarios) {
-    if (scenario.skipped || (scenario.holds() && !scenario.figures.empty())) continue;
+    if (scenario.judgement() != Judgement::kBroken) continue;
     std::string broken;
     for (const StabilityFigure& f : scenario.figures) {
       if (f.holds()) continue;
@@ -145,13 +170,13 @@ void JudgeStability(StabilityStudy& study) {
         fmt::format("{}: {}", scenario.name, broken.empty() ? "nothing could be measured" : broken));
   }
   for (const HandMargins& m : study.margins) {
-    if (!m.done || m.holds()) continue;
+    if (!m.done || m.judgement() != Judgement::kBroken) continue;
     const std::string where = fmt::format("{} in the hand {}{}", ToString(m.state), m.hand,
                                           m.linear ? ", without friction and encoder steps" : "");
     if (!m.own) {
       study.findings.push_back(
           fmt::format("{}: it is not stable with this coupling (gain margin {})", where, ShowMargin(m.margins)));
-    } else if (m.margins.gain < kLeastGainMargin) {
+    } else if (m.margins.gain < kLeastGainMargin && !m.margins.gain_beyond) {
       study.findings.push_back(fmt::format("{}: the gain margin is {}, at least {:g} is asked", where,
                                            ShowMargin(m.margins), kLeastGainMargin));
     } else {
@@ -251,15 +276,19 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
   return study;
 }
 
-bool Holds(const ProfileMargins& row) {
-  if (row.hand != row.fitted_to) return true;
-  return std::all_of(row.margins.begin(), row.margins.end(), [](const Margins& m) {
-    return m.gain >= kLeastGainMargin && m.delay_ticks >= kLeastDelayMargin_ticks;
-  });
+Judgement Judge(const ProfileMargins& row) {
+  if (row.hand != row.fitted_to) return Judgement::kNotAsked;
+  Judgement all = Judgement::kHolds;
+  for (const Margins& m : row.margins) {
+    const Judgement one = m.Judge(kLeastGainMargin, kLeastDelayMargin_ticks);
+    if (one == Judgement::kBroken) return one;
+    if (one == Judgement::kNotJudged) all = one;
+  }
+  return all;
 }
 
 std::vector<ProfileMargins> ExamineProfiles(const Scene& scene, const StabilityOptions& options,
-                                            const StabilityProgress& progress) {
+                                            const StabilityProgress& progress, bool* complete) {
   CheckScene(scene);
   const Bone bone = MakeSceneBone(scene, [&](double f) {
     if (progress) progress("making the bone", f);
@@ -271,9 +300,11 @@ std::vector<ProfileMargins> ExamineProfiles(const Scene& scene, const StabilityO
   std::vector<std::vector<ProfileMargins>> by_profile(profiles.size());
   WorkList work;
   for (std::size_t i = 0; i < profiles.size(); ++i) {
-    work.Add("margins of every device", 1, [&, i] { by_profile[i] = CalcProfileMargins(subject, {profiles[i]}); });
+    work.Add("margins of every device", 1,
+             [&, i] { by_profile[i] = CalcProfileMargins(subject, {profiles[i]}, {}, options.stop); });
   }
-  if (!work.Run(options.threads, options.stop, progress)) throw Error("ended before all devices were examined");
+  work.Run(options.threads, options.stop, progress);
+  if (complete != nullptr) *complete = options.stop == nullptr || !options.stop->load();
   std::vector<ProfileMargins> all;
   for (const std::vector<ProfileMargins>& rows : by_profile) all.insert(all.end(), rows.begin(), rows.end());
   return all;

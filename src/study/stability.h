@@ -39,7 +39,7 @@ struct HandMargins {
   Margins margins;
   /// What is asked of it: of the scene's hand the margins above, of another that it is stable as it is, of a handle
   /// that is let go of (H0, where it is not the scene's) nothing.
-  bool holds() const;
+  Judgement judgement() const;
 };
 
 /// What the device and the rule for a sampled spring say, in the map's units: the simulation's.
@@ -76,7 +76,16 @@ struct StabilityStudy {
   double wall_s = 0;
   std::vector<std::string> files;  // that WriteStabilityStudy wrote
 
-  bool stable() const { return complete && findings.empty(); }
+  /// Of what was asked: how much, how much of that could be judged, and how much was broken.
+  struct Count {
+    int asked = 0;
+    int judged = 0;
+    int broken = 0;
+  };
+  Count CountScenarios() const;
+  Count CountMargins() const;
+  /// Nothing that was examined is broken, and something was.
+  bool stable() const { return complete && findings.empty() && CountScenarios().judged + CountMargins().judged > 0; }
 };
 
 /// What is being done (for a progress bar) and how much of it, 0..1. Any thread.
@@ -104,10 +113,11 @@ std::vector<WorstFigure> RankScenarios(const StabilityStudy& study);
 
 /// What is asked of a device in the hand that its coupling was fitted to: the margins above, in every state. Let go of:
 /// nothing, as above.
-bool Holds(const ProfileMargins& row);
+Judgement Judge(const ProfileMargins& row);
 /// Margins of each device of the built-in table in each hand, with the scene's bone, tool, gains and rate. What the
-/// scene says of device and hand is not looked at.
+/// scene says of device and hand is not looked at. Ended before: what was done till then, `complete` (may be null) is
+/// false.
 std::vector<ProfileMargins> ExamineProfiles(const Scene& scene, const StabilityOptions& options,
-                                            const StabilityProgress& progress);
+                                            const StabilityProgress& progress, bool* complete = nullptr);
 
 }  // namespace kerf

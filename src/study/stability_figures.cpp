@@ -73,6 +73,7 @@ PlotSpec MakeMapPlot(const StabilityStudy& s) {
   PlotSeries unstable = Dots("unstable", kUnstableColour, 26);
   for (std::size_t i = 0; i < s.map.behaviour.size(); ++i) {
     const bool linear_stable = s.map_linear[i] == Behaviour::kStable;
+    if (s.map.behaviour[i] == Behaviour::kNotHeld) continue;
     PlotSeries& of = s.map.behaviour[i] == Behaviour::kUnstable     ? unstable
                      : s.map.behaviour[i] == Behaviour::kLimitCycle ? cycle
                      : linear_stable                                ? stable
@@ -134,14 +135,14 @@ PlotSpec MakeMarginPlot(const StabilityStudy& s, MarginKind kind) {
     for (const bool linear : {false, true}) {
       PlotSeries dots = Dots(linear ? "" : ToString(kHeldStates[k]), kStateColours[k], linear ? 10 : 20);
       for (const HandMargins& m : s.margins) {
-        if (!m.done || m.state != kHeldStates[k] || m.linear != linear) continue;
+        if (!m.done || m.state != kHeldStates[k] || m.linear != linear || !m.margins.unjudged.empty()) continue;
         const auto at = std::find(hands.begin(), hands.end(), m.hand) - hands.begin();
         const double y = gain ? std::max(m.margins.gain, 0.01) : m.margins.delay_ticks;
         dots.x.push_back(static_cast<double>(at) + 0.22 * (static_cast<double>(k) - 1) + (linear ? 0.07 : 0));
         dots.y.push_back(y);
         most = std::max(most, y);
         least = std::min(least, y);
-        if (!linear && (gain ? m.margins.gain_beyond : m.margins.delay_ticks >= kMostDelayMargin_ticks)) {
+        if (!linear && (gain ? m.margins.gain_beyond : m.margins.delay_beyond)) {
           plot.notes.push_back(
               {dots.x.back(), gain ? y * 1.4 : y + 0.9, fmt::format("{:.0f}+", y), kStateColours[k], Align::kCentre});
         }

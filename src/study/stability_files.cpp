@@ -42,7 +42,43 @@ ordered_json CouplingJson(const LoopSetup& setup) {
 }
 
 ordered_json MarginsJson(const Margins& m) {
-  return {{"gain", Number(m.gain)}, {"gain_beyond", m.gain_beyond}, {"delay_ticks", m.delay_ticks}};
+  if (!m.unjudged.empty()) {
+    return {{"gain", nullptr},
+            {"gain_beyond", nullptr},
+            {"delay_ticks", nullptr},
+            {"delay_beyond", nullptr},
+            {"unjudged", m.unjudged}};
+  }
+  return {{"gain", Number(m.gain)},
+          {"gain_beyond", m.gain_beyond},
+          {"delay_ticks", m.delay_ticks},
+          {"delay_beyond", m.delay_beyond}};
+}
+
+/// true, false, or null where it was not asked or could not be judged.
+ordered_json HoldsJson(Judgement judgement) {
+  if (judgement == Judgement::kHolds) return true;
+  if (judgement == Judgement::kBroken) return false;
+  return {};
+}
+
+/// As it stands in a table: true, false, not_asked, not_judged.
+const char* HoldsCsv(Judgement judgement) {
+  switch (judgement) {
+    case Judgement::kHolds:
+      return "true";
+    case Judgement::kBroken:
+      return "false";
+    case Judgement::kNotJudged:
+      return "not_judged";
+    case Judgement::kNotAsked:
+      break;
+  }
+  return "not_asked";
+}
+
+ordered_json CountJson(const StabilityStudy::Count& count) {
+  return {{"asked", count.asked}, {"judged", count.judged}, {"broken", count.broken}};
 }
 
 /// A field of CSV: names hold neither quotes nor line ends.
@@ -67,7 +103,9 @@ std::string FormatStabilityJson(const StabilityStudy& s) {
     scenarios.push_back({{"name", scenario.name},
                          {"what", scenario.what},
                          {"skipped", scenario.skipped},
-                         {"holds", scenario.skipped ? ordered_json() : ordered_json(scenario.holds())},
+                         {"holds", HoldsJson(scenario.judgement())},
+                         {"judgement", ToString(scenario.judgement())},
+                         {"unjudged", scenario.unjudged},
                          {"figures", figures}});
   }
   ordered_json margins = ordered_json::array();
@@ -75,7 +113,8 @@ std::string FormatStabilityJson(const StabilityStudy& s) {
     if (!m.done) continue;
     ordered_json row = {{"hand", m.hand}, {"own", m.own}, {"state", ToString(m.state)}, {"linear", m.linear}};
     row.update(MarginsJson(m.margins));
-    row["holds"] = m.holds();
+    row["holds"] = HoldsJson(m.judgement());
+    row["judgement"] = ToString(m.judgement());
     margins.push_back(row);
   }
   ordered_json map;
@@ -107,8 +146,11 @@ std::string FormatStabilityJson(const StabilityStudy& s) {
       {"scene", s.scene},
       {"title", s.title},
       {"command", s.command},
-      {"stable", s.complete ? ordered_json(s.findings.empty()) : ordered_json()},
+      {"stable", s.complete && s.CountScenarios().judged + s.CountMargins().judged > 0
+                     ? ordered_json(s.findings.empty())
+                     : ordered_json()},
       {"complete", s.complete},
+      {"judged", {{"scenarios", CountJson(s.CountScenarios())}, {"margins", CountJson(s.CountMargins())}}},
       {"findings", s.findings},
       {"quick", s.quick},
       {"seed", s.seed},
@@ -147,11 +189,17 @@ std::string FormatFiguresCsv(const StabilityStudy& s) {
 }
 
 std::string FormatMarginsCsv(const StabilityStudy& s) {
-  std::string csv = "hand,state,linear,gain,gain_beyond,delay_ticks,holds\n";
+  std::string csv = "hand,state,linear,gain,gain_beyond,delay_ticks,delay_beyond,holds\n";
   for (const HandMargins& m : s.margins) {
     if (!m.done) continue;
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{:.5g},{},{},{}\n", m.hand, Field(ToString(m.state)), m.linear,
-                   m.margins.gain, m.margins.gain_beyond, m.margins.delay_ticks, m.holds());
+    fmt::format_to(std::back_inserter(csv), "{},{},{},", m.hand, Field(ToString(m.state)), m.linear);
+    if (m.margins.unjudged.empty()) {
+      fmt::format_to(std::back_inserter(csv), "{:.5g},{},{},{},", m.margins.gain, m.margins.gain_beyond,
+                     m.margins.delay_ticks, m.margins.delay_beyond);
+    } else {
+      csv += ",,,,";
+    }
+    fmt::format_to(std::back_inserter(csv), "{}\n", HoldsCsv(m.judgement()));
   }
   return csv;
 }
@@ -219,8 +267,15 @@ std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows) {
   const auto column = [](const ProfileMargins& row) {
     return row.hand == row.fitted_to ? row.hand : fmt::format("{} let go of", row.fitted_to);
   };
+  // The columns of the device of which most was examined.
+  const auto count = [&](const std::string& name) {
+    return std::count_if(rows.begin(), rows.end(), [&](const ProfileMargins& row) { return row.profile == name; });
+  };
+  const auto fullest = std::max_element(
+      rows.begin(), rows.end(),
+      [&](const ProfileMargins& a, const ProfileMargins& b) { return count(a.profile) < count(b.profile); });
   for (const ProfileMargins& row : rows) {
-    if (row.profile != rows.front().profile) break;
+    if (row.profile != fullest->profile) continue;
     text += fmt::format(" {} |", column(row));
     rule += "---|";
   }
@@ -229,21 +284,33 @@ std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows) {
   for (const ProfileMargins& row : rows) {
     if (row.profile != profile) text += fmt::format("\n| {} |", row.profile);
     profile = row.profile;
-    Margins least = row.margins.front();
+    Margins least;
+    bool any = false;
+    bool all = true;
     for (const Margins& m : row.margins) {
-      if (m.gain < least.gain) {
+      if (!m.unjudged.empty()) {
+        all = false;
+        continue;
+      }
+      if (!any || m.gain < least.gain) {
         least.gain = m.gain;
         least.gain_beyond = m.gain_beyond;
       }
-      least.delay_ticks = std::min(least.delay_ticks, m.delay_ticks);
+      if (!any || m.delay_ticks < least.delay_ticks) {
+        least.delay_ticks = m.delay_ticks;
+        least.delay_beyond = m.delay_beyond;
+      }
+      any = true;
     }
-    const std::string cell = fmt::format("{:.3g} N/mm: {}", row.coupling.stiffness_N_per_mm, DescribeMargins(least));
-    text += Holds(row) ? fmt::format(" {} |", cell) : fmt::format(" **{}** |", cell);
+    if (!any) least.unjudged = row.margins.front().unjudged;
+    const std::string cell = fmt::format("{:.3g} N/mm: {}{}", row.coupling.stiffness_N_per_mm, DescribeMargins(least),
+                                         any && !all ? ", not all states judged" : "");
+    text += Judge(row) == Judgement::kBroken ? fmt::format(" **{}** |", cell) : fmt::format(" {} |", cell);
   }
   return text + "\n";
 }
 
-std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMargins>& rows) {
+std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMargins>& rows, bool complete) {
   ordered_json all = ordered_json::array();
   for (const ProfileMargins& row : rows) {
     ordered_json states = ordered_json::array();
@@ -259,13 +326,15 @@ std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMarg
                    {"damping_Ns_per_mm", row.coupling.damping_Ns_per_mm},
                    {"force_scale", row.force_scale},
                    {"states", states},
-                   {"holds", Holds(row)}});
+                   {"holds", HoldsJson(Judge(row))},
+                   {"judgement", ToString(Judge(row))}});
   }
   const ordered_json json = {
       {"kerf", VersionString()},
       {"schema", 1},
       {"scene", scene.name},
       {"rate_hz", scene.loop.rate_hz},
+      {"complete", complete},
       {"asked_of_margins", {{"gain", kLeastGainMargin}, {"delay_ticks", kLeastDelayMargin_ticks}}},
       {"devices", all}};
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";

@@ -20,13 +20,15 @@ std::string FormatMapCsv(const StabilityStudy& study);
 /// For people, Markdown.
 std::string FormatStabilityReport(const StabilityStudy& study);
 
-/// "stable", "not stable" or that it was ended before.
+/// "Stable", "Not stable", of how much, or that it was ended before.
 std::string DescribeVerdict(const StabilityStudy& study);
 /// The worst figure in words; "" when there is none.
 std::string DescribeWorst(const StabilityStudy& study);
 /// "12.5 mN, at most 20" with a mark where it does not hold.
 std::string DescribeFigure(const StabilityFigure& figure);
-/// "> 64 / 16" : gain and whole ticks of delay.
+/// Of two that stand in one line: broken if one is, else not judged if one is not.
+Judgement Both(Judgement a, Judgement b);
+/// "> 64 / 16" : gain and whole ticks of delay; or why they can't be told.
 std::string DescribeMargins(const Margins& margins);
 
 PlotSpec MakeMapPlot(const StabilityStudy& study);
@@ -44,6 +46,7 @@ void CheckStabilityInputsStay(const Scene& scene, const std::string& scene_file,
 
 /// Markdown: a row a device, a column a hand, the least of the states in each.
 std::string FormatProfilesTable(const std::vector<ProfileMargins>& rows);
-std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMargins>& rows);
+/// `complete`: false when it was ended before all were examined.
+std::string FormatProfilesJson(const Scene& scene, const std::vector<ProfileMargins>& rows, bool complete = true);
 
 }  // namespace kerf

@@ -50,7 +50,11 @@ void AddScenarios(std::string& text, const StabilityStudy& s) {
       "| scenario | figure | measured | bound | holds |\n|---|---|---|---|---|\n",
       s.seed);
   for (const ScenarioResult& scenario : s.scenarios) {
-    if (scenario.skipped) Add(text, "| {} | {} | | | |\n", scenario.name, scenario.what);
+    if (scenario.skipped)
+      Add(text, "| {} | {} | | | {} |\n", scenario.name, scenario.what, ToString(Judgement::kNotAsked));
+    if (!scenario.unjudged.empty()) {
+      Add(text, "| {} | {} | | | {} |\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
+    }
     for (const StabilityFigure& f : scenario.figures) {
       Add(text, "| {} | {} | {:.3g}{} | {} {:.3g} | {} |\n", scenario.name, f.name, f.value, Unit(f.unit),
           f.at_most ? "at most" : "at least", f.bound, f.holds() ? "yes" : "**no**");
@@ -80,9 +84,10 @@ void AddMargins(std::string& text, const StabilityStudy& s) {
       return other.linear && other.done && other.hand == m.hand && other.state == m.state;
     });
     const bool has_linear = linear != s.margins.end();
+    const Judgement both = has_linear ? Both(m.judgement(), linear->judgement()) : m.judgement();
     Add(text, "| {}{} | {} | {} | {} | {} |\n", m.hand, m.own ? " (the scene's)" : "", ToString(m.state),
         DescribeMargins(m.margins), has_linear ? DescribeMargins(linear->margins) : std::string(),
-        m.holds() && (!has_linear || linear->holds()) ? "yes" : "**no**");
+        both == Judgement::kBroken ? "**no**" : ToString(both));
   }
   text += "\n";
   if (Wrote(s, "margins.png")) Add(text, "![Gain margin by hand](margins.png)\n\n");
@@ -101,10 +106,31 @@ void AddMap(std::string& text, const StabilityStudy& s) {
 }  // namespace
 
 std::string DescribeVerdict(const StabilityStudy& s) {
+  const StabilityStudy::Count scenarios = s.CountScenarios();
+  const StabilityStudy::Count margins = s.CountMargins();
+  const int judged = scenarios.judged + margins.judged;
+  const std::string of = fmt::format("{} of {} scenarios, {} of {} margins", scenarios.judged, scenarios.asked,
+                                     margins.judged, margins.asked);
   if (!s.complete) {
-    return fmt::format("Ended before all was examined{}", s.findings.empty() ? "." : "; not stable so far:");
+    if (judged == 0) return "Ended before anything was examined.";
+    return fmt::format("Ended before all was examined; {}",
+                       s.findings.empty() ? fmt::format("stable so far ({}).", of) : "not stable so far:");
   }
-  return s.findings.empty() ? "Stable." : "Not stable:";
+  if (judged == 0) return "Nothing could be judged here.";
+  const double K = s.setup.fitted.coupling.stiffness_N_per_mm;
+  const bool lowered = K < s.setup.asked_stiffness_N_per_mm;
+  const std::string at =
+      lowered ? fmt::format(" at {:.3g} N/mm ({:.4g} asked)", K, s.setup.asked_stiffness_N_per_mm) : std::string();
+  if (!s.findings.empty()) return fmt::format("Not stable{}:", at);
+  if (judged == scenarios.asked + margins.asked) return fmt::format("Stable{}.", at);
+  return fmt::format("Stable{} in what could be judged: {}.", at, of);
+}
+
+Judgement Both(Judgement a, Judgement b) {
+  for (const Judgement worst : {Judgement::kBroken, Judgement::kNotJudged, Judgement::kHolds}) {
+    if (a == worst || b == worst) return worst;
+  }
+  return Judgement::kNotAsked;
 }
 
 std::string DescribeFigure(const StabilityFigure& f) {
@@ -119,8 +145,8 @@ std::string DescribeWorst(const StabilityStudy& s) {
 }
 
 std::string DescribeMargins(const Margins& m) {
-  return fmt::format("{}{:.3g} / {}{}", m.gain_beyond ? "> " : "", m.gain,
-                     m.delay_ticks >= kMostDelayMargin_ticks ? ">= " : "", m.delay_ticks);
+  if (!m.unjudged.empty()) return "not judged: " + m.unjudged;
+  return fmt::format("{}{:.3g} / {}{}", m.gain_beyond ? "> " : "", m.gain, m.delay_beyond ? ">= " : "", m.delay_ticks);
 }
 
 std::string FormatStabilityReport(const StabilityStudy& s) {

@@ -174,6 +174,15 @@ TEST_F(StabilityCommand, RefusesInOneSentence) {
   EXPECT_THAT(none.err, HasSubstr("\"touch\""));
 }
 
+TEST_F(StabilityCommand, RefusesASeedThatIsNone) {
+  Write("s.toml", std::string(kBlock) + kStroke);
+  for (const char* seed : {"-1", "1.5", "x"}) {
+    const ProgramResult result = Kerf(std::string("stability s.toml --seed ") + seed);
+    EXPECT_NE(result.code, 0) << seed;
+    EXPECT_THAT(result.err, HasSubstr("is no whole number from 0 up")) << seed;
+  }
+}
+
 // On a machine that is busy the signal may come before the work: then the program just ends.
 TEST_F(StabilityCommand, ControlCLeavesWhatWasDone) {
   Write("s.toml", std::string(kBlock) + kStroke);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -79,6 +80,50 @@ TEST(Scenarios, BreakThroughAThinPlate) {
   const ScenarioResult result = FindScenario("break_through").run(subject, 1);
   EXPECT_TRUE(result.holds()) << Describe(result);
   EXPECT_FALSE(result.skipped);
+}
+
+const StabilityFigure* FindFigure(const ScenarioResult& result, const std::string& name) {
+  const auto found = std::find_if(result.figures.begin(), result.figures.end(),
+                                  [&](const StabilityFigure& f) { return f.name == name; });
+  return found == result.figures.end() ? nullptr : &*found;
+}
+
+// Where a path meets an edge aslant the hand pushes squarely on it. Along the feed the disc would slide up the edge and
+// over it: the edge's normal stands 27 degrees to the feed, friction of 0.3 holds 17.
+TEST(Scenarios, PressOnAnEdgeSquarely) {
+  StabilitySubject subject = MakeSubject();
+  subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 12));
+  subject.into_W = Vec3(1, 0, 0);
+  subject.X_WT_start = test::Upright(Vec3(-13 - std::sqrt(121.0 - 25) - 0.3, 0, 5));
+  for (const char* name : {"press_1N", "press_5N", "press_20N"}) {
+    const ScenarioResult result = FindScenario(name).run(subject, 1);
+    EXPECT_EQ(result.judgement(), Judgement::kHolds) << Describe(result) << result.unjudged;
+  }
+}
+
+// Nothing is told of a hand that lets go of a tool that is through the bone: the handle just goes on with its feed.
+TEST(Scenarios, LetGoIsNotJudgedOffTheBone) {
+  StabilitySubject subject = MakeSubject();
+  subject.bone = test::BlockOfBone(0.2, Vec3(3, 6, 0.8));
+  const ScenarioResult result = FindScenario("let_go").run(subject, 1);
+  EXPECT_EQ(result.judgement(), Judgement::kNotJudged) << Describe(result);
+  EXPECT_EQ(FindFigure(result, "speed of the handle let go of"), nullptr);
+}
+
+// 50 ms are what the watchdog bears, and no whole number of ticks at each rate: a burst is as long as it bears.
+TEST(Scenarios, ABurstThatTheWatchdogBearsIsOneAtEveryRate) {
+  for (const double rate_hz : {250.0, 500.0}) {
+    StabilitySubject subject = MakeSubject();
+    subject.setup = test::HeldBlock("omega_6", "H3", {}, 1 / rate_hz);
+    const ScenarioResult borne = FindScenario("burst_50ms").run(subject, 1);
+    EXPECT_TRUE(borne.holds()) << rate_hz << " " << Describe(borne);
+    EXPECT_NE(FindFigure(borne, "noise above 20 Hz"), nullptr) << rate_hz;
+    EXPECT_EQ(FindFigure(borne, "ticks without force"), nullptr) << rate_hz;
+    subject.setup.watchdog_ms = 20;
+    const ScenarioResult tripped = FindScenario("burst_50ms").run(subject, 1);
+    EXPECT_TRUE(tripped.holds()) << rate_hz << " " << Describe(tripped);
+    EXPECT_NE(FindFigure(tripped, "ticks without force"), nullptr) << rate_hz;
+  }
 }
 
 TEST(Scenarios, TheSameSeedGivesTheSameFigures) {

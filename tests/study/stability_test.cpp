@@ -139,7 +139,7 @@ ScenarioResult Scenario(const std::string& name, std::vector<StabilityFigure> fi
 }
 
 HandMargins Margin(const std::string& hand, bool own, bool linear, double gain, int delay_ticks) {
-  return {hand, own, HeldState::kCutting, linear, true, {gain, false, delay_ticks}};
+  return {hand, own, HeldState::kCutting, linear, true, {gain, false, delay_ticks, false, {}}};
 }
 
 StabilityStudy MakeStudy() {
@@ -204,6 +204,70 @@ TEST(JudgeStability, NamesEachFigureAndMarginThatDoesNotHold) {
   EXPECT_THAT(study.findings, ElementsAre("calm: nothing could be measured"));
 }
 
+// What could not be told is neither stable nor not stable, and is counted.
+TEST(JudgeStability, CountsWhatCouldNotBeJudged) {
+  StabilityStudy study = MakeStudy();
+  study.scenarios[0].unjudged = "The tool was through the bone too soon for the noise to be told.";
+  study.margins[3].margins = {};
+  study.margins[3].margins.unjudged = "the tool is through the bone too soon";
+  study.margins[2].margins.delay_ticks = 0;  // it bore none that could be tried: nothing is known
+  study.margins[2].margins.delay_beyond = true;
+  JudgeStability(study);
+  EXPECT_THAT(study.findings, ElementsAre());
+  EXPECT_TRUE(study.stable());
+  EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kNotJudged);
+  // The one that was skipped is not asked, nor is what another hand does without friction, nor a handle let go of.
+  EXPECT_EQ(DescribeVerdict(study), "Stable in what could be judged: 1 of 2 scenarios, 1 of 3 margins.");
+  EXPECT_THAT(FormatMarginsCsv(study), HasSubstr("H3,cutting,true,,,,,not_judged\n"));
+  const std::string report = FormatStabilityReport(study);
+  EXPECT_THAT(report, HasSubstr("| calm | The tool was through the bone too soon for the noise to be told. | | | not "
+                                "judged |"));
+  EXPECT_THAT(report, HasSubstr("not judged: the tool is through the bone too soon | not judged |"));
+  // A figure that is broken stays broken.
+  study.scenarios[0].figures[0].value = 30;
+  EXPECT_EQ(study.scenarios[0].judgement(), Judgement::kBroken);
+  JudgeStability(study);
+  EXPECT_THAT(study.findings, ElementsAre(HasSubstr("calm: figure is 30 mN")));
+}
+
+TEST(JudgeStability, CallsNothingStableOfWhichNothingWasExamined) {
+  StabilityStudy study = MakeStudy();
+  for (ScenarioResult& scenario : study.scenarios) scenario.skipped = true;
+  for (HandMargins& m : study.margins) m.done = false;
+  study.complete = false;
+  JudgeStability(study);
+  EXPECT_FALSE(study.stable());
+  EXPECT_EQ(DescribeVerdict(study), "Ended before anything was examined.");
+  EXPECT_THAT(FormatStabilityJson(study), HasSubstr("\"stable\": null"));
+  study.complete = true;
+  EXPECT_FALSE(study.stable());
+  EXPECT_THAT(FormatStabilityJson(study), HasSubstr("\"stable\": null"));
+}
+
+// Asked are a gain of 2 and a tick, in every state.
+TEST(JudgeProfiles, IsOfTheWorstState) {
+  ProfileMargins row;
+  row.hand = row.fitted_to = "H3";
+  row.margins.fill({3, false, 1, false, {}});
+  EXPECT_EQ(Judge(row), Judgement::kHolds);
+  row.margins[1].unjudged = "the tool is through the bone too soon";
+  EXPECT_EQ(Judge(row), Judgement::kNotJudged);
+  EXPECT_THAT(FormatProfilesTable({row}), HasSubstr("3 / 1, not all states judged |"));
+  row.margins[2].gain = 1.5;
+  EXPECT_EQ(Judge(row), Judgement::kBroken);
+  row.fitted_to = "H1";
+  EXPECT_EQ(Judge(row), Judgement::kNotAsked);
+}
+
+TEST(DescribeVerdict, NamesTheStiffnessThatWasExaminedWhereItWasLowered) {
+  StabilityStudy study = MakeStudy();
+  study.setup.fitted.coupling.stiffness_N_per_mm = 0.15;
+  study.setup.asked_stiffness_N_per_mm = 1000;
+  EXPECT_EQ(DescribeVerdict(study), "Stable at 0.15 N/mm (1000 asked).");
+  study.findings = {"something"};
+  EXPECT_EQ(DescribeVerdict(study), "Not stable at 0.15 N/mm (1000 asked):");
+}
+
 TEST(RankScenarios, PutsTheWorstFirst) {
   StabilityStudy study = MakeStudy();
   std::vector<WorstFigure> ranked = RankScenarios(study);
@@ -222,7 +286,9 @@ TEST(StabilityFiles, TablesHaveARowForEachFigure) {
             "scenario,figure,unit,value,kind,bound,holds\ncalm,figure,mN,2,at_most,20,true\n"
             "near,figure,mN,1,at_most,20,true\nnear,figure,mN,19,at_most,20,true\n");
   EXPECT_THAT(FormatMarginsCsv(study),
-              HasSubstr(std::string("H1,") + ToString(HeldState::kCutting) + ",false,1.2,false,0,true\n"));
+              HasSubstr(std::string("H1,") + ToString(HeldState::kCutting) + ",false,1.2,false,0,false,true\n"));
+  // Of a handle that is let go of nothing is asked.
+  EXPECT_THAT(FormatMarginsCsv(study), HasSubstr("H0,cutting,false,0.5,false,0,false,not_asked\n"));
   // By the rule 2 (0.002 + 0.01) / 0.001 = 24.
   EXPECT_THAT(FormatMapCsv(study), HasSubstr("\n0.01,2,0.01,2,24,limit cycle,limit cycle\n"));
   const std::string report = FormatStabilityReport(study);
