@@ -183,10 +183,13 @@ void AddStabilityCommand(CLI::App& app) {
         return number ? std::string() : fmt::format("\"{}\" is no whole number from 0 up", text);
       })
       ->capture_default_str();
+  auto* as_asked = command->add_flag(
+      "--as-asked", options->study.as_asked,
+      "Examine the scene's coupling as it is written, without lowering it to what device and loop bear");
   auto* profiles = command->add_flag(
       "--profiles", options->profiles,
       "Only the margins, with the scene's gains, on every device built in and in every hand (minutes)");
-  profiles->excludes("--profile")->excludes("--hand")->excludes("--output");
+  profiles->excludes(as_asked)->excludes("--profile")->excludes("--hand")->excludes("--output");
   command->add_flag("--json", options->json, "Print the results as JSON");
   command->callback([options] { Run(*options); });
 }

@@ -46,6 +46,7 @@ LoopSetup MakeLoopSetup(const Scene& scene) {
   setup.force_scale = map.force_scale();
   const CouplingParams asked = MakeCoupledParams(scene).coupling;
   setup.asked_stiffness_N_per_mm = asked.stiffness_N_per_mm;
+  setup.asked_damping_Ns_per_mm = asked.damping_Ns_per_mm;
   setup.fitted =
       FitCoupling(setup.profile, setup.hand, asked, map.force_scale(), map.torque_scale(), 1 / scene.loop.rate_hz);
   return setup;
@@ -65,15 +66,22 @@ std::string DescribeCoupling(const LoopSetup& setup) {
   const std::string torsion = f.lowered.torsion_by_loop ? fmt::format("; its torsion lowered to {:.4g} N mm/rad, {}",
                                                                       f.coupling.torsion_Nmm_per_rad, share)
                                                         : "";
-  if (!f.lowered.by_loop && !f.lowered.by_device) return text + torsion;
+  std::string others = torsion;
+  if (f.lowered.damping_by_loop) {
+    others += fmt::format(
+        "; its damping lowered from {:.4g} to {:.4g} N s/mm, what the loop bears at this rate of a "
+        "velocity that comes late",
+        setup.asked_damping_Ns_per_mm, f.coupling.damping_Ns_per_mm);
+  }
+  if (!f.lowered.by_loop && !f.lowered.by_device) return text + others;
   text += ", lowered";
   if (f.coupling.stiffness_N_per_mm < setup.asked_stiffness_N_per_mm) {
     text += fmt::format(" from {:.4g}", setup.asked_stiffness_N_per_mm);
   }
   if (f.lowered.by_loop) {
-    return text + fmt::format(" to {}: above, the hand might be flung about", share) + torsion;
+    return text + fmt::format(" to {}: above, the hand might be flung about", share) + others;
   }
-  return text + " to what the device bears" + torsion;
+  return text + " to what the device bears" + others;
 }
 
 std::string DescribeLimits(const LoopSetup& setup) {

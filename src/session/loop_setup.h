@@ -18,6 +18,7 @@ struct LoopSetup {
   double force_scale = 1;  // device N per simulation N
   FittedCoupling fitted;
   double asked_stiffness_N_per_mm = 0;  // by the scene
+  double asked_damping_Ns_per_mm = 0;   // likewise
 };
 
 /// Throws Error for a device or hand that there is none of, or a table of devices that can't be read, with the place in

@@ -271,8 +271,8 @@ bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, dou
   const Sizes sizes = CalcSizes(held, setup);
   Held calm(held, setup, sizes, Grip::kCalm);
   const Vec3 begun_mm = calm.tool_mm();
-  const int ticks = static_cast<int>(kLonger * seconds / setup.period_s);
   const int gone = std::max(static_cast<int>(kGone_s / setup.period_s), 2);
+  const int ticks = std::max(static_cast<int>(kLonger * seconds / setup.period_s), 2 * gone);
   int off = 0;
   for (int i = 0; i < ticks; ++i) {
     calm.Step();

@@ -199,9 +199,14 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
   study.quick = options.quick;
   study.seed = options.seed;
   study.setup = MakeLoopSetup(scene);
+  if (options.as_asked) {
+    study.setup.fitted.coupling = MakeCoupledParams(scene).coupling;
+    study.setup.fitted.lowered = {};
+  }
   const std::string file =
       scene_file.empty() ? scene.name + ".toml" : std::filesystem::path(scene_file).filename().string();
-  study.command = fmt::format("kerf stability {} -o out/stability{}", file, options.quick ? " --quick" : "");
+  study.command = fmt::format("kerf stability {} -o out/stability{}{}", file, options.quick ? " --quick" : "",
+                              options.as_asked ? " --as-asked" : "");
 
   MaterialSummary material;
   const Bone bone = MakeSceneBone(

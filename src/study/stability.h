@@ -23,7 +23,8 @@ inline constexpr int kLeastDelayMargin_ticks = 1;
 inline constexpr int kMostDelayMargin_ticks = 16;
 
 struct StabilityOptions {
-  bool quick = false;  // the scene's hand and the released one, and a coarser map
+  bool quick = false;     // the scene's hand and the released one, and a coarser map
+  bool as_asked = false;  // the scene's coupling without lowering it to what device and loop bear
   std::uint64_t seed = 1;
   int threads = 0;                          // 0: as many as the machine has
   const std::atomic<bool>* stop = nullptr;  // ends it early; may be null

@@ -27,7 +27,8 @@ class StabilityCommand : public test::ProgramTest {};
 TEST_F(StabilityCommand, HelpNamesItsOptions) {
   const ProgramResult help = Kerf("stability --help");
   EXPECT_EQ(help.code, 0);
-  for (const char* option : {"SCENE", "--output", "--profile", "--profiles", "--hand", "--quick", "--json"}) {
+  for (const char* option :
+       {"SCENE", "--output", "--profile", "--profiles", "--hand", "--quick", "--as-asked", "--json"}) {
     EXPECT_THAT(help.out, HasSubstr(option));
   }
   EXPECT_THAT(Kerf("--help").out, HasSubstr("stability"));
@@ -172,6 +173,17 @@ TEST_F(StabilityCommand, RefusesInOneSentence) {
   const ProgramResult none = Kerf("stability s.toml --profile tuoch");
   EXPECT_EQ(none.code, 1);
   EXPECT_THAT(none.err, HasSubstr("\"touch\""));
+}
+
+// 10 N/mm at 250 Hz in a light hand: what the loop holds is 1 N/mm on the device, and 0.3 are given.
+TEST_F(StabilityCommand, ExaminesTheCouplingAsAsked) {
+  Write("s.toml", std::string(kBlock) + "[coupling]\nstiffness_N_per_mm = 10.0\n[loop]\nrate_hz = 250.0\n" + kStroke);
+  const ProgramResult result = Kerf("stability s.toml --quick --hand H1 --as-asked --json");
+  EXPECT_EQ(result.code, 1);
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json["coupling"]["stiffness_N_per_mm"], 10.0);
+  EXPECT_EQ(json["coupling"]["lowered_for_loop"], false);
+  EXPECT_EQ(json["stable"], false);
 }
 
 TEST_F(StabilityCommand, RefusesASeedThatIsNone) {
