@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <sstream>
 
 #include "bonefile/bonefile.h"
@@ -328,17 +329,22 @@ TEST(HandMotion, WaitsWhenTheHandleIsHeldAndGoesRoundWhenItIsFree) {
 // column.
 TEST(LoopEffects, AddTheirColumnsAndFigures) {
   const Scene plain = ParseScene(kScene, "s.toml");
-  const Scene warm = ParseScene(std::string(kScene) + "[effects.heat]\n", "s.toml");
-  const LoopSummary without = RunVirtual(plain, 2);
+  const LoopSummary none = RunVirtual(plain, 0.1);
+  EXPECT_TRUE(none.effects.empty());
+  EXPECT_EQ(FormatLoopJson(plain, none).find("\"effects\""), std::string::npos);
+  EXPECT_NE(FormatLoopCsv(none).find("fidelity,status\n"), std::string::npos);
+
+  // What heat needs is on in both.
+  const std::string needed = std::string(kScene) + "[effects.tangential_force]\n";
+  const Scene warm = ParseScene(needed + "[effects.heat]\n", "s.toml");
+  const LoopSummary without = RunVirtual(ParseScene(needed, "s.toml"), 2);
   const LoopSummary with = RunVirtual(warm, 2);
-  EXPECT_TRUE(without.effects.empty());
-  EXPECT_EQ(FormatLoopJson(plain, without).find("\"effects\""), std::string::npos);
   EXPECT_NE(FormatLoopReport(warm, with, false).find("- Effect: heat: "), std::string::npos);
-  ASSERT_EQ(with.effects.on, std::vector<std::string>{"heat"});
-  const auto& figures = with.effects.figures;
+  ASSERT_EQ(with.effects.on, (std::vector<std::string>{"tangential_force", "heat"}));
+  const auto figures = std::span(with.effects.figures).subspan(without.effects.figures.size());
   ASSERT_FALSE(figures.empty());
   const std::string columns = with.effects.Header();
-  EXPECT_EQ(columns.substr(0, 6), ",heat_");
+  EXPECT_EQ(columns.substr(without.effects.Header().size(), 6), ",heat_");
 
   std::istringstream long_log(FormatLoopCsv(with));
   std::istringstream short_log(FormatLoopCsv(without));
