@@ -124,7 +124,7 @@ TEST_F(StabilityCommand, AnUnstableSceneIsToldAndEndsWithOneAfterAllIsWritten) {
   const ProgramResult result = Kerf("stability s.toml --quick -o out");
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("kerf: not stable: "));
-  EXPECT_THAT(result.out, HasSubstr("Not stable:"));
+  EXPECT_THAT(result.out, HasSubstr("Not stable at "));
   EXPECT_THAT(result.out, HasSubstr("boast"));
   for (const char* file : {"report.md", "stability.json", "figures.csv", "margins.csv", "map.csv", "map.png"}) {
     EXPECT_TRUE(Exists(std::string("out/") + file)) << file;
@@ -204,8 +204,8 @@ TEST_F(StabilityCommand, ControlCLeavesWhatWasDone) {
     if (result.code != 130) break;
   }
   ASSERT_EQ(result.code, 1) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("ended before all was examined"));
-  EXPECT_THAT(Slurp(folder_ / "out/report.md"), HasSubstr("**Ended before all was examined"));
+  EXPECT_THAT(result.err, HasSubstr("ended before a"));  // all, or anything
+  EXPECT_THAT(Slurp(folder_ / "out/report.md"), HasSubstr("**Ended before a"));
   EXPECT_EQ(Json::parse(Slurp(folder_ / "out/stability.json"))["stable"], nullptr);
 }
 
