@@ -29,8 +29,8 @@ namespace kerf::test {
 ///   I15 the energy of the tick closes; what is lost for good is never negative; the sums since the start never fall
 ///      below what coupled.h promises
 ///   I7 in one look at the bone the tool goes half a voxel at most, or a quarter of disc or voxel along the spindle
-///   I17 the force on the hand is the spring's between the poses that were given out, and what holds the tool from the
-///      other side is as large
+///   I17 the force on the hand is the spring's between the poses that were given out and the damper's at the speed that
+///      the handle and the tool had, and what holds the tool from the other side is as large
 class Invariants {
  public:
   struct Options {
@@ -88,7 +88,8 @@ class Invariants {
   double removed_since_check_mm3_ = 0;
   double largest_force_N_ = 0;
   double hand_mJ_ = 0, spindle_mJ_ = 0, stored_mJ_ = 0, lost_mJ_ = 0, most_mJ_ = 0;
-  double set_down_mJ_ = 0;  // what setting down drew the springs by
+  bool turning_told_ = true;  // a HapticStep does not tell the handle's turning rate
+  double set_down_mJ_ = 0;    // what setting down drew the springs by
 
   struct Watched {
     DeviceProfile profile;
