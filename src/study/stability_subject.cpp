@@ -31,10 +31,14 @@ std::vector<Vec3> CoverTool(const Tool& tool, double spacing_mm) {
   const ToolShape shape = MakeToolShape(tool, samples, spacing_mm, 0, 0);
   std::vector<Vec3> points;
   const auto* disc = std::get_if<DiscSaw>(&tool);
-  const Vec3 half(0, 0, disc ? 0.5 * disc->thickness_mm : 0);
+  // The rim of a disc in layers from face to face: bone may be thinner than the disc.
+  const double thickness_mm = disc ? disc->thickness_mm : 0;
+  const int layers = disc ? std::max(2, static_cast<int>(std::ceil(thickness_mm / spacing_mm)) + 1) : 1;
   for (const EdgePoint& point : shape.edge) {
-    points.push_back(point.p_T + half);
-    if (disc) points.push_back(point.p_T - half);
+    for (int i = 0; i < layers; ++i) {
+      const double z_mm = layers > 1 ? thickness_mm * (static_cast<double>(i) / (layers - 1) - 0.5) : 0;
+      points.push_back(point.p_T + Vec3(0, 0, z_mm));
+    }
   }
   for (const FacePoint& point : shape.faces) points.push_back(point.p_T);
   return points;

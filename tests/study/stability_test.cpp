@@ -64,6 +64,12 @@ TEST(FirstTouch, OfABallAndOfALaterStroke) {
   EXPECT_NEAR(touch.into_W.y, 1, 1e-12);
 }
 
+// Bone of 8 mm in the middle of a rim of 10: neither face of the disc comes near it.
+TEST(FirstTouch, OfADiscThatIsThickerThanTheBone) {
+  const FirstTouch touch = Touch("[tool]\nthickness_mm = 10.0\n" + Stroke("[0, 0, 15]", "[0, 0, 5]", "[0, 1, 0]"));
+  EXPECT_NEAR(touch.X_WT.p_AB.z, 11 + 0.3 + 0.25 / 4, 0.03);
+}
+
 TEST(FirstTouch, IsRefusedWhereThereIsNothingToExamine) {
   EXPECT_THAT(Refusal(Stroke("[0, 0, 20]", "[0, 0, 12]", "[0, 1, 0]")), HasSubstr("never meets the bone"));
   EXPECT_THAT(Refusal(Stroke("[0, 0, 8]", "[0, 0, 4]", "[0, 1, 0]")), HasSubstr("begins inside the bone"));
