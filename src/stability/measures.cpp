@@ -190,12 +190,16 @@ double CalcNoise(std::span<const Vec3> f_N, double dt_s, double from_Hz) {
   return std::sqrt(CalcHighPassPower(f_N, dt_s, from_Hz));
 }
 
+double CalcJustNoticeable_N(double force_N) {
+  return 0.07 * std::max(force_N, 0.5);
+}
+
 TickSteps CalcTickSteps(std::span<const Vec3> f_N) {
   if (f_N.size() < 2 || !IsFinite(f_N)) return {kNaN, kNaN};
   std::vector<double> steps;
   steps.reserve(f_N.size() - 1);
   for (std::size_t i = 1; i < f_N.size(); ++i) {
-    const double noticed_N = 0.07 * std::max(glm::length(f_N[i - 1]), 0.5);
+    const double noticed_N = CalcJustNoticeable_N(glm::length(f_N[i - 1]));
     steps.push_back(glm::length(f_N[i] - f_N[i - 1]) / noticed_N);
   }
   const double max = *std::max_element(steps.begin(), steps.end());

@@ -23,6 +23,8 @@ struct TickSteps {
   double max = 0;
 };
 TickSteps CalcTickSteps(std::span<const Vec3> f_N);
+/// The least change of a force that people tell, N: as above.
+double CalcJustNoticeable_N(double force_N);
 
 /// C3: total variation over range: 1 for a signal that only rises or only falls, more the more it wavers. 1 for a
 /// constant. At least 2 samples.

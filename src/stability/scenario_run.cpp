@@ -15,10 +15,6 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr double kYield_s = 0.5;
 constexpr double kPushOn_s = 0.3;
 
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 }  // namespace
 
 std::vector<Vec3> SampleEdge(const Tool& tool) {
@@ -110,6 +106,13 @@ double ScenarioRun::CalcPush_N(double simulated_N) const {
   return push_N + profile.friction_N;
 }
 
+double ScenarioRun::CalcGrain(double force_N) const {
+  if (!subject_.setup.quantise) return 0;
+  const double step_N =
+      scale_ * subject_.setup.coupled.coupling.stiffness_N_per_mm * subject_.setup.profile.resolution_mm;
+  return step_N / CalcJustNoticeable_N(force_N);
+}
+
 void ScenarioRun::Lean(const Vec3& push_W_N) {
   IntentionStep push;
   push.seconds = 1e5;
@@ -133,21 +136,13 @@ void ScenarioRun::Grip(const HandModel& hand) {
 }
 
 const ClosedLoopTick& ScenarioRun::Step() {
-  const Vec3 before_N = f_N_.empty() ? Vec3(0) : f_N_.back();
-  tick_ = loop_.Step(rpm_);
+  return Take(loop_.Step(rpm_));
+}
+
+const ClosedLoopTick& ScenarioRun::Take(const ClosedLoopTick& tick) {
+  tick_ = tick;
+  watch_.Add(tick_);
   const Vec3& f = tick_.f_device_N;
-  if (!IsFinite(f) || !IsFinite(tick_.out.coupled.f_H_W_N) || !IsFinite(tick_.out.coupled.X_WT.p_AB) ||
-      !IsFinite(tick_.out.force.tau_H_W_Nmm) || !IsFinite(tick_.p_WC_mm)) {
-    ++not_finite_;
-  }
-  largest_N_ = std::max(largest_N_, glm::length(f));
-  // A fault takes the force away at once.
-  if (f != Vec3(0)) largest_step_N_ = std::max(largest_step_N_, glm::length(f - before_N));
-  largest_torque_Nmm_ = std::max(largest_torque_Nmm_, glm::length(tick_.out.force.tau_H_W_Nmm));
-  if (tick_.dt_s > 0 && (tick_.out.coupled.status & kCoupledAsleep) != 0 &&
-      subject_.setup.coupled.coupling.damping_Ns_per_mm == 0) {
-    largest_in_air_N_ = std::max(largest_in_air_N_, glm::length(tick_.out.coupled.f_H_W_N));
-  }
   f_N_.push_back(f);
   p_mm_.push_back(tick_.p_WC_mm);
   result_.time_s.push_back(tick_.time_s);
@@ -227,11 +222,13 @@ ScenarioResult ScenarioRun::Finish() {
     AtMost(name, unit, value, bound);
     result_.figures.back().clamped = true;
   };
-  AtMost("values that are not finite", "", not_finite_, 0);
-  add_clamped("largest force", "N", largest_N_, profile.peak_force_N);
-  add_clamped("largest force step in a tick", "N", largest_step_N_, slew_N_per_s_ * T() * (1 + 1e-9));
-  AtMost("force in air", "N", largest_in_air_N_, 0);
-  if (largest_torque_Nmm_ > 0) add_clamped("largest torque", "N mm", largest_torque_Nmm_, profile.peak_torque_Nmm);
+  AtMost("values that are not finite", "", watch_.not_finite(), 0);
+  add_clamped("largest force", "N", watch_.largest_N(), profile.peak_force_N);
+  add_clamped("largest force step in a tick", "N", watch_.largest_step_N(), slew_N_per_s_ * T() * (1 + 1e-9));
+  AtMost("force in air", "N", watch_.largest_in_air_N(), 0);
+  if (watch_.largest_torque_Nmm() > 0) {
+    add_clamped("largest torque", "N mm", watch_.largest_torque_Nmm(), profile.peak_torque_Nmm);
+  }
   return result_;
 }
 

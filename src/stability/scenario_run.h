@@ -7,6 +7,7 @@
 
 #include "stability/held_tool.h"
 #include "stability/scenarios.h"
+#include "stability/tick_watch.h"
 
 namespace kerf {
 
@@ -30,6 +31,8 @@ class ScenarioRun {
 
   /// On the device, for so many newtons of the simulation: no more than it bears for long, and its friction on top.
   double CalcPush_N(double simulated_N) const;
+  /// What a step of the device's encoder makes of a force, through the coupling, in just-noticeable differences.
+  double CalcGrain(double force_N) const;
   /// The hand leans on the handle, the place that it wants giving way along the push.
   void Lean(const Vec3& push_W_N);
   /// The hand lets go.
@@ -38,6 +41,8 @@ class ScenarioRun {
   void Grip(const HandModel& hand);
 
   const ClosedLoopTick& Step();
+  /// What Step() does with the loop's tick; of a test, with one that is made up.
+  const ClosedLoopTick& Take(const ClosedLoopTick& tick);
   void Run(double seconds);
   /// Likewise, but no longer than the tool is in bone. Up to where (as now()) the force may be judged: a tenth of a
   /// second before the tool had nothing to cut for a tenth.
@@ -80,11 +85,7 @@ class ScenarioRun {
   ScenarioResult result_;
   std::vector<Vec3> f_N_;
   std::vector<Vec3> p_mm_;
-  double largest_N_ = 0;
-  double largest_step_N_ = 0;
-  double largest_in_air_N_ = 0;
-  double largest_torque_Nmm_ = 0;
-  int not_finite_ = 0;
+  TickWatch watch_;
 };
 
 /// Points of the tool's edge, tool frame.

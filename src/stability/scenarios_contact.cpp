@@ -89,7 +89,7 @@ ScenarioResult Blow(const StabilitySubject& subject, const Scenario& scenario, d
     }
   }
   run.AtLeast("speed of the blow", "mm/s", arrived, 0.3 * speed_mm_per_s);
-  run.AtMost("speed back over speed of the blow", "", back / arrived, 1);
+  if (arrived > 0) run.AtMost("speed back over speed of the blow", "", back / arrived, 1);
   if (rpm == 0) run.AtMost("edge in the bone, deepest", "mm", deepest_mm, CalcBuriedBound_mm(subject));
   return run.Finish();
 }

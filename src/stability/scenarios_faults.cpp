@@ -1,4 +1,6 @@
 // What can go wrong between hand and tick: jumps, lost time, bad samples, and a hand that lets go.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -94,15 +96,15 @@ ScenarioResult UnevenTime(const StabilitySubject& subject, const Scenario& scena
   run.Run(0.8);
   const std::size_t begun = run.now();
   run.loop().SetTiming(timing);
-  const std::size_t end = run.RunInBone(1.5);
   const double oldest_s = (std::ceil(timing.burst_s / run.T() - 1e-6) + 1) * run.T();
   const bool trips = timing.burst_s > 0 && 1000 * oldest_s > subject.setup.watchdog_ms * (1 + 1e-9);
   if (trips) {
+    run.Run(1.5);  // all of it: that the force goes does not say that the tool is through
     const auto forces = run.forces_N(begun);
     run.AtLeast("ticks without force", "", static_cast<double>(std::count(forces.begin(), forces.end(), Vec3(0))), 1);
   } else {
     // A hand feels a step of 7 % of the force; half of that is allowed.
-    run.AddNoise(begun, end, 0.035);
+    run.AddNoise(begun, run.RunInBone(1.5), 0.035);
     run.AddEnergy();
   }
   return run.Finish();
@@ -181,17 +183,25 @@ ScenarioResult Frozen(const StabilitySubject& subject, const Scenario& scenario,
   return run.Finish();
 }
 
-/// The device's encoder is as coarse as any known.
+/// Another of the device's kind has an encoder half as fine; no coarser than any known, unless its own is.
 ScenarioResult CoarseEncoder(const StabilitySubject& asked, const Scenario& scenario, std::uint64_t) {
+  constexpr double kCoarsest_mm = 0.064;
   StabilitySubject subject = asked;
-  subject.setup.quantise = true;
-  subject.setup.profile.resolution_mm = std::max(0.064, subject.setup.profile.resolution_mm);
+  double& step_mm = subject.setup.profile.resolution_mm;
+  if (!asked.setup.quantise || !(step_mm > 0)) return ScenarioRun::Skip(scenario, "the device has no encoder steps.");
+  step_mm = std::max(step_mm, std::min(2 * step_mm, kCoarsest_mm));
   ScenarioRun run(subject, scenario);
+  run.Say(fmt::format(" Tried: {:.3g} um, the device has {:.3g} um.", 1000 * step_mm,
+                      1000 * asked.setup.profile.resolution_mm));
   run.AwaitRamp();
   run.Lean(run.CalcPush_N(5) * subject.into_W);
   run.Run(0.8);
   const std::size_t begun = run.now();
-  run.AddNoise(begun, run.RunInBone(1));
+  const std::size_t end = run.RunInBone(1);
+  // What is rounded to steps of K Delta has a noise of that over sqrt(12), however still the loop is.
+  const double step_N = run.CalcGrain(0) * CalcJustNoticeable_N(0);
+  const double mean_N = run.MeanForce_N(begun, end);
+  run.AddNoise(begun, end, std::max(0.01, 1.1 * step_N / std::sqrt(12.0) / std::max(mean_N, 1e-3)));
   return run.Finish();
 }
 
@@ -239,7 +249,7 @@ void AddFaultScenarios(std::vector<Scenario>& all) {
   Add(all, "let_go", "The hand lets go in the middle of a cut, and grips again, firmly.", LetGo);
   Add(all, "not_a_number", "The device gives samples that are not numbers.", NotANumber);
   Add(all, "frozen", "The device gives the same sample for a tenth of a second.", Frozen);
-  Add(all, "coarse_encoder", "The encoder's steps are 64 um.", CoarseEncoder);
+  Add(all, "coarse_encoder", "The encoder's steps are twice as long as the device's, up to 64 um.", CoarseEncoder);
 }
 
 }  // namespace kerf

@@ -181,6 +181,30 @@ TEST(ForceMap, HoldsTheSlewOfTheVector) {
   EXPECT_NEAR(out.f_H_W_N.y, 10, 1e-12);
 }
 
+TEST(ForceMap, HoldsTheSlewOfTheTorque) {
+  // Likewise: 0 to peak in 5 ms, or as it is asked.
+  const DeviceProfile& profile = FindDeviceProfile("virtuose_6d");
+  ASSERT_GT(profile.peak_torque_Nmm, 0);
+  for (const double asked : {0.0, 5000.0}) {
+    ForceMapParams params;
+    params.ramp_in_s = 0;
+    params.slew_Nmm_per_s = asked;
+    const double most = asked > 0 ? 5 : profile.peak_torque_Nmm / 5;
+    ForceMap map(profile, params);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> draw(-1e4, 1e4);
+    Vec3 before{0};
+    double fastest = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 tau = map.Calc(Vec3{0}, Vec3(draw(random), draw(random), draw(random)), kDt_s).tau_H_W_Nmm;
+      EXPECT_LE(glm::length(tau - before), most * (1 + 1e-12));
+      fastest = std::max(fastest, glm::length(tau - before));
+      before = tau;
+    }
+    EXPECT_GT(fastest, 0.999 * most);
+  }
+}
+
 TEST(ForceMap, AFaultIsZeroAtOnceAndComesBackByTheRamp) {
   ForceMapParams params;
   ForceMap map(FindDeviceProfile("delta_3"), params);
