@@ -502,7 +502,8 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
   constexpr double kTo = 1.02;
   constexpr int kMostDelay = 16;
   Margins margins;
-  if (find(1, 0) == Found::kNotHeld) {
+  const Found as_it_is = find(1, 0);
+  if (as_it_is == Found::kNotHeld) {
     margins.unjudged = held.feeds ? "the tool is through the bone too soon" : "the tool leaves its place on the bone";
     return margins;
   }
@@ -512,8 +513,8 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
                                                    setup.period_s, setup.delay_ticks);
   const double rule = limits.sampled_stiffness_N_per_mm / setup.coupled.coupling.stiffness_N_per_mm / setup.loop_gain;
   // Largest gain known to be stable and least known not to be; 0: none. What can't be held ends the search.
-  double low = 0;
-  double high = 0;
+  double low = as_it_is == Found::kStable ? 1 : 0;
+  double high = as_it_is == Found::kStable ? 0 : 1;  // no higher gain is tried then
   bool held_still = true;
   const auto look = [&](double gain) {
     const Found found = find(gain, 0);
@@ -521,7 +522,7 @@ Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool
     if (found == Found::kStable) low = gain;
     if (found == Found::kNotStable) high = gain;
   };
-  look(std::clamp(rule / std::sqrt(kApart), kLeastGain, most_gain));
+  if (low > 0 && low < most_gain) look(std::clamp(rule / std::sqrt(kApart), kApart, most_gain));
   while (held_still && high == 0 && low < most_gain) look(std::min(low * kApart, most_gain));
   while (held_still && low == 0 && high > kLeastGain) look(std::max(high / kApart, kLeastGain));
   while (held_still && low > 0 && high > kTo * low) look(std::sqrt(low * high));

@@ -58,8 +58,8 @@ TEST(HardCase39, SwitchingTheLawInContactIsNotFelt) {
 
 TEST(HardCase39, BackInTheBonesLawTheForceRisesOverTheBlend) {
   Verdict verdict("holds");
-  // A soft coupling hides a change of law: its force goes by K (v_hand - v_tool) at most. Through a stiff one, and with a
-  // feed that the slab's law hardly feels and the bone's does, the whole change is seen.
+  // A soft coupling hides a change of law: its force goes by K (v_hand - v_tool) at most. Through a stiff one, and with
+  // a feed that the slab's law hardly feels and the bone's does, the whole change is seen.
   CoupledParams params = test::DiscParams();
   params.coupling.stiffness_N_per_mm = 1000;
   CoupledSimulation simulation(test::MakeBox(Pose{}, {26, 4, 10}, 0.2), params, DiscPose(Pose{}, {0, 0, kClear}));
