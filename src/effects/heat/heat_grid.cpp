@@ -73,7 +73,8 @@ int HeatGrid::Find(const Index& index) const {
 }
 
 /// Of each cell the share that is bone; it only falls. False when there is none at all.
-bool HeatGrid::LookUpShares(Block& block) const {
+bool HeatGrid::LookUpShares(Block& block) {
+  ++lookups_;
   const double H = params_.spacing_mm;
   const double band_mm = 0.999 * field_.band_mm();
   bool any = false;
@@ -330,9 +331,11 @@ double HeatGrid::WorkOne(const HeatWet& wet) {
     case Stage::kLook:
       Look(look_[done_++]);
       return kLookCost;
-    case Stage::kPut:
+    case Stage::kPut: {
+      const unsigned lookups = lookups_;
       PutIn(queue_[done_++]);
-      return kPutCost;
+      return kPutCost + kLookCost * (lookups_ - lookups);
+    }
     case Stage::kSweep:
       if (done_ == active_.size()) return 0;
       Sweep(active_[done_++], wet);

@@ -150,7 +150,7 @@ class HeatGrid {
   void OpenBeside(int number, int x, int y, int z);
   void Link(int number);
   void Activate(int number);
-  bool LookUpShares(Block& block) const;
+  bool LookUpShares(Block& block);
   void Look(int number);
   void PutIn(Waiting& waiting);
   bool PutAt(const Vec3& p_F, double mJ);
@@ -186,6 +186,7 @@ class HeatGrid {
   double elapsed_s_ = 0;  // of the frame
   double ticks_frames_ = 1;
   Stage stage_ = Stage::kIdle;
+  unsigned lookups_ = 0;            // of the shares of a block
   std::size_t done_ = 0, put_ = 0;  // of the stage; of the queue at the frame's beginning
   HeatFigures figures_;
   HeatBalance spent_, frame_spent_;
