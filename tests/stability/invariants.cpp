@@ -155,18 +155,9 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   const Vec3 f_damper = -damper.Force(in.v_H_W_mm_per_s - v_T);
   const Vec3 tau_damper = -torsion_damper.Force(in.w_H_W_rad_per_s - w_T);
   const bool whole = out.substeps == 1 && (out.status & kLagging) == 0;
-  // Of more steps the last one's speed is not told. What holds the tool takes of its motion u, so that the spring's F
-  // and the damper's B (v - u) together do not work against it: u is at most v + F / B, and B (v - u) at most
-  // 2 B v + F, and some more where the torsion spring turns the tool. But for what the spindle or a push out of the
-  // bone gives: friction and faces.
-  // Of a motion that is not the solution, or not all of it, nothing is known.
-  const bool solved = (out.status & (kLagging | kCoupledIterationsUsedUp | kCoupledBlending)) == 0;
-  const double together = 2 * c.damping_Ns_per_mm * glm::length(in.v_H_W_mm_per_s) + glm::length(f) +
-                          glm::length(out.f_face_W_N) + glm::length(out.f_friction_W_N) +
-                          std::sqrt(c.damping_Ns_per_mm * glm::length(tau) * glm::length(w_T) * out.substeps);
+  // Of more steps the last one's speed is not told: no more than the damper can give.
   const bool parts = out.substeps > 0 && !whole;
-  const double damper_N = solved ? std::min(c.max_force_N, together) : c.max_force_N;
-  const double most_f = c.damping_Ns_per_mm > 0 && parts ? damper_N : 0;
+  const double most_f = c.damping_Ns_per_mm > 0 && parts ? c.max_force_N : 0;
   const double most_tau = c.torsion_damping_Nmms > 0 && (parts || !turning_told_) ? c.max_torque_Nmm : 0;
   const bool f_is_damped = whole && glm::length(f_rest - f_damper) <= least_f + 1e-9 * glm::length(f_damper);
   const bool tau_is_damped = whole && glm::length(tau_rest - tau_damper) <= least_tau + 1e-9 * glm::length(tau_damper);
