@@ -141,7 +141,8 @@ class KerfFrictionEffect final : public Effect {
       if (!(depth_mm > 0)) continue;
       const std::size_t pair = faces.found_pair(n);
       const Vec3 p_T = faces.pair_T(pair);
-      Patch& patch = patches_[static_cast<std::size_t>(patch_of_pair_[pair] + (flat.side > 0 ? kSectors * kRings : 0))];
+      const int index = patch_of_pair_[pair] + (flat.side > 0 ? kSectors * kRings : 0);
+      Patch& patch = patches_[static_cast<std::size_t>(index)];
       const double force_N = fresh * share_borne * problem.flat_stiffness_N_per_mm * depth_mm;
       patch.force_N += force_N;
       patch.x_N += force_N * p_T.x;

@@ -159,7 +159,9 @@ void CheckStop(const EffectCostOptions& options) {
 /// Follows the cut with the scene's own effects, as `kerf loop` or `kerf run` does, until there is enough of it.
 class Scout {
  public:
-  Scout(Way& way, const Scene& scene, const EffectCostOptions& options) : way_(way), options_(options) {
+  Scout(Way& way, const EffectCostOptions& options) : way_(way), options_(options) {}
+
+  void Go(const Scene& scene) {
     Subject subject(way, scene.effects);
     if (way.by_hand) {
       FollowHand(scene, subject);
@@ -481,7 +483,7 @@ EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options)
   std::unique_ptr<PinnedToCore> pinned;
   if (options.core) pinned = std::make_unique<PinnedToCore>(*options.core, options.realtime);
   show("measuring", 0);
-  Scout(way, scene, options);
+  Scout(way, options).Go(scene);
   costs.voxel_mm = way.bone.voxel_mm();
   costs.rate_hz = 1 / way.dt_s;
   costs.begin_s = way.dt_s * static_cast<double>(way.begin);

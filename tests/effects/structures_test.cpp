@@ -119,7 +119,7 @@ Bone MakeBlockWithCanal(double h) {
   return MakeBone(field, Box3{-half, half}.Grown(6 * h), {h, h, {}}, table);
 }
 
-const Pose kAcross(Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0));  // spindle along x
+const Pose kAcross{Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0)};  // spindle along x
 
 TEST(Structures, WarnsAtItsMarginAndTellsOfTheBreach) {
   const double h = 0.1;  // the kerf is two and a half voxels wide

@@ -320,7 +320,7 @@ struct Listened {
 };
 
 /// A hand pushes the saw down into a block for 2.5 s; listened to in the last second.
-Listened Listen(ClosedLoopSetup setup, double push_N, double rpm) {
+Listened Listen(const ClosedLoopSetup& setup, double push_N, double rpm) {
   const Pose start = test::OverBlock(0.05);
   ClosedLoop loop(test::BlockOfBone(0.4, {80, 4, 26}), setup, start);  // room to be pulled along
   IntentionStep push;

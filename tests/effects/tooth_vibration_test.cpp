@@ -19,7 +19,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 using Complex = std::complex<double>;
 
-const Pose kAcross(Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0));  // spindle along x
+const Pose kAcross{Quat(std::sqrt(0.5), 0, std::sqrt(0.5), 0), Vec3(0)};  // spindle along x
 
 /// Amplitude of a real signal's line, over whole periods.
 double LineOf(const std::vector<double>& x, double dt_s, double hz) {

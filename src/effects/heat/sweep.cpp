@@ -34,7 +34,8 @@ void HeatGrid::Pad(const Block& block, Padded& padded) const {
   const std::array<float, kNodes>& theta = block.theta[static_cast<std::size_t>(now_)];
   for (int x = 0; x < kSide; ++x) {
     for (int y = 0; y < kSide; ++y) {
-      const auto from = static_cast<std::size_t>((x * kSide + y) * kSide);
+      const int first = (x * kSide + y) * kSide;
+      const auto from = static_cast<std::size_t>(first);
       const auto to = static_cast<std::size_t>(PaddedAt(x, y, 0));
       std::copy_n(&theta[from], kSide, &padded.theta[to]);
       std::copy_n(&block.share[from], kSide, &padded.share[to]);
@@ -59,11 +60,13 @@ void HeatGrid::Pad(const Block& block, Padded& padded) const {
     const int base = PaddedAt(0, 0, 0) + (upper ? kSide : -1) * kPaddedStride[axis];
     for (int i = 0; i < kSide; ++i) {
       for (int k = 0; k < kSide; ++k) {
-        const auto to = static_cast<std::size_t>(base + i * kPaddedStride[a] + k * kPaddedStride[b]);
+        const int place = base + i * kPaddedStride[a] + k * kPaddedStride[b];
+        const auto to = static_cast<std::size_t>(place);
         const int in_layer = i * kStride[a] + k * kStride[b];
-        padded.theta[to] = beside_theta[static_cast<std::size_t>(theta_layer * kStride[axis] + in_layer)];
-        padded.share[to] =
-            number == kAir ? 0 : beside_share[static_cast<std::size_t>(share_layer * kStride[axis] + in_layer)];
+        const int theta_at = theta_layer * kStride[axis] + in_layer;
+        const int share_at = share_layer * kStride[axis] + in_layer;
+        padded.theta[to] = beside_theta[static_cast<std::size_t>(theta_at)];
+        padded.share[to] = number == kAir ? 0 : beside_share[static_cast<std::size_t>(share_at)];
       }
     }
   }
