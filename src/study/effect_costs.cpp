@@ -162,8 +162,8 @@ class Scout {
   Scout(Way& way, const EffectCostOptions& options) : way_(way), options_(options) {}
 
   void Go(const Scene& scene) {
-    Subject subject(way, scene.effects);
-    if (way.by_hand) {
+    Subject subject(way_, scene.effects);
+    if (way_.by_hand) {
       FollowHand(scene, subject);
     } else {
       FollowPath(scene, subject);
