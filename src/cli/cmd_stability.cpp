@@ -139,8 +139,7 @@ void Run(Options& options) {
   {
     Bars bars;
     study = ExamineStability(
-        scene, options.study, [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); },
-        options.scene);
+        scene, options.study, [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); });
   }
   if (!options.folder.empty()) WriteStabilityStudy(scene, study, options.folder);
   for (const std::string& warning : study.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);

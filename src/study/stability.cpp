@@ -6,7 +6,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <string_view>
 
@@ -186,8 +185,7 @@ void JudgeStability(StabilityStudy& study) {
   }
 }
 
-StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& options, const StabilityProgress& progress,
-                                const std::string& scene_file) {
+StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& options, const StabilityProgress& progress) {
   CheckScene(scene);
   const auto began = std::chrono::steady_clock::now();
   StabilityStudy study;
@@ -203,10 +201,8 @@ StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& opti
     study.setup.fitted.coupling = MakeCoupledParams(scene).coupling;
     study.setup.fitted.lowered = {};
   }
-  const std::string file =
-      scene_file.empty() ? scene.name + ".toml" : std::filesystem::path(scene_file).filename().string();
-  study.command = fmt::format("kerf stability {} -o out/stability{}{}", file, options.quick ? " --quick" : "",
-                              options.as_asked ? " --as-asked" : "");
+  study.command = fmt::format("kerf stability scene.toml -o again{}{} --seed {}", options.quick ? " --quick" : "",
+                              options.as_asked ? " --as-asked" : "", options.seed);
 
   MaterialSummary material;
   const Bone bone = MakeSceneBone(

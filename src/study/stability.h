@@ -56,7 +56,7 @@ struct MapLimits {
 struct StabilityStudy {
   std::string scene;  // name of the file, without folder and extension
   std::string title;
-  std::string command;  // that makes this again; the scene's file without its folder
+  std::string command;  // that makes this again, of the resolved scene among the results
   std::string tool;     // for people
   double rate_hz = 0;
   double rpm = 0;
@@ -93,9 +93,8 @@ struct StabilityStudy {
 using StabilityProgress = std::function<void(const std::string& stage, double fraction)>;
 
 /// Throws Error: slab mode, a spindle that stands still, no such device or hand, a path that does not lead into the
-/// bone (FindFirstTouch), a parameter out of range. `scene_file` is named in the report's command, without its folder.
-StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& options, const StabilityProgress& progress,
-                                const std::string& scene_file = "");
+/// bone (FindFirstTouch), a parameter out of range.
+StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& options, const StabilityProgress& progress);
 
 /// Fills `findings` from what was found.
 void JudgeStability(StabilityStudy& study);
