@@ -138,8 +138,8 @@ void Run(Options& options) {
   StabilityStudy study;
   {
     Bars bars;
-    study = ExamineStability(
-        scene, options.study, [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); });
+    study = ExamineStability(scene, options.study,
+                             [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); });
   }
   if (!options.folder.empty()) WriteStabilityStudy(scene, study, options.folder);
   for (const std::string& warning : study.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);

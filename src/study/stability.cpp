@@ -185,7 +185,8 @@ void JudgeStability(StabilityStudy& study) {
   }
 }
 
-StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& options, const StabilityProgress& progress) {
+StabilityStudy ExamineStability(const Scene& scene, const StabilityOptions& options,
+                                const StabilityProgress& progress) {
   CheckScene(scene);
   const auto began = std::chrono::steady_clock::now();
   StabilityStudy study;

@@ -156,7 +156,9 @@ std::string FormatStabilityReport(const StabilityStudy& s) {
   AddScenarios(text, s);
   AddMargins(text, s);
   AddMap(text, s);
-  Add(text, "## To make it again\n\nIn this folder, whose scene.toml has the hand and the device that were chosen:\n\n```\n{}\n```\n\nMade by kerf {} (commit {}).\n",
+  Add(text,
+      "## To make it again\n\nIn this folder, whose scene.toml has the hand and the device that were "
+      "chosen:\n\n```\n{}\n```\n\nMade by kerf {} (commit {}).\n",
       s.command, VersionString(), CommitString());
   return text;
 }
