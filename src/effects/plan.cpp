@@ -17,7 +17,8 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
       left_out_.push_back(info);
       continue;
     }
-    Effect* effect = entries_.emplace_back(info, info->make(choice->values(), with_plan), channel_count_).effect.get();
+    entries_.push_back(Entry{info, info->make(choice->values(), with_plan), channel_count_});
+    Effect* effect = entries_.back().effect.get();
     channel_count_ += info->channels.size();
     const auto list = [&](EffectHook hook, std::vector<Effect*>& effects) {
       if ((info->hooks & hook) != 0) effects.push_back(effect);
