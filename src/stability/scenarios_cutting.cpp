@@ -30,11 +30,11 @@ ScenarioResult CutUnderPush(const StabilitySubject& subject, const Scenario& sce
   run.AddNoise(begun, end);
   if (end > begun + 1) {
     const TickSteps steps = CalcTickSteps(run.forces_N(begun, end));
-    // A stiff coupling makes a force of each step of the encoder, which may be felt, and is no swing.
+    // A stiff coupling makes a force of each step of the encoder: where that is felt, a reader is told whence it comes.
     const double grain = run.CalcGrain(run.MeanForce_N(begun, end));
     if (grain > 1) run.Say(fmt::format(" A step of the encoder makes {:.2g} just-noticeable differences.", grain));
-    run.AtMost("step of the force in a tick, 99.9 %", "just noticeable", steps.p999, std::max(1.0, grain));
-    run.AtMost("step of the force in a tick, largest", "just noticeable", steps.max, std::max(2.0, grain));
+    run.AtMost("step of the force in a tick, 99.9 %", "just noticeable", steps.p999, 1);
+    run.AtMost("step of the force in a tick, largest", "just noticeable", steps.max, 2);
   }
   run.AddEnergy();
   return run.Finish();
@@ -152,7 +152,7 @@ ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& s
     // Of the change, not of what the tool meets later.
     largest = std::max(largest, CalcTickSteps(run.forces_N(before, before + 20)).max);
   }
-  run.AtMost("step of the force in a tick, largest", "just noticeable", largest, std::max(2.0, run.CalcGrain(0)));
+  run.AtMost("step of the force in a tick, largest", "just noticeable", largest, 2);
   run.AddEnergy();
   return run.Finish();
 }

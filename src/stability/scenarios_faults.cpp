@@ -183,25 +183,19 @@ ScenarioResult Frozen(const StabilitySubject& subject, const Scenario& scenario,
   return run.Finish();
 }
 
-/// Another of the device's kind has an encoder half as fine; no coarser than any known, unless its own is.
+/// The device's encoder is as coarse as any known.
 ScenarioResult CoarseEncoder(const StabilitySubject& asked, const Scenario& scenario, std::uint64_t) {
-  constexpr double kCoarsest_mm = 0.064;
   StabilitySubject subject = asked;
-  double& step_mm = subject.setup.profile.resolution_mm;
-  if (!asked.setup.quantise || !(step_mm > 0)) return ScenarioRun::Skip(scenario, "the device has no encoder steps.");
-  step_mm = std::max(step_mm, std::min(2 * step_mm, kCoarsest_mm));
+  subject.setup.quantise = true;
+  subject.setup.profile.resolution_mm = std::max(0.064, subject.setup.profile.resolution_mm);
   ScenarioRun run(subject, scenario);
-  run.Say(fmt::format(" Tried: {:.3g} um, the device has {:.3g} um.", 1000 * step_mm,
+  run.Say(fmt::format(" Tried: {:.3g} um, the device has {:.3g} um.", 1000 * subject.setup.profile.resolution_mm,
                       1000 * asked.setup.profile.resolution_mm));
   run.AwaitRamp();
   run.Lean(run.CalcPush_N(5) * subject.into_W);
   run.Run(0.8);
   const std::size_t begun = run.now();
-  const std::size_t end = run.RunInBone(1);
-  // What is rounded to steps of K Delta has a noise of that over sqrt(12), however still the loop is.
-  const double step_N = run.CalcGrain(0) * CalcJustNoticeable_N(0);
-  const double mean_N = run.MeanForce_N(begun, end);
-  run.AddNoise(begun, end, std::max(0.01, 1.1 * step_N / std::sqrt(12.0) / std::max(mean_N, 1e-3)));
+  run.AddNoise(begun, run.RunInBone(1));
   return run.Finish();
 }
 
@@ -249,7 +243,7 @@ void AddFaultScenarios(std::vector<Scenario>& all) {
   Add(all, "let_go", "The hand lets go in the middle of a cut, and grips again, firmly.", LetGo);
   Add(all, "not_a_number", "The device gives samples that are not numbers.", NotANumber);
   Add(all, "frozen", "The device gives the same sample for a tenth of a second.", Frozen);
-  Add(all, "coarse_encoder", "The encoder's steps are twice as long as the device's, up to 64 um.", CoarseEncoder);
+  Add(all, "coarse_encoder", "The encoder's steps are 64 um, the longest known, or the device's own.", CoarseEncoder);
 }
 
 }  // namespace kerf

@@ -204,10 +204,10 @@ TEST(ScenarioFaults, AFrozenSampleLetsTheSpringSlacken) {
   EXPECT_GT(even.force_N[kBegun + 99], frozen.force_N[kBegun + 99] + 0.05);
 }
 
-// Twice as coarse as the device's, and said so; a device that is as coarse as any is tried as it is.
+// As coarse as any known, and said so.
 TEST(ScenarioFaults, ACoarseEncoderIsOne) {
   StabilitySubject subject = MakeSubject();
-  EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).what.find("Tried: 20 um, the device has 10 um."),
+  EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).what.find("Tried: 64 um, the device has 10 um."),
             std::string::npos);
   EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).force_N, FindScenario("cut_5N").run(subject, 1).force_N);
 }

@@ -135,22 +135,35 @@ TEST(Scenarios, TheSameSeedGivesTheSameFigures) {
   }
 }
 
-// kerf's own answer to a coupling that is asked for much too stiff: it is lowered, and then holds. A step of the
-// encoder is then more than what a hand tells, which is said, and is no swing.
+// kerf's own answer to a coupling that is asked for much too stiff: it is lowered, and then holds.
 TEST(Scenarios, HoldForTheStiffestCouplingThatADeviceIsGiven) {
   StabilitySubject subject = MakeSubject();
   CouplingParams asked;
   asked.stiffness_N_per_mm = 1000;
   subject.setup = test::HeldBlock("omega_6", "H3", asked);
   ASSERT_NEAR(subject.setup.coupled.coupling.stiffness_N_per_mm, 10.4, 0.2);
-  for (const char* name : {"press_1N", "press_5N", "cut_1N", "cut_5N", "cut_20N", "spindle_changes", "coarse_encoder",
-                           "sideways_in_kerf", "jitter"}) {
+  for (const char* name :
+       {"press_1N", "press_5N", "cut_5N", "cut_20N", "spindle_changes", "sideways_in_kerf", "jitter"}) {
     const ScenarioResult result = FindScenario(name).run(subject, 1);
     EXPECT_TRUE(result.holds()) << Describe(result);
-    if (result.name == "cut_1N") {
-      EXPECT_NE(result.what.find("A step of the encoder"), std::string::npos) << result.what;
-    }
   }
+}
+
+// With it a step of the encoder, 10 um, is 45 mN on the device, and a hand tells 35 mN: the fit does not look at that,
+// the scenarios do, and say whence it comes.
+TEST(Scenarios, TellThatTheEncodersStepsAreFeltThroughAStiffCoupling) {
+  StabilitySubject subject = MakeSubject();
+  CouplingParams asked;
+  asked.stiffness_N_per_mm = 1000;
+  subject.setup = test::HeldBlock("omega_6", "H3", asked);
+  const ScenarioResult result = FindScenario("cut_1N").run(subject, 1);
+  for (const StabilityFigure& f : result.figures) {
+    EXPECT_EQ(f.holds(), f.name != "step of the force in a tick, 99.9 %") << f.name << " " << f.value;
+  }
+  EXPECT_NE(result.what.find("A step of the encoder makes 1.3 just-noticeable differences."), std::string::npos)
+      << result.what;
+  const ScenarioResult coarse = FindScenario("coarse_encoder").run(subject, 1);
+  EXPECT_FALSE(coarse.holds()) << Describe(coarse);
 }
 
 /// What is done to a good subject, and the figure that must tell.

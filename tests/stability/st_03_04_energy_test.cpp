@@ -79,11 +79,12 @@ TEST(ClosedLoopST3, NothingComesBackFromAStoppedSawAtAnyTick) {
       "holds, from the end of the half second on in which the force is ramped in: while it rises, what was put in for "
       "less "
       "comes back for more (ST9 bounds that)");
-  const int rounds = static_cast<int>(std::ceil(50 * Effort()));
+  const int rounds =
+      static_cast<int>(std::ceil(std::max(20.0, 50 * Effort())));  // fewer, and too little goes to and fro
   for (const bool stiff : {false, true}) {
     const Rounds all = GoRounds(rounds, 0.0, stiff, 1.0, stiff ? 2 : 1);
     const std::string which = stiff ? ", as stiff as it is given" : ", 1 N/mm asked for";
-    EXPECT_GT(all.exchanged_mJ, 0.4 * rounds);
+    EXPECT_GT(all.exchanged_mJ, 10);
     EXPECT_GT(all.most_N, 1);
     EXPECT_EQ(all.removed_mm3, 0);
     verdict.AtMost("most that came back" + which, all.overdrawn, 1, "of the tolerance");
@@ -109,11 +110,12 @@ TEST(ClosedLoopST4, ARunningSawGivesNoMoreThanItsSpindlePutInAtAnyTick) {
       "that was done is given");
   double removed_mm3 = 0;
   double cut_mJ = 0;
-  const int rounds = static_cast<int>(std::ceil(50 * Effort()));
+  const int rounds =
+      static_cast<int>(std::ceil(std::max(20.0, 50 * Effort())));  // fewer, and too little goes to and fro
   for (const bool stiff : {false, true}) {
     const Rounds all = GoRounds(rounds, 7500.0, stiff, 1.0, stiff ? 4 : 3);
     const std::string which = stiff ? ", as stiff as it is given" : ", 1 N/mm asked for";
-    EXPECT_GT(all.exchanged_mJ, 0.4 * rounds);
+    EXPECT_GT(all.exchanged_mJ, 10);
     EXPECT_GT(all.spindle_mJ, 0.001);
     verdict.AtMost("most that came back" + which, all.overdrawn, 1, "of the tolerance");
     EXPECT_GE(all.lowest_handle_mJ, -1e-6);
