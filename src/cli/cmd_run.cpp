@@ -148,6 +148,12 @@ void Run(const Options& options) {
     fmt::print(stderr, "kerf: warning: {} ticks report that something was not done as asked; see the status column\n",
                summary.ticks_with_status);
   }
+  for (const EffectFigure& figure : summary.effects.figures) {
+    if (figure.column() != "spindle_stalled" || figure.largest == 0) continue;
+    fmt::print(stderr,
+               "kerf: warning: the spindle stalled, and the tool went on along its path without cutting; see "
+               "spindle_stalled in forces.csv\n");
+  }
   if (options.json) {
     fmt::print("{}", FormatSummaryJson(scene, summary));
   } else {

@@ -36,6 +36,12 @@ void FindSlabDoubts(const Scene& scene, std::vector<std::string>& doubts) {
     doubts.push_back(fmt::format("[force] law = \"{}\" is not used in slab mode, whose law is \"{}\" of [slab]",
                                  scene.force.name(), ToString(scene.slab.params.reading)));
   }
+  if (!scene.effects.empty()) {
+    std::string names;
+    for (const EffectChoice& choice : scene.effects)
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", choice.name());
+    doubts.push_back(fmt::format("slab mode simulates no effects, and leaves out those of [effects]: {}", names));
+  }
   const Path path = MakePath(scene);
   const Vec3 d = glm::normalize(scene.slab.direction);
   double across_mm = 0;

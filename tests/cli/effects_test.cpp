@@ -11,6 +11,7 @@ namespace {
 
 using Json = nlohmann::json;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr char kScene[] =
     "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\nvoxel_mm = 0.25\n"
@@ -84,6 +85,19 @@ TEST_F(EffectsCommand, WritesTheTableThatItShows) {
   EXPECT_THAT(result.out, HasSubstr("| kerf_friction |"));
   EXPECT_THAT(result.out, HasSubstr("0.3 mm voxels"));
   EXPECT_THAT(test::Slurp(folder_ / "costs.csv"), HasSubstr("\nkerf_friction,"));
+}
+
+// A run along a path goes on whatever the spindle does: then nothing is cut, and that is said.
+TEST_F(EffectsCommand, ARunWhoseSpindleStallsSaysSo) {
+  const std::string scene = std::string(kScene) +
+                            "[output]\npictures = false\n[effects.tangential_force]\n[effects.spindle]\n"
+                            "friction_Nmm = 0.1\nviscous_Nmms = 0\n";
+  Write("strong.toml", scene + "stall_torque_Nmm = 1e5\n");
+  Write("weak.toml", scene + "stall_torque_Nmm = 1\n");
+  EXPECT_THAT(Kerf("run strong.toml -o strong").err, Not(HasSubstr("stalled")));
+  const auto weak = Kerf("run weak.toml -o weak");
+  EXPECT_EQ(weak.code, 0);
+  EXPECT_THAT(weak.err, HasSubstr("the spindle stalled, and the tool went on along its path without cutting"));
 }
 
 TEST_F(EffectsCommand, RefusesWhatItCanNotMeasure) {

@@ -132,6 +132,11 @@ TEST_F(SlabRunTest, RefusesADirectionOutOfTheDiscsPlaneAndDoubtsAPathAcrossIt) {
   ASSERT_EQ(of_law.size(), 1u);
   EXPECT_EQ(of_law[0],
             "[force] law = \"edge_plus_chip\" is not used in slab mode, whose law is \"as_computed\" of [slab]");
+  const auto of_effects =
+      FindDoubts(ParseScene(std::string(kScene) + "[effects.guide]\n[effects.tangential_force]\n", "s.toml"), 0.1);
+  ASSERT_EQ(of_effects.size(), 1u);
+  EXPECT_EQ(of_effects[0],
+            "slab mode simulates no effects, and leaves out those of [effects]: tangential_force, guide");
 }
 
 TEST_F(SlabRunTest, RefusesAPathThatIsNotAboutItsOneSlice) {
