@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/times_json.h"
 #include "kerf/version.h"
 
 namespace kerf {
@@ -71,19 +72,6 @@ std::string DescribeRun(const TickReport& report) {
                      report.realtime ? " in real time" : "", report.vector_width, report.machine.load, CommitString());
 }
 
-ordered_json Number(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  return std::stod(fmt::format("{:.6g}", value));
-}
-
-ordered_json TimesJson(const Percentiles& p) {
-  return {{"ticks", p.count},
-          {"p50_us", Number(p.p50_us)},
-          {"p99_us", Number(p.p99_us)},
-          {"p999_us", Number(p.p999_us)},
-          {"max_us", Number(p.max_us)}};
-}
-
 ordered_json ResultJson(const BenchResult& r) {
   ordered_json json = {{"name", r.name}, {"title", r.title}};
   json["tick"] = r.times.count > 0 ? TimesJson(r.times) : ordered_json(nullptr);
@@ -92,19 +80,20 @@ ordered_json ResultJson(const BenchResult& r) {
   if (r.baseline) {
     json["baseline"] = {{"what", r.baseline->what}};
     json["baseline"].update(TimesJson(r.baseline->times));
-    json["baseline"]["times_faster"] = Number(TimesFaster(r));
+    json["baseline"]["times_faster"] = RoundedJson(TimesFaster(r));
   }
   json["stages_mean_us"] = ordered_json::object();
-  for (std::size_t i = 0; i < r.stages_us.size(); ++i) json["stages_mean_us"][NameOfStage(i)] = Number(r.stages_us[i]);
+  for (std::size_t i = 0; i < r.stages_us.size(); ++i)
+    json["stages_mean_us"][NameOfStage(i)] = RoundedJson(r.stages_us[i]);
   json["figures"] = ordered_json::array();
   for (const BenchFigure& f : r.figures) {
-    json["figures"].push_back({{"what", f.what}, {"value", Number(f.value)}, {"unit", f.unit}});
+    json["figures"].push_back({{"what", f.what}, {"value", RoundedJson(f.value)}, {"unit", f.unit}});
   }
   json["targets"] = ordered_json::array();
   for (const BenchTarget& t : r.targets) {
     json["targets"].push_back({{"what", t.what},
-                               {t.at_least ? "at_least" : "at_most", Number(t.limit)},
-                               {"measured", Number(t.measured)},
+                               {t.at_least ? "at_least" : "at_most", RoundedJson(t.limit)},
+                               {"measured", RoundedJson(t.measured)},
                                {"unit", t.unit},
                                {"met", t.met()}});
   }
@@ -209,7 +198,7 @@ std::string FormatTickJson(const TickReport& report) {
   json["commit"] = CommitString();
   json["compiler"] = CompilerString();
   json["machine"] = {
-      {"cpu", report.machine.cpu}, {"cores", report.machine.cores}, {"load_before", Number(report.machine.load)},
+      {"cpu", report.machine.cpu}, {"cores", report.machine.cores}, {"load_before", RoundedJson(report.machine.load)},
       {"core", report.core},       {"realtime", report.realtime},   {"vector_width", report.vector_width}};
   json["ticks_asked_for"] = report.ticks;
   json["cases"] = ordered_json::array();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/times_json.h"
 #include "core/csv.h"
 #include "effect_costs_csv.h"
 #include "kerf/version.h"
@@ -85,17 +86,6 @@ std::string DescribeFit(const EffectCosts& c) {
       c.fits_kHz(), p99_us, c.together.with_it.all.p99_us, c.rate_hz, 1e-4 * p99_us * c.rate_hz);
 }
 
-ordered_json Number(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  return std::stod(fmt::format("{:.6g}", value));
-}
-ordered_json TimesJson(const Percentiles& p) {
-  return {{"ticks", p.count},
-          {"p50_us", Number(p.p50_us)},
-          {"p99_us", Number(p.p99_us)},
-          {"p999_us", Number(p.p999_us)},
-          {"max_us", Number(p.max_us)}};
-}
 ordered_json SideJson(const TickCosts& t) {
   return {{"cutting", TimesJson(t.cutting)},
           {"cutting_all_passes", TimesJson(t.all)},
@@ -109,9 +99,9 @@ ordered_json CostJson(const EffectCost& c) {
   ordered_json json = {{"name", c.name},
                        {"why", c.why},
                        {"with", c.with},
-                       {"adds_p50_us", Number(AddedP50(c))},
-                       {"adds_p99_us", Number(AddedP99(c))},
-                       {"memory_MB", Number(c.memory_MB)},
+                       {"adds_p50_us", RoundedJson(AddedP50(c))},
+                       {"adds_p99_us", RoundedJson(AddedP99(c))},
+                       {"memory_MB", RoundedJson(c.memory_MB)},
                        {"only_observes", c.only_observes()}};
   json["with_it"] = SideJson(c.with_it);
   json["without_it"] = SideJson(c.without_it);
@@ -207,24 +197,24 @@ std::string FormatEffectCostsJson(const EffectCosts& c) {
   ordered_json json = {{"kerf", VersionString()}, {"commit", CommitString()}, {"scene", c.scene}};
   json["machine"] = {{"cpu", c.machine.cpu},
                      {"cores", c.machine.cores},
-                     {"load_before", Number(c.machine.load)},
+                     {"load_before", RoundedJson(c.machine.load)},
                      {"core", c.core ? ordered_json(*c.core) : ordered_json()},
                      {"realtime", c.realtime}};
   json["as"] = c.by_hand ? "kerf loop" : "kerf run";
   json["voxel_mm"] = c.voxel_mm;
-  json["rate_hz"] = Number(c.rate_hz);
-  json["begin_s"] = Number(c.begin_s);
-  json["seconds"] = Number(c.seconds);
+  json["rate_hz"] = RoundedJson(c.rate_hz);
+  json["begin_s"] = RoundedJson(c.begin_s);
+  json["seconds"] = RoundedJson(c.seconds);
   json["passes"] = c.passes;
-  json["mean_engaged_teeth"] = Number(c.mean_teeth);
+  json["mean_engaged_teeth"] = RoundedJson(c.mean_teeth);
   json["on"] = ordered_json::array();
   for (const EffectCost& cost : c.effects) json["on"].push_back(CostJson(cost));
   json["together"] = CostJson(c.together);
   json["together"].erase("why");
   json["together"].erase("with");
-  json["fits_kHz"] = Number(c.fits_kHz());
-  json["simulation_MB"] = Number(c.simulation_MB);
-  json["bone_MB"] = Number(c.bone_MB);
+  json["fits_kHz"] = RoundedJson(c.fits_kHz());
+  json["simulation_MB"] = RoundedJson(c.simulation_MB);
+  json["bone_MB"] = RoundedJson(c.bone_MB);
   json["left_out"] = ordered_json::array();
   for (const EffectLeftOut& left_out : c.left_out) {
     json["left_out"].push_back({{"name", left_out.name}, {"why", left_out.why}});

@@ -1,7 +1,6 @@
 // A scene in a simulated hand, without the clock.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -15,6 +14,7 @@
 #include "kerf/error.h"
 #include "session/hand_motion.h"
 #include "session/run_loop.h"
+#include "support/result_folder.h"
 
 namespace kerf {
 namespace {
@@ -228,7 +228,9 @@ TEST(RunLoop, SaysWhatItCanNotDo) {
   EXPECT_EQ(MessageOf(ParseScene(kScene, "s.toml"), 0), "the loop can't run for 0 s; give 0.01 to 3600");
 }
 
-TEST(LoopReport, HasTheTimesOfALiveLoop) {
+using LoopReport = test::ResultFolderTest;
+
+TEST_F(LoopReport, HasTheTimesOfALiveLoop) {
   LoopOptions options;
   options.seconds = 0.2;
   const Scene scene = ParseScene(kScene, "s.toml");
@@ -241,20 +243,19 @@ TEST(LoopReport, HasTheTimesOfALiveLoop) {
   EXPECT_TRUE(json["force"]["noise_above_20_Hz_while_cutting_mN"].is_null());  // nothing cut yet
 }
 
-TEST(LoopReport, FilesAgreeWithTheSummary) {
-  const std::string folder = (fs::temp_directory_path() / ("kerf_loop_" + std::to_string(getpid()))).string();
+TEST_F(LoopReport, FilesAgreeWithTheSummary) {
   Scene scene = ParseScene(kScene, "s.toml");
   scene.output.forces_every_ticks = 3;
   LoopOptions options = Virtual(6);
   options.keep_bones = true;
   LoopSummary s = RunLoop(scene, options, {});
-  WriteLoopReport(scene, s, folder);
-  for (const std::string& name : s.files) EXPECT_GT(fs::file_size(fs::path(folder) / name), 100U) << name;
+  WriteLoopReport(scene, s, folder_);
+  for (const std::string& name : s.files) EXPECT_GT(fs::file_size(fs::path(folder_) / name), 100U) << name;
   EXPECT_THAT(s.files, testing::UnorderedElementsAre("report.md", "loop.json", "scene.toml", "forces.csv", "force.png",
                                                      "bone.vdb", "piece_1.stl", "piece_2.stl", "before.png",
                                                      "after.png", "cut.png", "apart.png"));
-  EXPECT_EQ(ReadBone(folder + "/bone.vdb").CalcHash(), s.bone_hash);
-  const auto json = nlohmann::json::parse(ReadTextFile(folder + "/loop.json"));
+  EXPECT_EQ(ReadBone(folder_ + "/bone.vdb").CalcHash(), s.bone_hash);
+  const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/loop.json"));
   EXPECT_EQ(json["ticks"]["count"], 6000);
   EXPECT_EQ(json["pieces"].size(), 2U);
   EXPECT_EQ(json["removed_mm3"], s.removed_mm3);
@@ -263,7 +264,7 @@ TEST(LoopReport, FilesAgreeWithTheSummary) {
     EXPECT_TRUE(json[key].is_null()) << key;  // without the clock
   }
   EXPECT_EQ(json["removed_by_occupancy_mm3"], s.removed_by_occupancy_mm3);
-  std::istringstream csv(ReadTextFile(folder + "/forces.csv"));
+  std::istringstream csv(ReadTextFile(folder_ + "/forces.csv"));
   std::string line;
   std::getline(csv, line);
   const auto commas = std::count(line.begin(), line.end(), ',');
@@ -285,11 +286,10 @@ TEST(LoopReport, FilesAgreeWithTheSummary) {
   LoopOptions brief = Virtual(0.1);
   brief.keep_bones = true;
   LoopSummary again = RunLoop(scene, brief, {});
-  WriteLoopReport(scene, again, folder);
-  EXPECT_TRUE(fs::exists(folder + "/bone.vdb"));
-  EXPECT_FALSE(fs::exists(folder + "/piece_2.stl"));
-  EXPECT_FALSE(fs::exists(folder + "/apart.png"));
-  fs::remove_all(folder);
+  WriteLoopReport(scene, again, folder_);
+  EXPECT_TRUE(fs::exists(folder_ + "/bone.vdb"));
+  EXPECT_FALSE(fs::exists(folder_ + "/piece_2.stl"));
+  EXPECT_FALSE(fs::exists(folder_ + "/apart.png"));
 }
 
 TEST(HandMotion, WaitsWhenTheHandleIsHeldAndGoesRoundWhenItIsFree) {

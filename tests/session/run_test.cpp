@@ -1,7 +1,6 @@
 #include "session/run.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -14,6 +13,7 @@
 #include "mesh/meshfile.h"
 #include "session/make_bone.h"
 #include "session/run_scene.h"
+#include "support/result_folder.h"
 
 namespace kerf {
 namespace {
@@ -36,16 +36,7 @@ feed_mm_per_s = 10.0
 disc_normal = [0.0, 1.0, 0.0]
 )";
 
-class Run : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = (fs::temp_directory_path() / ("kerf_run_" + std::to_string(getpid()))).string();
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string folder_;
-};
+class Run : public test::ResultFolderTest {};
 
 TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
   const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\n", "scene.toml");

@@ -1,6 +1,5 @@
 // A scene in slab mode from beginning to end.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -14,6 +13,7 @@
 #include "scene/doubts.h"
 #include "session/make_bone.h"
 #include "session/run_slab_scene.h"
+#include "support/result_folder.h"
 
 namespace kerf {
 namespace {
@@ -46,16 +46,7 @@ mode = "slab"
 direction = [0.0, 0.0, -2.0]
 )";
 
-class SlabRunTest : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = (fs::temp_directory_path() / ("kerf_slab_run_" + std::to_string(getpid()))).string();
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string folder_;
-};
+using SlabRunTest = test::ResultFolderTest;
 
 TEST_F(SlabRunTest, CutsTheBlockIntoThreeAndItsFilesAgreeWithEachOther) {
   const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\n", "scene.toml");

@@ -1,7 +1,6 @@
 // A comparison of a small block, from scene to files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +20,7 @@
 #include "session/run_slab.h"
 #include "study/compare_files.h"
 #include "study/run_cases.h"
+#include "support/result_folder.h"
 
 namespace kerf {
 namespace {
@@ -276,15 +276,7 @@ TEST(Compare, CommandHoldsWhatWasAskedForAndNoFolder) {
             "kerf compare scene.toml --depth-step 0.5 --repeat 1");
 }
 
-class CompareFiles : public testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = (fs::temp_directory_path() / ("kerf_compare_" + std::to_string(getpid()))).string();
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  std::string folder_;
-};
+using CompareFiles = test::ResultFolderTest;
 
 TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
   const Comparison c = CompareScene(Parse(kSlab), {{"all"}, 0.1, 1}, {});

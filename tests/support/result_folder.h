@@ -1,0 +1,26 @@
+// A folder for results that each test begins without, and that is gone after it.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+namespace kerf::test {
+
+class ResultFolderTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const testing::TestInfo* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = (std::filesystem::temp_directory_path() /
+               ("kerf_" + std::string(info->test_suite_name()) + "_" + info->name() + "_" + std::to_string(getpid())))
+                  .string();
+    std::filesystem::remove_all(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string folder_;  // not made yet
+};
+
+}  // namespace kerf::test
