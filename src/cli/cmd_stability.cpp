@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -141,13 +142,17 @@ void Run(Options& options) {
     study = ExamineStability(scene, options.study,
                              [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); });
   }
-  if (!options.folder.empty()) WriteStabilityStudy(scene, study, options.folder);
+  // What was examined until an interruption does not take the place of earlier results.
+  const bool keep = !study.complete && std::filesystem::exists(options.folder + "/stability.json");
+  const bool write = !options.folder.empty() && !keep;
+  if (write) WriteStabilityStudy(scene, study, options.folder);
+  if (!options.folder.empty() && keep) fmt::print(stderr, "kerf: the earlier results in {}/ stay\n", options.folder);
   for (const std::string& warning : study.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
   if (options.json) {
     fmt::print("{}", FormatStabilityJson(study));
   } else {
     PrintStudy(study);
-    if (!options.folder.empty()) fmt::print("  results   {}/: {}\n", options.folder, fmt::join(study.files, " "));
+    if (write) fmt::print("  results   {}/: {}\n", options.folder, fmt::join(study.files, " "));
   }
   if (!study.findings.empty()) {
     const std::size_t more = study.findings.size() - 1;

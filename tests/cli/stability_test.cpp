@@ -34,6 +34,18 @@ TEST_F(StabilityCommand, HelpNamesItsOptions) {
   EXPECT_THAT(Kerf("--help").out, HasSubstr("stability"));
 }
 
+// Far from done when it is interrupted: the whole of it takes half a minute of two cores.
+TEST_F(StabilityCommand, InterruptedItLeavesEarlierResultsAlone) {
+  Write("s.toml", std::string(kBlock) + kStroke);
+  std::filesystem::create_directories(folder_ / "out");
+  Write("out/stability.json", "earlier");
+  const ProgramResult result = KerfWithin("timeout -s INT 3", "stability s.toml -o out");
+  EXPECT_EQ(result.code, 124) << result.err;  // of timeout, which did interrupt it
+  EXPECT_THAT(result.err, HasSubstr("kerf: the earlier results in out/ stay"));
+  EXPECT_EQ(Slurp(folder_ / "out/stability.json"), "earlier");
+  EXPECT_FALSE(Exists("out/report.md"));
+}
+
 TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
   Write("s.toml", std::string("title = \"A block\"\n") + kBlock + kStroke);
   const ProgramResult result = Kerf("stability s.toml --quick -o out --json");
