@@ -63,6 +63,7 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   fmt::print("  energy    {}\n", DescribeEnergy(s));
   for (const std::string& effect : DescribeEffects(s.effects)) fmt::print("  effect    {}\n", effect);
   if (s.heat) fmt::print("  heat      {}\n", DescribeHeat(*s.heat));
+  if (s.fragments) fmt::print("  fragments {}\n", DescribeFragments(*s.fragments));
   fmt::print("  readers   {} leaves sent; a copy made from them is {}\n", s.leaves_sent,
              s.mirror_identical ? "bit-identical" : "NOT the bone");
   fmt::print("  state     bone {:016x}, force {:016x}\n", s.bone_hash, s.force_hash);

@@ -46,6 +46,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   if (s.dust_count > 0) fmt::print("; {} crumbs of {:.3f} mm3 together", s.dust_count, s.dust_mm3);
   fmt::print("\n");
   if (s.heat) fmt::print("  heat      {}\n", DescribeHeat(*s.heat));
+  if (s.fragments) fmt::print("  fragments {}\n", DescribeFragments(*s.fragments));
   fmt::print("  ticks     {} in {:.1f} s, {:.0f} a second; each p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us\n",
              s.ticks, s.ticks_wall_s, s.ticks_wall_s > 0 ? static_cast<double>(s.ticks) / s.ticks_wall_s : 0,
              s.times.p50_us, s.times.p99_us, s.times.p999_us, s.times.max_us);

@@ -13,7 +13,8 @@
   EFFECT(Guide)              \
   EFFECT(ToothVibration)     \
   EFFECT(Heat)               \
-  EFFECT(Structures)
+  EFFECT(Structures)         \
+  EFFECT(Fragments)
 // clang-format on
 
 namespace kerf {

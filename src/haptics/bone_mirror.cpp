@@ -10,6 +10,7 @@ std::size_t BoneMirror::Update(std::size_t at_most) {
     const LeafMessage* message = stream_.Peek();
     if (message == nullptr) break;
     SetLeaf(bone_, message->index, message->values);
+    if (listener_) listener_(*message);
     stream_.Pop();
   }
   return taken;

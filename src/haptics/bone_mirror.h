@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <utility>
 
 #include "core/spsc_ring.h"
 #include "haptics/leaf_stream.h"
@@ -19,10 +21,13 @@ class BoneMirror {
   /// Takes what has come; returns how many leaves. At most `at_most` of them, so that a picture is not kept waiting.
   std::size_t Update(std::size_t at_most = static_cast<std::size_t>(-1));
   const Bone& bone() const { return bone_; }
+  /// Is told each leaf that Update() takes.
+  void set_listener(std::function<void(const LeafMessage&)> listener) { listener_ = std::move(listener); }
 
  private:
   Bone bone_;
   SpscRing<LeafMessage>& stream_;
+  std::function<void(const LeafMessage&)> listener_;
 };
 
 }  // namespace kerf

@@ -206,8 +206,10 @@ bool HapticLoop::DoTick(const Deadlines::Tick& when) {
 
 void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
   const std::int64_t before_ns = clock_.Now();
-  MarkChanged();
+  const bool all_marked = MarkChanged(sample_.time_s);
   publisher_.Send(params_.leaves_per_tick);
+  if (all_marked)
+    sent_until_s_ = publisher_.waiting() == 0 ? sample_.time_s : publisher_.oldest_s() - 1 / params_.rate_hz;
   sample_.tick_us = Microseconds(before_ns - begin_ns);
   sample_.late_us = Microseconds(when.late_ns);
   if (channel_count_ > 0) {
@@ -225,31 +227,33 @@ void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
   state.missed = counts_.missed;
   state.removed_mm3 = counts_.removed_mm3;
   state.leaves_waiting = publisher_.waiting();
+  state.sent_until_s = sent_until_s_;
   state_.Publish();
   exchange_times_.Add(clock_.Now() - before_ns);
 }
 
 bool HapticLoop::SendRest() {
-  MarkChanged();
+  MarkChanged(sample_.time_s);
   if (publisher_.waiting() == 0) return false;
   publisher_.Send(params_.leaf_ring);
   return true;
 }
 
 /// The simulation forgets what it has told once all of it stands in line, and not before. When the line is full, the
-/// next tick begins with those that found no room in this one.
-void HapticLoop::MarkChanged() {
+/// next tick begins with those that found no room in this one. False: it is.
+bool HapticLoop::MarkChanged(double time_s) {
   const int count = body_.changed_count();
   for (int k = 0; k < count; ++k) {
     const int i = (next_mark_ + k) % count;
     const CoupledSimulation::ChangedLeaf leaf = body_.changed(i);
-    if (!publisher_.Mark(leaf.index, leaf.values)) {
+    if (!publisher_.Mark(leaf.index, leaf.values, time_s)) {
       next_mark_ = i;
-      return;
+      return false;
     }
   }
   next_mark_ = 0;
   if (count > 0) body_.ClearChanged();
+  return true;
 }
 
 }  // namespace kerf

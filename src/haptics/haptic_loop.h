@@ -59,6 +59,7 @@ struct LoopState {
   std::uint64_t missed = 0;  // deadlines without a tick
   double removed_mm3 = 0;
   std::size_t leaves_waiting = 0;
+  double sent_until_s = 0;  // what had changed by then has been sent
 };
 
 /// Why the loop is over.
@@ -127,7 +128,7 @@ class HapticLoop {
   void TickOnce();
   bool DoTick(const Deadlines::Tick& when);
   void Exchange(const Deadlines::Tick& when, std::int64_t begin_ns);
-  void MarkChanged();
+  bool MarkChanged(double time_s);
   void Finish(LoopEnd end);
 
   LoopBody& body_;
@@ -150,6 +151,7 @@ class HapticLoop {
   TripleBuffer<LoopState> state_;
   LeafPublisher publisher_;
   int next_mark_ = 0;
+  double sent_until_s_ = 0;
 
   LoopSample sample_;
   LoopCounts counts_;

@@ -21,7 +21,7 @@ std::size_t LeafPublisher::FindSlot(const std::array<int, 3>& index) const {
   return slot;
 }
 
-bool LeafPublisher::Mark(const std::array<int, 3>& index, const float* values) {
+bool LeafPublisher::Mark(const std::array<int, 3>& index, const float* values, double time_s) {
   const std::size_t slot = FindSlot(index);
   if (table_[slot] != kFree) {
     line_[table_[slot]].values = values;
@@ -29,7 +29,7 @@ bool LeafPublisher::Mark(const std::array<int, 3>& index, const float* values) {
   }
   if (count_ == line_.size()) return false;
   const std::size_t at = (first_ + count_) % line_.size();
-  line_[at] = {index, values};
+  line_[at] = {index, values, time_s};
   table_[slot] = static_cast<std::uint32_t>(at);
   ++count_;
   return true;

@@ -24,16 +24,19 @@ class LeafPublisher {
   LeafPublisher(SpscRing<LeafMessage>& ring, std::size_t max_waiting);
 
   /// The leaf has changed; does nothing when it waits already. `values` (512) are read when it is sent: they must stay
-  /// where they are. False when the line is full. Tick-safe.
-  bool Mark(const std::array<int, 3>& index, const float* values);
+  /// where they are. `time_s`: of the tick. False when the line is full. Tick-safe.
+  bool Mark(const std::array<int, 3>& index, const float* values, double time_s = 0);
   /// Sends up to `at_most`, as far as the ring has room; returns how many. Tick-safe.
   int Send(int at_most);
   std::size_t waiting() const { return count_; }
+  /// When the leaf that has waited longest was marked; of none waiting nothing is known.
+  double oldest_s() const { return line_[first_].marked_s; }
 
  private:
   struct Waiting {
     std::array<int, 3> index{};
     const float* values = nullptr;
+    double marked_s = 0;
   };
   std::size_t HomeOf(const std::array<int, 3>& index) const;
   std::size_t FindSlot(const std::array<int, 3>& index) const;

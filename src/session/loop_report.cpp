@@ -25,8 +25,9 @@ namespace {
 using nlohmann::ordered_json;
 
 /// All that a loop may write, but for the pieces.
-constexpr const char* kFiles[] = {"report.md", "loop.json",  "forces.csv", "lateness.png", "force.png", "scene.toml",
-                                  "bone.vdb",  "before.png", "after.png",  "cut.png",      "apart.png", "heat.png"};
+constexpr const char* kFiles[] = {"report.md",  "loop.json", "forces.csv",   "lateness.png", "force.png",
+                                  "scene.toml", "bone.vdb",  "before.png",   "after.png",    "cut.png",
+                                  "apart.png",  "heat.png",  "fragments.png"};
 
 /// Removed volume by level set and by occupancy: both are said where they differ by more than this share.
 constexpr double kSameVolume = 0.02;
@@ -280,6 +281,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"files", s.files}};
   if (!s.effects.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);
+  if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, !s.virtual_time);
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
@@ -331,6 +333,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
   text += fmt::format("- Energy: {}.\n", DescribeEnergy(s));
   for (const std::string& effect : DescribeEffects(s.effects)) text += fmt::format("- Effect: {}.\n", effect);
   if (s.heat) text += fmt::format("- Heat: {}.\n", DescribeHeat(*s.heat));
+  if (s.fragments) text += fmt::format("- Fragments: {}.\n", DescribeFragments(*s.fragments));
   text += fmt::format("- {} leaves were sent to readers; a copy of the bone made from them is {}.\n", s.leaves_sent,
                       s.mirror_identical ? "bit-identical to the bone" : "NOT the bone");
   if (!s.virtual_time) {
@@ -352,6 +355,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
                                    {"after.png", "After the cut"},
                                    {"cut.png", "The cut from near"},
                                    {"apart.png", "The pieces moved apart"},
+                                   {"fragments.png", "The pieces moved apart"},
                                    {"heat.png", "Temperature around the kerf, at the end"},
                                    {"force.png", "Force"},
                                    {"lateness.png", "How late ticks began"}}) {
@@ -383,8 +387,8 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
       WriteMesh(ExtractSurface(summary.piece_bones[i]), add(summary.pieces[i].file));
     }
     if (scene.output.pictures && !summary.moments.empty()) {
-      const RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder,
-                                 false};
+      RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
+      pictures.apart = !summary.fragments;  // fragments.png shows that
       const auto show = [&](double fraction) {
         if (progress) progress("drawing the pictures", fraction);
       };
@@ -392,6 +396,11 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
     }
     if (scene.output.pictures && summary.heat && summary.heat->section.columns > 0) {
       WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, add("heat.png"));
+    }
+    if (scene.output.pictures && summary.fragments &&
+        WriteFragmentsPicture(*summary.fragments, summary.piece_bones, IsOfPatient(scene),
+                              scene.title.empty() ? scene.name : scene.title, folder + "/fragments.png")) {
+      files.emplace_back("fragments.png");
     }
   }
   WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true));

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <span>
 #include <utility>
 
 #include "effects/plan.h"
@@ -37,6 +38,19 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   result.effects = EffectRecord(effects);
   std::vector<double> channels(effects.channel_count());
   result.effects.rows.reserve(total * channels.size());
+  FragmentsDriver fragments(simulation.effects());
+  const std::size_t ticks_between_looks =
+      fragments.is_on()
+          ? std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(fragments.every_s() * rate_hz)))
+          : 0;
+  const auto look = [&](double time_s) {
+    for (int i = 0; i < simulation.changed_count(); ++i) {
+      const Simulation::ChangedLeaf leaf = simulation.changed(i);
+      fragments.Change(leaf.index, std::span<const float, 512>(leaf.values, 512));
+    }
+    simulation.ClearChanged();
+    fragments.Look(time_s);
+  };
   const Clock::time_point start = Clock::now();
   for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
     const PathSegment& stretch = path.segments()[segment];
@@ -61,6 +75,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       record.touched = touched;
       X_WT = record.X_WT;
       result.ticks.push_back(record);
+      if (fragments.is_on() && result.ticks.size() % ticks_between_looks == 0) look(time_s);
       if (!channels.empty()) {
         effects.Report(channels);
         result.effects.TakeRow(channels);
@@ -73,7 +88,9 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   result.times = CalcTickTimes(std::move(times_us));
   result.removed_mm3_by_region = simulation.CalcRemovedByRegion();
   for (const double mm3 : result.removed_mm3_by_region) result.removed_mm3 += mm3;
+  if (fragments.is_on()) look(result.ticks.empty() ? 0 : result.ticks.back().time_s);
   result.heat = MakeHeatReport(simulation.effects(), result.ticks.empty() ? Pose{} : result.ticks.back().X_WT);
+  result.fragments = fragments.MakeReport(simulation.bone().materials());
   result.bone = std::move(simulation).TakeBone();
   return result;
 }

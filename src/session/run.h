@@ -10,6 +10,7 @@
 #include "scene/path.h"
 #include "scene/scene.h"
 #include "session/effect_record.h"
+#include "session/fragments_report.h"
 #include "session/heat_report.h"
 
 namespace kerf {
@@ -41,6 +42,7 @@ struct RunResult {
   TickTimes times;
   double wall_s = 0;  // of the ticks alone
   std::optional<HeatReport> heat;
+  std::optional<FragmentsReport> fragments;
 };
 
 /// Runs all ticks of `path`. `progress` gets 0..1; may be empty. Throws Error for parameters out of range.

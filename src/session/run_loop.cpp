@@ -322,6 +322,10 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   LoopClock& clock = options.virtual_time ? static_cast<LoopClock&>(stands_still) : monotonic;
   HapticLoop loop(body, device, clock, MakeLoopParams(scene.loop, options));
   BoneMirror mirror(std::move(copy), loop.leaves());
+  FragmentsDriver fragments(simulation.effects());
+  if (fragments.is_on()) {
+    mirror.set_listener([&](const LeafMessage& leaf) { fragments.Change(leaf.index, leaf.values); });
+  }
   Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, options.seconds * scene.loop.rate_hz, s);
   const auto stopped = [&] { return options.stop != nullptr && options.stop->load(); };
   const auto read = [&](double share) {
@@ -336,19 +340,30 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   };
   if (options.virtual_time) {
     const auto ticks = static_cast<std::int64_t>(std::llround(options.seconds * scene.loop.rate_hz));
+    const std::int64_t between_looks =
+        fragments.is_on() ? std::max<std::int64_t>(1, std::llround(fragments.every_s() * scene.loop.rate_hz)) : 0;
     std::int64_t done = 0;
     // Burnt time passes by ticks that are missed: the end is a moment, not a number of ticks.
     const std::int64_t end_ns = std::llround(1e9 * options.seconds);
     loop.RunHere(ticks, [&] {
       if (++done % 64 == 0) read(static_cast<double>(done) / static_cast<double>(ticks));
+      if (fragments.is_on() && done % between_looks == 0) {
+        s.leaves_sent += mirror.Update();
+        fragments.Look(static_cast<double>(done) * period_s);
+      }
       return stands_still.Now() < end_ns && !stopped();
     });
   } else {
     loop.Start();
+    double look_at_s = 0;
     began = std::chrono::steady_clock::now();  // locking the memory takes a while
     while (loop.running() && !stopped() && elapsed_s() < options.seconds) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      if (fragments.is_on()) loop.state().Update();  // what had been sent by then is read now
       read(elapsed_s() / options.seconds);
+      if (!fragments.is_on() || elapsed_s() < look_at_s) continue;
+      look_at_s = elapsed_s() + fragments.every_s();
+      fragments.Look(loop.state().front().sent_until_s, elapsed_s);
     }
     loop.Stop();
   }
@@ -356,6 +371,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   // The tool rests: what still waits goes out.
   while (loop.SendRest()) s.leaves_sent += mirror.Update();
   read(1);
+  fragments.Look(s.simulated_s);
 
   SummarizeLoop(loop, device, s);
   recorder.Finish(period_s);
@@ -369,6 +385,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     s.warnings.emplace_back("the tool was set down inside the bone; what its edge held there went at once");
   }
   s.heat = MakeHeatReport(simulation.effects(), s.moments.empty() ? X_WT_start : s.moments.back().X_WT);
+  s.fragments = fragments.MakeReport(mirror.bone().materials());
   TakeApart(std::move(simulation).TakeBone(), scene, options, show, s);
   return s;
 }

@@ -123,6 +123,7 @@ struct LoopSummary {
   std::size_t leaves_sent = 0;
   MaterialSummary material;
   std::optional<HeatReport> heat;
+  std::optional<FragmentsReport> fragments;
   EffectRecord effects;       // a row of it for each of the next
   std::vector<LoopRow> rows;  // every `forces_every_ticks`th
   // With `keep_bones`:
@@ -153,8 +154,8 @@ std::string FormatLoopCsv(const LoopSummary& summary);
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);
 /// report.md, loop.json, forces.csv, force.png, scene.toml (resolved) and, live, lateness.png in `folder`, made when
 /// missing; from a run with `keep_bones`, as the scene asks, also bone.vdb, piece_N.stl, before.png, after.png,
-/// cut.png, apart.png and heat.png. Results of an earlier loop in the same folder are replaced or removed. Fills
-/// `summary.files`.
+/// cut.png, apart.png, heat.png and fragments.png. Results of an earlier loop in the same folder are replaced or
+/// removed. Fills `summary.files`.
 void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
                      const std::function<void(const std::string&, double)>& progress = {});
 /// Throws Error when one of them would replace one of the run's own inputs.

@@ -88,12 +88,16 @@ Vec3 CalcOutward(const Bone& bone, const Vec3& p_W, const Vec3& normal) {
 
 }  // namespace
 
+bool IsOfPatient(const Scene& scene) {
+  return scene.bone.source == BoneSource::kFile || scene.bone.source == BoneSource::kMandible;
+}
+
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress) {
   std::vector<std::string> written;
   const Moments moments = FindMoments(run.ticks);
   const TickRecord& first = run.ticks[moments.any ? moments.first : 0];
   const TickRecord& peak = run.ticks[moments.any ? moments.peak : 0];
-  const bool patient = run.scene.bone.source == BoneSource::kFile || run.scene.bone.source == BoneSource::kMandible;
+  const bool patient = IsOfPatient(run.scene);
   const Tool tool = MakeTool(run.scene);
   const Camera overview = OverviewCamera(run.before, peak.X_WT.p_AB);
   const std::string name = run.scene.title.empty() ? run.scene.name : run.scene.title;
@@ -153,7 +157,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   cut = {};
   after = {};
 
-  if (run.pieces.size() > 1) {
+  if (run.apart && run.pieces.size() > 1) {
     PictureSpec apart = base(name + ": the pieces moved apart");
     constexpr double kGapMm = 6;
     for (const Bone& piece : run.pieces) {

@@ -21,11 +21,15 @@ struct RunPictures {
   const std::vector<Bone>& pieces;
   std::string folder;
   bool force_plot = true;  // of force against depth
+  bool apart = true;       // the pieces apart from each other
 };
 
 /// Writes before.png and after.png; cut.png and, if asked for, force.png when the saw met bone; apart.png when there is
 /// more than one piece. Returns their names.
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress);
+
+/// Whether the scene's bone lies as in a patient: orientation and captions go by it.
+bool IsOfPatient(const Scene& scene);
 
 /// Magnitude of the force against depth, a curve a stroke, over bands of the region that carries most of it.
 PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name);

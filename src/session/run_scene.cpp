@@ -71,8 +71,8 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
   std::vector<std::string> outputs;
   // Whatever the scene asks for: what it doesn't, an earlier run may have left, and is removed.
   for (const char* name : {"scene.toml", "forces.csv", "bone.vdb", "summary.json", "before.png", "after.png", "cut.png",
-                           "apart.png", "force.png", "heat.png", "slab.csv", "slab.png", "left.vdb", "slice.vdb",
-                           "right.vdb", "left.stl", "slice.stl", "right.stl"}) {
+                           "apart.png", "force.png", "heat.png", "fragments.png", "slab.csv", "slab.png", "left.vdb",
+                           "slice.vdb", "right.vdb", "left.stl", "slice.stl", "right.stl"}) {
     outputs.push_back(fmt::format("{}/{}", folder, name));
   }
   for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(fmt::format("{}/{}", folder, name));
@@ -127,6 +127,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.times = result.times;
   summary.voxel_mm = before.voxel_mm();
   summary.heat = std::move(result.heat);
+  summary.fragments = std::move(result.fragments);
   summary.bone_memory_MB = static_cast<double>(result.bone.CalcMemoryBytes()) / 1e6;
 
   const auto add_file = [&](const std::string& name) { summary.files.push_back(name); };
@@ -157,11 +158,17 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
     stage("taking the pieces apart")(static_cast<double>(i + 1) / static_cast<double>(split.pieces.size()));
   }
   if (scene.output.pictures) {
-    const RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
+    RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
+    pictures.apart = !summary.fragments;  // fragments.png shows that
     for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"))) add_file(name);
     if (summary.heat && summary.heat->section.columns > 0) {
       WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, folder + "/heat.png");
       add_file("heat.png");
+    }
+    if (summary.fragments &&
+        WriteFragmentsPicture(*summary.fragments, split.pieces, IsOfPatient(scene),
+                              scene.title.empty() ? scene.name : scene.title, folder + "/fragments.png")) {
+      add_file("fragments.png");
     }
   }
   summary.peak_memory_MB = PeakMemoryMB();
@@ -202,6 +209,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
   json["force"] = ForceJson(scene.force.name(), s.force);
   if (!s.effects.on.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);
+  if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, true);
   json["pieces"] = ordered_json::array();
   for (const PieceSummary& piece : s.pieces) {
     ordered_json row = {{"volume_mm3", piece.volume_mm3}, {"bounds", BoxJson(piece.bounds_W)}};

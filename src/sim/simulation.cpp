@@ -166,6 +166,18 @@ void Simulation::Refill() {
   state_->cutter.Refill();
 }
 
+int Simulation::changed_count() const {
+  return static_cast<int>(state_->field.changed().size());
+}
+Simulation::ChangedLeaf Simulation::changed(int i) const {
+  const LeafIndex& leaf = state_->field.changed()[static_cast<std::size_t>(i)];
+  const LeafIndex origin = state_->field.origin_leaf();
+  return {{origin.x + leaf.x, origin.y + leaf.y, origin.z + leaf.z}, state_->field.Read(leaf)};
+}
+void Simulation::ClearChanged() {
+  state_->field.ClearChanged();
+}
+
 bool Simulation::SetDown(const Pose& X_WT) {
   if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return false;
   state_->X_WT = state_->Local(X_WT);

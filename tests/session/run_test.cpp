@@ -123,6 +123,34 @@ TEST_F(Run, PicturesAreWrittenAndNamed) {
   }
 }
 
+TEST_F(Run, TellsOfTheFragmentsAndChangesNothing) {
+  const std::string plain = std::string(kScene) + "[output]\npieces = false\nbone = false\n";
+  const RunSummary without = RunScene(ParseScene(plain + "pictures = false\n", "scene.toml"), folder_, {});
+  EXPECT_FALSE(without.fragments.has_value());
+  const RunSummary with =
+      RunScene(ParseScene(plain + "[effects.fragments]\nevery_ms = 20\n", "scene.toml"), folder_, {});
+  EXPECT_EQ(with.hash_after, without.hash_after);
+  ASSERT_TRUE(with.fragments.has_value());
+  const FragmentsReport& report = *with.fragments;
+  ASSERT_EQ(report.events.size(), 1u);
+  // The rim passes the block's lower side, 3 mm below its middle, when the centre is 8 mm above it: after 0.35 s; and
+  // at the block's ends, 4 mm aside, R - sqrt(R^2 - 16) = 0.75 mm and 0.075 s later. A look is up to 0.02 s late.
+  EXPECT_GE(report.events[0].time_s, 0.42);
+  EXPECT_LE(report.events[0].time_s, 0.46);
+  ASSERT_EQ(report.found.pieces.size(), with.pieces.size());
+  for (std::size_t i = 0; i < with.pieces.size(); ++i) {
+    // By voxels and by the surface between them: half a voxel on each side at most, and far less on average.
+    EXPECT_NEAR(report.found.pieces[i].volume_mm3, with.pieces[i].volume_mm3, 0.05 * with.pieces[i].volume_mm3);
+  }
+  const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"));
+  EXPECT_EQ(json["fragments"]["events"][0]["time_s"], report.events[0].time_s);
+  EXPECT_EQ(json["fragments"]["events"][0]["piece"], 2);
+  EXPECT_EQ(json["effects"]["fragments"]["pieces"]["last"], 2);
+  // The picture takes the place of the one without the effect.
+  EXPECT_TRUE(fs::exists(folder_ + "/fragments.png"));
+  EXPECT_FALSE(fs::exists(folder_ + "/apart.png"));
+}
+
 TEST_F(Run, RetractedToolDoesNotCutOnItsWay) {
   // Two strokes that each stay above the bone; the straight way from the end of one to the start of the next goes
   // through it.
