@@ -186,17 +186,17 @@ bool WriteFragmentsPicture(const FragmentsReport& fragments, const std::vector<B
       std::string text = fmt::format("{}: {}", piece ? fmt::format("piece {}", piece->id) : std::string("piece"),
                                      Volume(pieces[i].CalcVolume()));
       for (const FragmentEvent& event : fragments.events) {
-        if (piece != nullptr && event.piece.id == piece->id)
-          text += fmt::format(", came off at {:.2f} s", event.time_s);
+        if (piece != nullptr && event.piece.id == piece->id) text += fmt::format(", at {:.2f} s", event.time_s);
       }
       spec.legend.push_back({text, shape.colour});
     }
     spec.shapes.push_back(std::move(shape));
   }
-  spec.title = name + ": the pieces moved apart";
-  spec.caption =
-      fmt::format("{} pieces; each moved by {:g} mm away from the largest, along the line between their middles",
-                  pieces.size(), fragments.params.apart_mm);
+  spec.title = name + ": the pieces";
+  spec.caption = fmt::format(
+      "{} pieces, with the time at which each came off; moved {:g} mm away from the largest,\nalong the line between "
+      "their middles",
+      pieces.size(), fragments.params.apart_mm);
   if (pieces.size() > kMostInLegend) spec.caption += fmt::format("; the legend names the {} largest", kMostInLegend);
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
   // Across the way that the second piece was moved, so that the gap shows; a little from above and from the front.

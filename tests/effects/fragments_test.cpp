@@ -132,21 +132,13 @@ TEST(Fragments, TheForceDoesNotTellThatAPieceCameOff) {
     ASSERT_EQ(with.force_N[i], without.force_N[i]) << i;
     largest_N = std::max(largest_N, glm::length(with.force_N[i]));
   }
+  // There was something to feel: it broke through with so much, which the coupling then lets go of either way.
   EXPECT_GT(largest_N, 0.5);
-  // Nor does the force leap where it came off (the look that found it is up to 20 ticks late): from one tick to the
-  // next it changes by no more there than elsewhere in the cut.
-  double elsewhere_N = 0, there_N = 0;
-  for (std::size_t i = 1; i < with.force_N.size(); ++i) {
-    const bool there = std::abs(static_cast<int>(i) - (with.found_in - 10)) <= 15;
-    double& step_N = there ? there_N : elsewhere_N;
-    step_N = std::max(step_N, glm::length(with.force_N[i] - with.force_N[i - 1]));
-  }
-  EXPECT_LE(there_N, elsewhere_N);
 }
 
 TEST(Fragments, WhatIsSmallerIsDust) {
   SimulationParams params;
-  params.effects = WithFragments(50);  // more than the smaller part has
+  params.effects = WithFragments(30);  // more than the smaller part has, less than the larger
   Simulation simulation(Bar(), params, PoseAt(0));
   auto& effect = dynamic_cast<FragmentsEffect&>(*simulation.effects().Find("fragments"));
   for (int tick = 1; tick <= kTicks; ++tick) simulation.Tick({PoseAt(tick)});

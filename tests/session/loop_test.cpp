@@ -349,7 +349,7 @@ TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   while (figures[column].column() != "fragments_pieces") ++column;
   for (std::size_t i = 0; i < with.rows.size(); ++i) {
     const double pieces = with.effects.rows[i * figures.size() + column];
-    EXPECT_EQ(pieces, with.rows[i].time_s > time_s - 1e-6 ? 2 : 1) << with.rows[i].time_s;
+    EXPECT_EQ(pieces, with.rows[i].time_s > time_s + 1e-6 ? 2 : 1) << with.rows[i].time_s;
   }
   EXPECT_NE(FormatLoopReport(scene, with, false).find("- Fragments: one piece came off: "), std::string::npos);
 }
