@@ -47,10 +47,11 @@ const EffectInfo& Fragments() {
       .state = "connected parts of each leaf that holds bone: some 130 bytes a leaf, 4 for each leaf of the bone's box",
       .sleeps = "in the tick always; while nothing is cut a look is one comparison",
       .hooks = kEffectEnd,
-      .parameters = {{"dust_mm3", 1.0, 0, 1e6,
-                      "a smaller piece is dust: counted, no event (preset: output.smallest_piece_mm3)"},
-                     {"every_ms", 50.0, 1, 10000, "between two looks at what was cut"},
-                     {"apart_mm", 6.0, 0, 1000, "in fragments.png: pieces are drawn so far away from the largest"}},
+      .parameters =
+          {{"dust_mm3", 1.0, 0, 1e6,
+            "what is smaller is dust: counted, told by no event; an assumption, as smallest_piece_mm3 of [output]"},
+           {"every_ms", 50.0, 1, 10000, "between two looks at what was cut"},
+           {"apart_mm", 6.0, 0, 1000, "in fragments.png: pieces are drawn so far away from the largest"}},
       .channels = {{"pieces", "of at least dust_mm3, as found last"}, {"crumbs", "smaller ones, likewise"}},
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         FragmentsParams params;
