@@ -22,6 +22,7 @@ LIBRARIES = [
     ("cli", re.compile(r"^CLI/")),
     ("hwy", re.compile(r"^hwy/")),
     ("embree", re.compile(r"^embree3/")),
+    ("sndfile", re.compile(r"^sndfile\.h")),
     ("json", re.compile(r"^nlohmann/")),
     # Free to all.
     ("", re.compile(r"^(glm|fmt)/")),

@@ -14,7 +14,8 @@
   EFFECT(ToothVibration)     \
   EFFECT(Heat)               \
   EFFECT(Structures)         \
-  EFFECT(Fragments)
+  EFFECT(Fragments)          \
+  EFFECT(Sound)
 // clang-format on
 
 namespace kerf {

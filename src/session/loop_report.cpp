@@ -377,6 +377,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   };
   WriteTextFile(add("scene.toml"), ResolvedToml(scene));
   WriteTextFile(add("forces.csv"), FormatLoopCsv(summary));
+  for (const std::string& name : summary.effect_files.Write(folder)) files.push_back(name);
   if (!summary.virtual_time && !summary.lateness_bars.empty())
     WritePlot(MakeLatenessPlot(summary), add("lateness.png"));
   if (!summary.rows.empty()) WritePlot(MakeForcePlot(summary), add("force.png"));
@@ -411,6 +412,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
 void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
   std::vector<std::string> outputs;
   for (const char* name : kFiles) outputs.push_back(fmt::format("{}/{}", folder, name));
+  for (const std::string& name : EffectFiles::Names()) outputs.push_back(fmt::format("{}/{}", folder, name));
   for (const std::string& name : ReadEarlierResults(folder, "loop.json")) {
     outputs.push_back(fmt::format("{}/{}", folder, name));
   }

@@ -36,6 +36,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   Simulation simulation(std::move(bone), params, path.CalcPose(0, 0));
   const EffectPlan& effects = std::as_const(simulation).effects();
   result.effects = EffectRecord(effects);
+  result.files = EffectFiles(effects, total);
   std::vector<double> channels(effects.channel_count());
   result.effects.rows.reserve(total * channels.size());
   FragmentsDriver fragments(simulation.effects());
@@ -62,10 +63,11 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
     const std::size_t count = path.CountTicks(segment, rate_hz);
     for (std::size_t k = 1; k <= count; ++k) {
       const double end_s = std::min(stretch.start_s + static_cast<double>(k) / rate_hz, stretch.end_s);
+      const double dt_s = end_s - time_s;
       TickRecord record;
       record.X_WT = path.CalcPose(segment, end_s);
       const Clock::time_point before = Clock::now();
-      record.out = simulation.Tick({record.X_WT, end_s - time_s, rpm});
+      record.out = simulation.Tick({record.X_WT, dt_s, rpm});
       times_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - before).count());
       touched = touched || record.out.engaged_teeth > 0;
       if (touched) travel_mm += glm::length(record.X_WT.p_AB - X_WT.p_AB);
@@ -79,6 +81,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       if (!channels.empty()) {
         effects.Report(channels);
         result.effects.TakeRow(channels);
+        result.files.Take(dt_s, channels);
       }
       if (k % kTicksBetweenRefills == 0) simulation.Refill();
       if (progress && k % 64 == 0) progress(static_cast<double>(result.ticks.size()) / static_cast<double>(total));

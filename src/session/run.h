@@ -9,6 +9,7 @@
 #include "kerf/simulation.h"
 #include "scene/path.h"
 #include "scene/scene.h"
+#include "session/effect_files.h"
 #include "session/effect_record.h"
 #include "session/fragments_report.h"
 #include "session/heat_report.h"
@@ -43,6 +44,7 @@ struct RunResult {
   double wall_s = 0;  // of the ticks alone
   std::optional<HeatReport> heat;
   std::optional<FragmentsReport> fragments;
+  EffectFiles files;
 };
 
 /// Runs all ticks of `path`. `progress` gets 0..1; may be empty. Throws Error for parameters out of range.

@@ -10,6 +10,7 @@
 #include "haptics/haptic_loop.h"
 #include "kerf/bone.h"
 #include "scene/scene.h"
+#include "session/effect_files.h"
 #include "session/effect_record.h"
 #include "session/heat_report.h"
 #include "session/loop_setup.h"
@@ -124,6 +125,7 @@ struct LoopSummary {
   MaterialSummary material;
   std::optional<HeatReport> heat;
   std::optional<FragmentsReport> fragments;
+  EffectFiles effect_files;
   EffectRecord effects;       // a row of it for each of the next
   std::vector<LoopRow> rows;  // every `forces_every_ticks`th
   // With `keep_bones`:
@@ -154,8 +156,8 @@ std::string FormatLoopCsv(const LoopSummary& summary);
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);
 /// report.md, loop.json, forces.csv, force.png, scene.toml (resolved) and, live, lateness.png in `folder`, made when
 /// missing; from a run with `keep_bones`, as the scene asks, also bone.vdb, piece_N.stl, before.png, after.png,
-/// cut.png, apart.png, heat.png and fragments.png. Results of an earlier loop in the same folder are replaced or
-/// removed. Fills `summary.files`.
+/// cut.png, apart.png, heat.png and fragments.png; what its effects leave (EffectFiles). Results of an earlier loop in
+/// the same folder are replaced or removed. Fills `summary.files`.
 void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
                      const std::function<void(const std::string&, double)>& progress = {});
 /// Throws Error when one of them would replace one of the run's own inputs.

@@ -75,6 +75,7 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
                            "slice.vdb", "right.vdb", "left.stl", "slice.stl", "right.stl"}) {
     outputs.push_back(fmt::format("{}/{}", folder, name));
   }
+  for (const std::string& name : EffectFiles::Names()) outputs.push_back(fmt::format("{}/{}", folder, name));
   for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(fmt::format("{}/{}", folder, name));
   // How many pieces there will be is not known yet.
   std::error_code none;
@@ -135,6 +136,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   add_file("scene.toml");
   WriteTextFile(folder + "/forces.csv", FormatForceLog(result.ticks, scene.output.forces_every_ticks, &result.effects));
   add_file("forces.csv");
+  for (const std::string& name : result.files.Write(folder)) add_file(name);
   if (scene.output.bone) {
     result.bone.set_note("cut_by_scene", scene.name);
     WriteBone(result.bone, folder + "/bone.vdb");

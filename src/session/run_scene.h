@@ -61,9 +61,9 @@ struct RunSummary {
 using RunProgress = std::function<void(const std::string& stage, double fraction)>;
 
 /// Runs `scene` and writes into `folder` (made when missing): forces.csv, scene.toml (resolved), and, as the scene
-/// asks: bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png, heat.png, fragments.png;
-/// summary.json last. Results of an earlier run in the same folder, by the list in its summary.json, are replaced or
-/// removed. Throws Error.
+/// asks: bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png, heat.png, fragments.png; what its
+/// effects leave (EffectFiles); summary.json last. Results of an earlier run in the same folder, by the list in its
+/// summary.json, are replaced or removed. Throws Error.
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress);
 
 /// The files that a run of the scene reads; some may be "".

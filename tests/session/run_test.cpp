@@ -1,8 +1,11 @@
 #include "session/run.h"
 
 #include <gtest/gtest.h>
+#include <sndfile.h>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -96,6 +99,47 @@ TEST_F(Run, CutsABlockInTwoAndItsFilesAgreeWithEachOther) {
   const RunSummary again = RunScene(resolved, folder_ + "/again", {});
   EXPECT_EQ(again.hash_after, summary.hash_after);
   EXPECT_EQ(again.force.peak_N, summary.force.peak_N);
+}
+
+TEST_F(Run, IsHeard) {
+  // The disc comes down from 0.5 mm above the bone: idle first, then louder in the cut.
+  const Scene scene =
+      ParseScene(std::string(kScene) + "[output]\npictures = false\nbone = false\npieces = false\n[effects.sound]\n",
+                 "scene.toml");
+  const RunSummary summary = RunScene(scene, folder_, {});
+  EXPECT_NE(std::find(summary.files.begin(), summary.files.end(), "sound.wav"), summary.files.end());
+  SF_INFO info{};
+  SNDFILE* file = sf_open((folder_ + "/sound.wav").c_str(), SFM_READ, &info);
+  ASSERT_NE(file, nullptr);
+  EXPECT_EQ(info.samplerate, 48000);
+  EXPECT_EQ(info.channels, 1);
+  EXPECT_EQ(info.frames, 48 * (850 + 10));
+  std::vector<float> x(static_cast<std::size_t>(info.frames));
+  EXPECT_EQ(sf_read_float(file, x.data(), info.frames), info.frames);
+  sf_close(file);
+  float largest = 0;
+  for (const float v : x) largest = std::max(largest, std::abs(v));
+  EXPECT_LE(largest, 0.9F);
+  const auto line = [&](double hz, std::size_t begin, std::size_t count) {
+    std::complex<double> sum = 0;
+    for (std::size_t i = begin; i < begin + count; ++i)
+      sum += static_cast<double>(x[i]) * std::polar(1.0, -2 * std::acos(-1.0) * hz * static_cast<double>(i) / 48000);
+    return 2 * std::abs(sum) / static_cast<double>(count);
+  };
+  // 24 teeth at 125 Hz: bins of 10 Hz, whole periods of all lines. The noise has some thousandths in a bin.
+  EXPECT_GT(line(125, 19200, 4800 * 2), 0.05);
+  EXPECT_GT(line(3000, 19200, 4800 * 2), 0.03);
+  EXPECT_LT(line(3070, 19200, 4800 * 2), 0.01);
+  EXPECT_GT(line(125, 19200, 4800 * 2), 1.2 * line(125, 480, 480 * 4));
+  EXPECT_LT(line(3000, 480, 480 * 4), 1e-4);
+  // The same run gives the same bytes; one without the effect leaves no file of an earlier one.
+  const std::string bytes = ReadTextFile(folder_ + "/sound.wav");
+  RunScene(scene, folder_, {});
+  EXPECT_EQ(ReadTextFile(folder_ + "/sound.wav"), bytes);
+  const Scene silent =
+      ParseScene(std::string(kScene) + "[output]\npictures = false\nbone = false\npieces = false\n", "scene.toml");
+  RunScene(silent, folder_, {});
+  EXPECT_FALSE(fs::exists(folder_ + "/sound.wav"));
 }
 
 TEST_F(Run, WorkIsTheForceAlongThePath) {

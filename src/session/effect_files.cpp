@@ -1,0 +1,50 @@
+#include "session/effect_files.h"
+
+#include "audio/wav.h"
+#include "effects/plan.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kFramesAtOnce = 256;
+constexpr float kFade_s = 0.01F;  // at the end: a tone that is cut off clicks
+
+}  // namespace
+
+EffectFiles::EffectFiles(const EffectPlan& plan, std::size_t ticks) : tone_(plan) {
+  if (tone_.any()) tones_.reserve(ticks);
+}
+
+void EffectFiles::Take(double dt_s, std::span<const double> channels) {
+  if (tone_.any()) tones_.push_back(tone_.Read(dt_s, channels));
+}
+
+std::vector<std::string> EffectFiles::Write(const std::string& folder) const {
+  std::vector<std::string> written;
+  if (!tones_.empty()) {
+    WriteSound(folder + "/sound.wav");
+    written.emplace_back("sound.wav");
+  }
+  return written;
+}
+
+const std::vector<std::string>& EffectFiles::Names() {
+  static const std::vector<std::string> kNames{"sound.wav"};
+  return kNames;
+}
+
+void EffectFiles::WriteSound(const std::string& path) const {
+  Tone tone(tone_.tone(), tone_.teeth());
+  std::size_t done = 0;
+  WriteWav(path, tone_.tone().rate_Hz, [&](std::vector<float>& samples) {
+    for (std::size_t i = 0; i < kFramesAtOnce && done < tones_.size(); ++i) tone.Render(tones_[done++], samples);
+    if (done < tones_.size()) return true;
+    ToneFrame silence;
+    silence.dt_s = kFade_s;
+    silence.spindle_Hz = tones_.back().spindle_Hz;
+    tone.Render(silence, samples);
+    return false;
+  });
+}
+
+}  // namespace kerf
