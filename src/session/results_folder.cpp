@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "files/files.h"
 
@@ -18,7 +20,8 @@ std::vector<std::string> ReadEarlierResults(const std::string& folder, const std
     if (!file.is_string()) continue;
     const std::filesystem::path name(file.get<std::string>());
     const std::string extension = name.extension().string();
-    const bool result = extension == ".png" || extension == ".stl" || extension == ".vdb" || extension == ".csv";
+    constexpr std::string_view kResults[] = {".png", ".stl", ".vdb", ".csv", ".wav"};
+    const bool result = std::find(std::begin(kResults), std::end(kResults), extension) != std::end(kResults);
     if (result && name == name.filename()) names.push_back(name.string());
   }
   return names;
