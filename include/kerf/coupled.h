@@ -163,6 +163,15 @@ class CoupledSimulation {
   ChangedLeaf changed(int i) const;
   void ClearChanged();
 
+  // ---- between ticks, tick-safe: bone is taken out and put back (src/coupled/take_out.h)
+  /// Whether nothing in the box is so near that a change of it could be felt within a tick.
+  bool IsClearOf(const Box3& bounds_W) const;
+  /// Where the leaf's values (512) are `from` they become `to`; what was cut since stays cut. False, and nothing done,
+  /// when no leaf is left for it.
+  bool Replace(const std::array<int, 3>& index, const float* from, const float* to);
+  /// By region; below 0: put back. It is not counted as removed.
+  void AddTakenOut(const std::array<double, 256>& mm3, double sign);
+
   // ---- not in the tick
   /// Sets spare leaves aside again, as many as at the start. A long cut that the start did not allow for needs it, or
   /// the tool stops before uncut bone (kCoupledLeavesUsedUp) and waits.
@@ -171,7 +180,7 @@ class CoupledSimulation {
   /// What they keep and give (src/effects/plan.h). Tick-safe to read.
   const EffectPlan& effects() const;
   EffectPlan& effects();
-  /// Volume gone since the start by region, mm^3, exactly bone().CalcVolume()'s loss.
+  /// Volume cut since the start by region, mm^3: exactly bone().CalcVolume()'s loss, but for what was taken out.
   std::array<double, 256> CalcRemovedByRegion();
   const Bone& bone();  // as it is now, without what the slab's law passed and had not removed yet
   Bone TakeBone() &&;

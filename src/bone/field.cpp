@@ -283,6 +283,27 @@ float* BoneField::Write(const LeafIndex& leaf) {
   return const_cast<float*>(values);  // of a tree that this field may change
 }
 
+float* BoneField::Open(const LeafIndex& leaf) {
+  State& s = *state_;
+  if (kind(leaf) != LeafKind::kOutside) return Write(leaf);
+  const LeafIndex low = lowest(), high = highest();
+  const bool in_box =
+      leaf.x >= low.x && leaf.y >= low.y && leaf.z >= low.z && leaf.x <= high.x && leaf.y <= high.y && leaf.z <= high.z;
+  // A node that holds a leaf has room for its neighbours without asking for memory.
+  if (!in_box || s.spare.empty() ||
+      s.tree.probeNode<FloatTree::RootNodeType::ChildNodeType::ChildNodeType>(OriginOf(leaf + s.origin)) == nullptr) {
+    return nullptr;
+  }
+  FloatLeaf* own = s.spare.back().release();
+  s.spare.pop_back();
+  own->setOrigin(OriginOf(leaf + s.origin));
+  own->buffer().fill(s.band);
+  s.tree.addLeaf(own);
+  s.phi.table.Set(s.table().Find(leaf), own->buffer().data());
+  ++s.own_leaves;
+  return Write(leaf);
+}
+
 float* BoneField::OwnValues(const LeafIndex& leaf) {
   const float* values = Read(leaf);
   if (values == state_->outside || values == state_->inside) return nullptr;

@@ -70,6 +70,9 @@ class BoneField {
   /// The leaf's own values to write to, null when the spare leaves are used up or the leaf is outside. Marks it
   /// changed.
   float* Write(const LeafIndex& leaf);
+  /// As Write(), but a leaf outside takes a spare one too: bone comes back to where it was. Null when there is none,
+  /// and beyond the bone's box.
+  float* Open(const LeafIndex& leaf);
   /// The leaf's own values, null unless its kind is kOwn. Who changes them calls Write() too.
   float* OwnValues(const LeafIndex& leaf);
   /// Leaves marked since the last ClearChanged(), each once, in the order of the first mark.

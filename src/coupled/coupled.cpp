@@ -458,7 +458,9 @@ EffectPlan& CoupledSimulation::effects() {
 }
 std::array<double, 256> CoupledSimulation::CalcRemovedByRegion() {
   state_->FinishPath();
-  return state_->cutter.CalcRemovedByRegion();
+  std::array<double, 256> mm3 = state_->cutter.CalcRemovedByRegion();
+  for (std::size_t id = 0; id < mm3.size(); ++id) mm3[id] -= state_->taken_out_mm3[id];
+  return mm3;
 }
 const Bone& CoupledSimulation::bone() {
   state_->FinishPath();

@@ -126,7 +126,8 @@ struct CoupledSimulation::State {
   double effects_mJ = 0;        // of it, in springs of effects
   std::size_t first_guide = 0;  // of the problem's solids
   std::size_t first_of_effects = 0;
-  CoupledOutput last;     // what the last tick gave
+  CoupledOutput last;  // what the last tick gave
+  std::array<double, 256> taken_out_mm3{};
   double reserve_mJ = 0;  // lost so far and not given back: what a push-out may take (push_out.h)
 };
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "bone/piece_removal.h"
 #include "removal/edge_leaves.h"
 #include "removal/ledger.h"
 #include "removal/sweep.h"
@@ -76,6 +77,27 @@ Cutter::Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxe
 Cutter::~Cutter() = default;
 Cutter::Cutter(Cutter&&) noexcept = default;
 Cutter& Cutter::operator=(Cutter&&) noexcept = default;
+
+bool Cutter::Replace(const LeafIndex& leaf, const float* from, const float* to) {
+  State& s = *state_;
+  const BoneField::LeafKind kind = s.field.kind(leaf);
+  const LeafIndex low = s.field.lowest(), high = s.field.highest();
+  if (leaf.x < low.x || leaf.y < low.y || leaf.z < low.z || leaf.x > high.x || leaf.y > high.y || leaf.z > high.z) {
+    return false;
+  }
+  if (kind != BoneField::LeafKind::kOwn && s.field.spare_leaves() == 0) return false;
+  const bool is_pure = kind == BoneField::LeafKind::kInside;
+  if (!s.ledger.IsNoted(leaf)) {
+    if (!is_pure && !s.ledger.HasRoom()) return false;
+    std::copy_n(s.field.Read(leaf), BoneField::kLeafVoxels, s.values.begin());
+    if (s.field.Open(leaf) == nullptr) return false;
+    s.ledger.Note(leaf, is_pure ? nullptr : s.values.data());
+  }
+  float* now = s.field.Open(leaf);
+  if (now == nullptr) return false;
+  for (int i = 0; i < BoneField::kLeafVoxels; ++i) now[i] = ReplaceValue(now[i], from[i], to[i]);
+  return true;
+}
 
 void Cutter::Lift() {
   state_->X_last.reset();

@@ -48,6 +48,10 @@ class Cutter {
   /// Cuts from X_from to X_to, which must be near each other: CountSubsteps(). Tick-safe.
   Result Cut(const Pose& X_from, const Pose& X_to);
 
+  /// Gives a leaf other values: where it is `from`, `to`; what was cut since stays cut (bone/piece_removal.h). Counts
+  /// as loss of the bone, or gain. False, and nothing done, when no leaf is left for it. Tick-safe.
+  bool Replace(const LeafIndex& leaf, const float* from, const float* to);
+
   /// The tool is taken away; the next cut may begin anywhere. Tick-safe.
   void Lift();
 

@@ -81,16 +81,17 @@ const std::array<double, 256>& Ledger::Account() {
 }
 
 void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlock& now) {
-  // Only a cell that has lost a corner's worth and that the surface passes through before or after has changed: of its
-  // corners one was inside, one is outside now, and one has changed. Most cells of the band fail that.
+  // Only a cell that has lost or gained a corner's worth and that the surface passes through before or after has
+  // changed: of its corners one was inside, one is outside now, and one has changed; or, where bone came back, one was
+  // outside and one is inside. Most cells of the band fail that.
   constexpr int kEdge = CellBlock::kEdge;
   constexpr int kCount = kEdge * kEdge * kEdge;
   std::array<std::uint8_t, kCount> flags;
   for (int i = 0; i < kCount; ++i) {
     const float was = old.data()[i];
     const float is = now.data()[i];
-    flags[static_cast<std::size_t>(i)] =
-        static_cast<std::uint8_t>((was < 0 ? 1 : 0) | (is >= 0 ? 2 : 0) | (is != was ? 4 : 0));
+    flags[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(
+        (was < 0 ? 1 : 0) | (is >= 0 ? 2 : 0) | (is != was ? 4 : 0) | (was >= 0 ? 8 : 0) | (is < 0 ? 16 : 0));
   }
   for (const int stride : {1, kEdge, kEdge * kEdge}) {
     for (int i = 0; i + stride < kCount; ++i) {
@@ -104,7 +105,8 @@ void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlo
     for (int y = 0; y < 8; ++y) {
       for (int z = 0; z < 8; ++z) {
         const int cell = (x * kEdge + y) * kEdge + z;
-        if (flags[static_cast<std::size_t>(cell)] != 7) continue;
+        const unsigned flag = flags[static_cast<std::size_t>(cell)];
+        if ((flag & 7U) != 7U && (flag & 28U) != 28U) continue;
         const double share = CalcCellShare(old.Corners(x, y, z)) - CalcCellShare(now.Corners(x, y, z));
         const Vec3 centre = h * (Vec3(8 * owner.x + x, 8 * owner.y + y, 8 * owner.z + z) + 0.5);
         removed_mm3_[static_cast<std::size_t>(std::clamp(field_.RegionAt(centre), 0, 255))] += share * h * h * h;

@@ -44,7 +44,9 @@ const EffectInfo& Fragments() {
       .source = "connected voxels, by shared faces",
       .reads = "changed leaves of the bone, between ticks",
       .writes = "events: a piece came off; nothing that is felt",
-      .state = "connected parts of each leaf that holds bone: some 130 bytes a leaf, 4 for each leaf of the bone's box",
+      .state =
+          "connected parts of each leaf that holds bone: some 150 bytes a leaf, 4 for each leaf of the bone's box; 29 "
+          "MB for a mandible at 0.1 mm",
       .sleeps = "in the tick always; while nothing is cut a look is one comparison",
       .hooks = kEffectEnd,
       .parameters =

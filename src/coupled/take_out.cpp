@@ -1,0 +1,68 @@
+#include "coupled/take_out.h"
+
+#include <algorithm>
+
+#include "coupled/state.h"
+
+namespace kerf {
+namespace {
+
+// The lists of leaves near the edge look ahead by a leaf or 1 mm, and by the band; one more of each.
+constexpr double kClearVoxels = 24;
+constexpr double kClear_mm = 2;
+
+}  // namespace
+
+bool CoupledSimulation::IsClearOf(const Box3& bounds_W) const {
+  const State& s = *state_;
+  const double reach_mm = s.shape.reach_mm + kClearVoxels * s.h + kClear_mm;
+  const auto is_clear = [&](const Pose& X) {
+    const Vec3 p_W = s.World(X).p_AB;
+    return glm::length(p_W - glm::clamp(p_W, bounds_W.lower, bounds_W.upper)) > reach_mm;
+  };
+  return !s.slab.active() && is_clear(s.X_WT);
+}
+
+bool CoupledSimulation::Replace(const std::array<int, 3>& index, const float* from, const float* to) {
+  const LeafIndex origin = state_->field.origin_leaf();
+  return state_->cutter.Replace({index[0] - origin.x, index[1] - origin.y, index[2] - origin.z}, from, to);
+}
+
+void CoupledSimulation::AddTakenOut(const std::array<double, 256>& mm3, double sign) {
+  for (std::size_t id = 0; id < mm3.size(); ++id) state_->taken_out_mm3[id] += sign * mm3[id];
+}
+
+void TakeOut::Leave() {
+  if (place_ != PiecePlace::kOut) place_ = PiecePlace::kLeaving;
+}
+void TakeOut::Come() {
+  if (place_ != PiecePlace::kHeld) place_ = PiecePlace::kComing;
+}
+
+bool TakeOut::Step(CoupledSimulation& simulation, std::size_t leaves) {
+  waits_for_tool_ = waits_for_leaves_ = false;
+  if (place_ == PiecePlace::kHeld || place_ == PiecePlace::kOut) return true;
+  if (!simulation.IsClearOf(removal_.bounds_W)) {
+    waits_for_tool_ = true;
+    return false;
+  }
+  const bool leaving = place_ == PiecePlace::kLeaving;
+  const std::size_t end = leaving ? removal_.leaves.size() : 0;
+  for (std::size_t n = 0; n < leaves && out_ != end; ++n) {
+    const LeafChange& change = removal_.leaves[leaving ? out_ : out_ - 1];
+    const float* with = change.with.data();
+    const float* without = change.without.data();
+    if (!simulation.Replace(change.index, leaving ? with : without, leaving ? without : with)) {
+      waits_for_leaves_ = true;
+      return false;
+    }
+    out_ = leaving ? out_ + 1 : out_ - 1;
+  }
+  if (out_ != end) return false;
+  if (counted_ != leaving) simulation.AddTakenOut(removal_.mm3, leaving ? 1 : -1);
+  counted_ = leaving;
+  place_ = leaving ? PiecePlace::kOut : PiecePlace::kHeld;
+  return true;
+}
+
+}  // namespace kerf
