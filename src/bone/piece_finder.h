@@ -57,7 +57,8 @@ class PieceFinder {
 
   /// The region that has the most of a piece, by a voxel of each of its leaves; 0: none. As found last.
   int FindMainRegion(int id) const;
-  /// Calls visit(leaf, voxels) for the leaves of a piece, as found last; a leaf may come more than once.
+  /// Calls visit(leaf, voxels) for the leaves of a piece (0: of all dust), as found last; a leaf may come more than
+  /// once.
   void ForEachLeaf(int id, const std::function<void(const std::array<int, 3>&, const LeafMask&)>& visit) const;
   double dust_mm3() const;
   std::size_t CalcMemoryBytes() const;

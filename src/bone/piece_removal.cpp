@@ -53,7 +53,8 @@ bool IsIn(const LeafMask& mask, int x, int y, int z) {
 }  // namespace
 
 PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int id) {
-  if (finder.found().At(id) == nullptr) throw Error(fmt::format("there is no piece {}", id));
+  if (id == kAllDust && finder.found().dust_count == 0) throw Error("there is no dust");
+  if (id != kAllDust && finder.found().At(id) == nullptr) throw Error(fmt::format("there is no piece {}", id));
   std::map<Index3, LeafMask> own;
   finder.ForEachLeaf(id, [&](const Index3& index, const LeafMask& mask) {
     LeafMask& sum = own.try_emplace(index, LeafMask{}).first->second;

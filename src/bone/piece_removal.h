@@ -25,6 +25,8 @@ struct PieceRemoval {
   std::array<double, 256> mm3{};   // of it, by region
 };
 
+inline constexpr int kAllDust = 0;  // in the place of a piece's number: all that is too small for one
+
 /// Of a piece as the finder found it in this bone, or in one that was the same but for leaves told to it. Values change
 /// where the piece is, and outside of the bone where it was what was near: the surface of what is left stays as it is
 /// to the bit, but where both touch by an edge or a corner. Throws Error when there is no such piece. Not for the tick:

@@ -181,6 +181,23 @@ TEST_F(TakeOutTest, WhereThePieceWasThereIsNothingToFeel) {
   EXPECT_EQ(simulation_->bone().CalcHash(), with_piece.bone().CalcHash());
 }
 
+TEST_F(TakeOutTest, AllDustGoesAtOnce) {
+  const Bone whole = simulation_->bone();
+  const Pieces split = SplitPieces(whole, 110);  // the smaller part has 4.8 x 5 x 4 mm, the larger 6.9 x 5 x 4
+  ASSERT_EQ(split.pieces.size(), 1u);
+  finder_.emplace(whole, 110);
+  ASSERT_GE(finder_->found().dust_count, 1u);
+  const PieceRemoval removal = MakePieceRemoval(whole, *finder_, kAllDust);
+  TakeOut out(removal);
+  out.Leave();
+  Run(out);
+  Tell();
+  EXPECT_EQ(finder_->found().dust_count, 0u);
+  EXPECT_EQ(finder_->found().pieces.size(), 1u);
+  EXPECT_NEAR(simulation_->bone().CalcVolume(), split.pieces[0].CalcVolume(), 1e-9);
+  EXPECT_THROW(MakePieceRemoval(simulation_->bone(), *finder_, kAllDust), std::exception);
+}
+
 TEST_F(TakeOutTest, ThereIsNoPieceOfThatNumber) {
   EXPECT_THROW(MakePieceRemoval(simulation_->bone(), *finder_, 3), std::exception);
 }
