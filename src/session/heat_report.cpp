@@ -78,9 +78,10 @@ std::string DescribeHeat(const HeatReport& heat) {
   const HeatFigures& f = heat.figures;
   return fmt::format(
       "peak {:.1f} C ({}), {:.1f} s at 47 C and above; dose up to {:.3g} min at 43 C; past 47 C for 1 min {:.3g} mm3, "
-      "past 16 min {:.3g} mm3; {:.3g} J into the bone{}",
+      "past 16 min {:.3g} mm3; {:.3g} J into the bone{}{}",
       f.peak_C, heat.params.grid.irrigation_W_per_m2K > 0 ? "irrigated" : "dry", f.above_47_s, f.cem43_min,
       f.past_47_mm3, f.past_dose_mm3, 1e-3 * heat.balance_mJ.put_in,
+      heat.balance_mJ.steam > 0 ? fmt::format(", {:.2g} J of it off as steam", 1e-3 * heat.balance_mJ.steam) : "",
       f.full ? "; max_MB was used up: less was followed than was warm" : "");
 }
 
@@ -100,9 +101,12 @@ nlohmann::ordered_json HeatJson(const HeatReport& heat) {
           {"balance_mJ",
            {{"put_in", b.put_in},
             {"stored", b.stored + b.waiting},
+            {"chilled", b.chilled},
+            {"rewarmed", b.rewarmed},
             {"perfusion", b.perfusion},
             {"irrigation", b.irrigation},
             {"air", b.air},
+            {"steam", b.steam},
             {"chips", b.chips},
             {"no_room", b.no_room}}}};
 }

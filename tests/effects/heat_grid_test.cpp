@@ -36,6 +36,7 @@ HeatGridParams OnlyConduction(double spacing_mm) {
   params.max_MB = 64;
   params.perfusion_mL_per_min_kg = 0;
   params.air_W_per_m2K = 0;
+  params.water_mg_per_mm3 = 0;
   params.longest_frame_s = 10;
   return params;
 }
@@ -60,8 +61,7 @@ double CalcError(const Heated& heated, const std::vector<Vec3>& points,
 
 void ExpectBalance(const HeatGrid& grid, double share) {
   const HeatBalance b = grid.CalcBalance();
-  const double out = b.stored + b.waiting + b.perfusion + b.irrigation + b.air + b.chips + b.no_room;
-  EXPECT_NEAR(out, b.put_in, share * b.put_in);
+  EXPECT_NEAR(b.CalcRest(), 0, share * b.put_in);
 }
 
 // T = E / (rho c (4 pi alpha t)^(3/2)) exp(-r^2 / (4 alpha t)), Carslaw and Jaeger 1959, 10.2.
@@ -247,6 +247,50 @@ TEST(HeatGrid, CoolantTakesWhatNewtonsLawSays) {
   // Nine nodes within 0.61 mm lie in the wet cylinder, each with 0.16 mm2 of face.
   const double expected_mW = 9 * 0.16 * U * (rise + 37 - params.coolant_C);
   EXPECT_NEAR((heated.grid.CalcBalance().irrigation - before) / heated.grid.frame_s() / expected_mW, 1, 0.02);
+}
+
+// A cell by itself: heat up to 100 C, then water, then more heat; what boils off is no more than there is.
+TEST(HeatGrid, WaterBoilsOffAt100CUntilItIsGone) {
+  HeatGridParams params = OnlyConduction(0.4);
+  params.water_mg_per_mm3 = 0.1;
+  Heated heated(test::MakeBox(Pose{}, Vec3(0.4), 0.05), params);
+  const double cell_mm3 = std::pow(0.4, 3);
+  const double to_100_mJ = 63 * CalcCapacity(params) * cell_mm3;
+  const double water_mJ = 0.1 * 2257 * cell_mm3;
+  struct Put {
+    double mJ, rise_K, steam_mJ;
+  };
+  for (const Put& put : {Put{0.5 * to_100_mJ, 31.5, 0}, Put{0.5 * to_100_mJ + 0.3 * water_mJ, 63, 0.3 * water_mJ},
+                         Put{0.7 * water_mJ, 63, water_mJ}, Put{to_100_mJ, 126, water_mJ}}) {
+    ASSERT_TRUE(heated.Put(Vec3(0), put.mJ));
+    heated.AdvanceFrames(2);
+    EXPECT_NEAR(heated.Rise(Vec3(0)), put.rise_K, 1e-4);  // floats
+    EXPECT_NEAR(heated.grid.CalcBalance().steam, put.steam_mJ, 1e-6 * water_mJ);
+  }
+  ExpectBalance(heated.grid, 1e-6);
+}
+
+// Coolant chills bone that is near what is warm; that is counted by itself, and forgotten when nothing is warm.
+TEST(HeatGrid, ChilledBoneIsCountedByItselfAndWakesNothing) {
+  HeatGridParams params;
+  params.irrigation_W_per_m2K = 2000;
+  Heated heated(test::MakeBox(Pose{}, Vec3(6), 0.2), params);
+  ASSERT_TRUE(heated.Put({0, 0, 2.8}, 2));
+  const HeatWet wet{Vec3(0, 0, 3) - heated.field.p_WF_mm(), {0, 0, 1}, 2, 1};
+  bool chilled = false;
+  for (int i = 0; i < 4000 && heated.grid.awake(); ++i) {
+    heated.grid.Advance(0.05, wet);
+    const HeatBalance b = heated.grid.CalcBalance();
+    chilled = chilled || b.chilled > 1;
+    EXPECT_GE(b.stored, 0);
+    EXPECT_GE(b.chilled, 0);
+    EXPECT_NEAR(b.CalcRest(), 0, 1e-5 * (b.put_in + b.irrigation));
+  }
+  EXPECT_TRUE(chilled);
+  EXPECT_FALSE(heated.grid.awake());
+  EXPECT_EQ(heated.grid.CalcBalance().chilled, 0);
+  // Those around the point, and no more: cold opens none.
+  EXPECT_LE(heated.grid.block_count(), 8u);
 }
 
 TEST(HeatGrid, AFullPoolIsSaidAndLosesNothing) {

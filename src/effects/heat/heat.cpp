@@ -157,7 +157,9 @@ const EffectInfo& Heat() {
             "from bare surfaces to air, which is taken to be as warm as the body: an assumption"},
            {"irrigation", false, 0, 0, "coolant runs over what is within 1 mm of the turning tool"},
            {"irrigation_W_per_m2K", 2000.0, 0, 100000, "from bare surfaces to coolant: an assumption"},
-           {"coolant_C", 21.0, 0, 45, "of the coolant: a room's, an assumption"}},
+           {"coolant_C", 21.0, 0, 45, "of the coolant: a room's, an assumption"},
+           {"water_mg_per_mm3", 0.2, 0, 1,
+            "of bone, boils off at 100 C: a fifth of its volume, an assumption; 0: none"}},
       .channels = {{"hottest_C", "of the nodes, now"},
                    {"peak_C", "highest temperature of a node so far"},
                    {"above_47_s", "longest time of a node at 47 C or more"},
@@ -179,6 +181,7 @@ const EffectInfo& Heat() {
         params.grid.air_W_per_m2K = number(8);
         params.grid.irrigation_W_per_m2K = std::get<bool>(values[9]) ? number(10) : 0;
         params.grid.coolant_C = number(11);
+        params.grid.water_mg_per_mm3 = number(12);
         return std::make_unique<HeatEffect>(params, setup);
       }};
   return kEffect;

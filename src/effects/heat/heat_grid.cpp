@@ -8,10 +8,13 @@
 namespace kerf {
 namespace {
 
-constexpr int kSide = 8;
-constexpr double kLeastShare = 0.5;         // a cell with less bone has none: a sliver of it belongs to its neighbour
-constexpr float kSleeps_K = 0.1F;           // nowhere more, and it goes to sleep
-constexpr double kLeastWeight = 0.05;       // of bone around a point that heat is put at
+using heat::kSide;
+using heat::Nodes;
+
+constexpr float kSleeps_K = 0.1F;    // nowhere more, and it goes to sleep
+constexpr double kEnoughBone = 0.5;  // around a point that heat is put at: with less it is spread further
+constexpr double kLeastBone = 0.02;  // and with less there is none
+constexpr double kBoils_C = 100, kSteam_mJ_per_mg = 2257;
 constexpr double kBlood_J_per_m3K = 3.8e6;  // density and heat capacity of blood: 1050 kg/m3, 3617 J/kgK
 constexpr double kLookCost = 4, kPutCost = 0.5, kSweepCost = 1;  // of a unit of work, relative to each other
 
@@ -40,14 +43,23 @@ HeatGrid::HeatGrid(const HeatGridParams& params, const BoneField& field)
   const double perfusion_per_s =
       1e-6 / 60 * params.perfusion_mL_per_min_kg * params.density_kg_per_m3 * 1e-6 * kBlood_J_per_m3K / capacity;
   perfusion_keeps_ = static_cast<float>(std::exp(-perfusion_per_s * frame_s_));
+  const auto rate = [&](double h_W_per_m2K) {
+    if (!(h_W_per_m2K > 0)) return 0.0F;
+    const double U = 1e-3 / (1 / h_W_per_m2K + 0.5e-3 * H / params.conductivity_W_per_mK);  // mW / (mm2 K)
+    return static_cast<float>(U * H * H * frame_s_ / cell_mJ_per_K_);
+  };
+  air_rate_ = rate(params.air_W_per_m2K);
+  coolant_rate_ = rate(params.irrigation_W_per_m2K);
+  boils_K_ = static_cast<float>(kBoils_C - params.body_C);
+  water_K_ = static_cast<float>(kSteam_mJ_per_mg * params.water_mg_per_mm3 / capacity);
   const auto count = static_cast<std::size_t>(std::max(8.0, params.max_MB * 1e6 / sizeof(Block)));
   blocks_.resize(count);
   const std::size_t slots = std::bit_ceil(4 * count);
   keys_.assign(slots, kNoKey);
   numbers_.assign(slots, kNone);
   active_.reserve(count);
-  looked_.reserve(count + 16);
-  look_.reserve(count + 16);
+  looked_.reserve(count + 256);
+  look_.reserve(count + 256);
   open_.reserve(6 * count);
   queue_.reserve(kMostWaiting);
   figures_.peak_C = figures_.hottest_C = params.body_C;
@@ -75,25 +87,53 @@ int HeatGrid::Find(const Index& index) const {
 /// Of each cell the share that is bone; it only falls. False when there is none at all.
 bool HeatGrid::LookUpShares(Block& block) {
   ++lookups_;
-  const double H = params_.spacing_mm;
+  const double H = params_.spacing_mm, h = field_.voxel_mm();
   const double band_mm = 0.999 * field_.band_mm();
+  // phi of the nearest voxel, which is at most half a voxel's diagonal away, tells of most that they are all bone or
+  // none. A quarter more, for distances that rise faster than they should.
+  const double slack_mm = 1.25 * 0.5 * std::sqrt(3.0) * h;
+  const auto bone_to_mm = static_cast<float>(-std::min(0.5 * H + slack_mm, band_mm));
+  const auto air_from_mm = static_cast<float>(std::min(slack_mm, band_mm));
+  const auto nearest = [&](int block_index, std::array<int, kSide>& voxels) {
+    for (int i = 0; i < kSide; ++i) {
+      voxels[static_cast<std::size_t>(i)] =
+          static_cast<int>(std::floor(H * inv_voxel_ * (kSide * block_index + i) + 0.5));
+    }
+  };
+  std::array<int, kSide> xs, ys, zs;
+  nearest(block.index.x, xs);
+  nearest(block.index.y, ys);
+  nearest(block.index.z, zs);
   bool any = false;
   block.whole = true;
-  int node = 0;
+  std::size_t node = 0;
   for (int x = 0; x < kSide; ++x) {
     for (int y = 0; y < kSide; ++y) {
+      const int vx = xs[static_cast<std::size_t>(x)], vy = ys[static_cast<std::size_t>(y)];
+      const int in_layer = 64 * (vx & 7) + 8 * (vy & 7);
+      int leaf_z = std::numeric_limits<int>::min();
+      const float* leaf = nullptr;
       for (int z = 0; z < kSide; ++z, ++node) {
-        float& share = block.share[static_cast<std::size_t>(node)];
+        float& share = block.share[node];
         if (share == 0) {
           block.whole = false;
           continue;
         }
-        const Vec3 p_F = H * Vec3(kSide * block.index.x + x, kSide * block.index.y + y, kSide * block.index.z + z);
-        const double phi_mm = field_.Sample(p_F * inv_voxel_);
-        double bone = std::clamp(0.5 - phi_mm / H, 0.0, 1.0);
-        if (std::abs(phi_mm) >= band_mm) bone = phi_mm < 0 ? 1 : 0;
-        if (bone < kLeastShare) bone = 0;
-        share = std::min(share, static_cast<float>(bone));
+        const int vz = zs[static_cast<std::size_t>(z)];
+        if (vz >> 3 != leaf_z) {
+          leaf_z = vz >> 3;
+          leaf = field_.Read({vx >> 3, vy >> 3, leaf_z});
+        }
+        const float near_mm = leaf[in_layer + (vz & 7)];
+        if (near_mm >= air_from_mm) {
+          share = 0;
+        } else if (near_mm > bone_to_mm) {
+          const Vec3 p_F = H * Vec3(kSide * block.index.x + x, kSide * block.index.y + y, kSide * block.index.z + z);
+          const double phi_mm = field_.Sample(p_F * inv_voxel_);
+          auto bone = static_cast<float>(std::clamp(0.5 - phi_mm / H, 0.0, 1.0));
+          if (std::abs(phi_mm) >= band_mm) bone = phi_mm < 0 ? 1 : 0;
+          share = bone < heat::kLeastShare ? 0 : std::min(share, bone);
+        }
         any = any || share > 0;
         block.whole = block.whole && share == 1;
       }
@@ -155,13 +195,14 @@ void HeatGrid::Look(int number) {
   Block& block = blocks_[static_cast<std::size_t>(number)];
   if (block.looked_frame == frames_ + 1) return;
   block.looked_frame = frames_ + 1;
-  const std::array<float, kNodes> before = block.share;
+  const Nodes before = block.share;
   LookUpShares(block);
-  std::array<float, kNodes>& theta = block.theta[static_cast<std::size_t>(now_)];
+  Nodes& theta = block.theta[static_cast<std::size_t>(now_)];
   for (std::size_t n = 0; n < kNodes; ++n) {
     const float lost = before[n] - block.share[n];
     if (!(lost > 0)) continue;
-    spent_.chips += cell_mJ_per_K_ * static_cast<double>(lost) * static_cast<double>(theta[n]);
+    const double mJ = cell_mJ_per_K_ * static_cast<double>(lost) * static_cast<double>(theta[n]);
+    (mJ > 0 ? spent_.chips : spent_.chilled) += std::abs(mJ);
     if (block.share[n] == 0) theta[n] = 0;
   }
   Activate(number);
@@ -189,40 +230,42 @@ void HeatGrid::OpenBeside(int number, int x, int y, int z) {
   }
 }
 
-/// Spreads heat over the eight nodes around a point, as far as they are bone. False, and nothing done, when hardly any
-/// of their weight is.
-bool HeatGrid::PutAt(const Vec3& p_F, double mJ) {
+/// Spreads heat over the nodes less than `reach` from a point along each axis, 1 or 2, as far as they are bone. False,
+/// and nothing done, when too little of their weight is.
+bool HeatGrid::PutAt(const Vec3& p_F, double mJ, int reach) {
   const Vec3 q = p_F / params_.spacing_mm;
-  const Vec3 low = glm::floor(q);
-  const Vec3 t = q - low;
-  const int x0 = static_cast<int>(low.x), y0 = static_cast<int>(low.y), z0 = static_cast<int>(low.z);
+  const Vec3 low = glm::floor(q) + Vec3(1 - reach);
   struct Corner {
-    float* theta;
+    Block* block;
+    std::size_t node;
     double weight;
   };
-  std::array<Corner, 8> corners;
-  double sum = 0;
+  std::array<Corner, 64> corners;
   std::size_t count = 0;
-  for (int i = 0; i < 8; ++i) {
-    const int x = x0 + (i & 1), y = y0 + (i >> 1 & 1), z = z0 + (i >> 2);
-    const double weight = (i & 1 ? t.x : 1 - t.x) * (i & 2 ? t.y : 1 - t.y) * (i & 4 ? t.z : 1 - t.z);
+  double sum = 0;
+  const auto weigh = [&](double from) { return std::max(0.0, (1 - std::abs(from) / reach) / reach); };
+  for (int i = 0; i < 8 * reach * reach * reach; ++i) {
+    const Vec3 at = low + Vec3(i % (2 * reach), i / (2 * reach) % (2 * reach), i / (4 * reach * reach));
+    const double weight = weigh(q.x - at.x) * weigh(q.y - at.y) * weigh(q.z - at.z);
     if (!(weight > 0)) continue;
+    const int x = static_cast<int>(at.x), y = static_cast<int>(at.y), z = static_cast<int>(at.z);
     const int number = FindOrOpen({DivideDown(x), DivideDown(y), DivideDown(z)});
     if (number < 0) continue;
     Look(number);
-    looked_.push_back(number);
+    if (looked_.empty() || looked_.back() != number) looked_.push_back(number);
     Block& block = blocks_[static_cast<std::size_t>(number)];
     const auto node = static_cast<std::size_t>(NodeOf(x, y, z));
-    const double share = static_cast<double>(block.share[node]);
-    if (share == 0) continue;
+    if (block.share[node] == 0) continue;
     OpenBeside(number, x, y, z);
-    sum += weight * share;
-    corners[count++] = {&block.theta[static_cast<std::size_t>(now_)][node], weight};
+    sum += weight * static_cast<double>(block.share[node]);
+    corners[count++] = {&block, node, weight};
   }
-  if (!(sum > kLeastWeight)) return false;
+  if (sum < (reach == 1 ? kEnoughBone : kLeastBone)) return false;
   // The same rise for all of a weight, whatever their share.
   for (std::size_t i = 0; i < count; ++i) {
-    *corners[i].theta += static_cast<float>(mJ * corners[i].weight / (sum * cell_mJ_per_K_));
+    float& theta = corners[i].block->theta[static_cast<std::size_t>(now_)][corners[i].node];
+    theta += static_cast<float>(mJ * corners[i].weight / (sum * cell_mJ_per_K_));
+    spent_.steam += Boil(*corners[i].block, corners[i].node, theta);
   }
   return true;
 }
@@ -233,7 +276,7 @@ void HeatGrid::PutIn(Waiting& waiting) {
   const std::size_t looked = looked_.size();
   const bool was_full = figures_.full;
   figures_.full = false;
-  const bool put = PutAt(waiting.p_F, mJ) || PutAt(waiting.else_F, mJ);
+  const bool put = PutAt(waiting.p_F, mJ, 1) || PutAt(waiting.p_F, mJ, 2) || PutAt(waiting.else_F, mJ, 2);
   if (!put) (figures_.full ? spent_.no_room : spent_.chips) += mJ;
   figures_.full = figures_.full || was_full;
   // Each once.
@@ -354,6 +397,7 @@ void HeatGrid::EndFrame() {
   spent_.perfusion += frame_spent_.perfusion;
   spent_.irrigation += frame_spent_.irrigation;
   spent_.air += frame_spent_.air;
+  spent_.steam += frame_spent_.steam;
   frame_spent_ = {};
   // Heat of a long tick that goes into the frames to come stays.
   if (ticks_frames_ == 1) queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(put_));
@@ -362,13 +406,20 @@ void HeatGrid::EndFrame() {
   for (const int number : active_) {
     Block& block = blocks_[static_cast<std::size_t>(number)];
     hottest_K = std::max(hottest_K, block.hottest_K);
-    if (block.farthest_K >= kSleeps_K || block.looked_frame == frames_) {
+    if (block.hottest_K >= kSleeps_K || block.looked_frame == frames_) {
       active_[kept++] = number;
       continue;
     }
     block.active = false;
     block.wanted = 0;
-    block.theta[static_cast<std::size_t>(now_ ^ 1)] = block.theta[static_cast<std::size_t>(now_)];
+    Nodes& theta = block.theta[static_cast<std::size_t>(now_)];
+    double chilled = 0;
+    for (std::size_t n = 0; n < kNodes; ++n) {
+      chilled -= static_cast<double>(block.share[n]) * static_cast<double>(std::min(theta[n], 0.0F));
+      theta[n] = std::max(theta[n], 0.0F);
+    }
+    spent_.rewarmed += cell_mJ_per_K_ * chilled;
+    block.theta[static_cast<std::size_t>(now_ ^ 1)] = theta;
   }
   active_.resize(kept);
   figures_.hottest_C = params_.body_C + static_cast<double>(hottest_K);
@@ -382,8 +433,9 @@ HeatBalance HeatGrid::CalcBalance() const {
   for (std::size_t i = 0; i < used_; ++i) {
     const Block& block = blocks_[i];
     for (std::size_t n = 0; n < kNodes; ++n) {
-      balance.stored += cell_mJ_per_K_ * static_cast<double>(block.share[n]) *
+      const double mJ = cell_mJ_per_K_ * static_cast<double>(block.share[n]) *
                         static_cast<double>(block.theta[static_cast<std::size_t>(now_)][n]);
+      (mJ > 0 ? balance.stored : balance.chilled) += std::abs(mJ);
     }
   }
   for (const Waiting& waiting : queue_) balance.waiting += waiting.mJ;

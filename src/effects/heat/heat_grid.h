@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bone/field.h"
+#include "effects/heat/kernels.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
@@ -24,7 +25,8 @@ struct HeatGridParams {
   double air_W_per_m2K = 10;        // from a bare surface, which else loses nothing
   double irrigation_W_per_m2K = 0;  // where coolant runs; 0: none does
   double coolant_C = 21;
-  double longest_frame_s = 0.1;
+  double water_mg_per_mm3 = 0.2;  // of bone: boils off at 100 C; 0: none does
+  double longest_frame_s = 0.2;
 };
 
 /// Where coolant runs: a short cylinder around the tool. Frame F of the bone's field.
@@ -46,16 +48,24 @@ struct HeatFigures {
   bool full = false;         // a block could not be opened
 };
 
-/// mJ. put_in = stored + waiting + perfusion + irrigation + air + chips + no_room.
+/// mJ. put_in + chilled + rewarmed = stored + waiting + perfusion + irrigation + air + steam + chips + no_room.
 struct HeatBalance {
   double put_in = 0;
-  double stored = 0;      // in the bone, above body temperature
+  double stored = 0;      // in bone that is warmer than the body
+  double chilled = 0;     // that bone colder than the body lacks, or lacked when it was cut away: coolant took it
   double waiting = 0;     // for the next frame
+  double rewarmed = 0;    // given to chilled bone where it fell asleep: it is as warm as the body again
   double perfusion = 0;   // carried off by blood
-  double irrigation = 0;  // by coolant; with it what coolant colder than the body takes beyond
+  double irrigation = 0;  // by coolant
   double air = 0;
+  double steam = 0;
   double chips = 0;    // with bone that was cut away, or where there was none
   double no_room = 0;  // the pool was used up
+
+  /// Where all has gone to, less where it comes from: 0 but for rounding.
+  double CalcRest() const {
+    return stored + waiting + perfusion + irrigation + air + steam + chips + no_room - put_in - chilled - rewarmed;
+  }
 };
 
 /// A node, for drawing.
@@ -72,7 +82,8 @@ struct HeatNode {
 ///
 /// Model: heat goes between neighbours through the lesser of their shares; a surface loses heat to coolant or air
 ///        through h and half a cell in series; blocks that are not open are neighbours that no heat goes to, and are
-///        opened before it comes.
+///        opened before it comes. Cold opens none; a block that has nothing warm sleeps, and what coolant chilled in it
+///        is taken to be as warm as the body again. At 100 C water boils off, whose heat goes with the steam.
 /// Holds: second order in the spacing within the bone; no new extremes and an exact balance for any step; explicit, in
 ///        frames of at most spacing^2 / (8 alpha), whose blocks are worked off a few a tick.
 /// What it takes from a node that is cut away goes with the chips.
@@ -106,9 +117,10 @@ class HeatGrid {
   std::size_t CalcMemoryBytes() const;
 
  private:
-  static constexpr int kNodes = 512;
-  static constexpr int kNone = -1;  // no block: not looked at, or no room for it
-  static constexpr int kAir = -2;   // looked at: no bone in it
+  static constexpr std::size_t kNodes = heat::kNodes;
+  static constexpr float kOpens_K = 0.2F;  // at a block's face, and the block beyond is opened
+  static constexpr int kNone = -1;         // no block: not looked at, or no room for it
+  static constexpr int kAir = -2;          // looked at: no bone in it
   static constexpr std::size_t kMostWaiting = 8192;
 
   struct Index {
@@ -116,19 +128,18 @@ class HeatGrid {
     bool operator==(const Index&) const = default;
   };
   struct Block {
-    // z fastest, y next
-    std::array<std::array<float, kNodes>, 2> theta{};  // K above the body's; at the beginning and at the end of a frame
-    std::array<float, kNodes> share{};                 // of the cell that is bone: 0, or half or more
-    std::array<float, kNodes> above_47_s{};
-    std::array<float, kNodes> cem43_min{};
+    std::array<heat::Nodes, 2> theta{};  // K above the body's; at the beginning and at the end of a frame
+    heat::Nodes share{};                 // of the cell that is bone: 0, or half or more
+    heat::Nodes above_47_s{};
+    heat::Nodes cem43_min{};
+    heat::Nodes boiled_K{};  // heat that boiled water off, by what it would have warmed the bone
     Index index;
     std::array<int, 6> neighbours{};  // -x, +x, -y, +y, -z, +z
     std::uint64_t looked_frame = 0;   // in which the shares were last looked up
     bool active = false;
-    bool whole = false;    // all of it is bone
-    unsigned wanted = 0;   // neighbours that heat has come to
-    float hottest_K = 0;   // at the end of the last frame
-    float farthest_K = 0;  // from the body's temperature, likewise
+    bool whole = false;   // all of it is bone
+    unsigned wanted = 0;  // neighbours that heat has come to
+    float hottest_K = 0;  // at the end of the last frame
     double past_47_mm3 = 0, past_dose_mm3 = 0;
   };
   struct Waiting {
@@ -153,7 +164,7 @@ class HeatGrid {
   bool LookUpShares(Block& block);
   void Look(int number);
   void PutIn(Waiting& waiting);
-  bool PutAt(const Vec3& p_F, double mJ);
+  bool PutAt(const Vec3& p_F, double mJ, int reach);
   void BeginFrame();
   double CountWorkLeft() const;
   void Work(double share_of_rest, const HeatWet& wet);
@@ -161,17 +172,19 @@ class HeatGrid {
   void EndFrame();
   void Sweep(int number, const HeatWet& wet);
   void Pad(const Block& block, Padded& padded) const;
-  void CoolSurface(const Block& block, const Padded& padded, const HeatWet& wet, float* theta, double& air,
-                   double& irrigation) const;
-  void AddDose(Block& block, const float* before, const float* after);
+  void Cool(const Block& block, const Padded& padded, const HeatWet& wet, heat::Nodes& theta);
+  void Count(Block& block, const heat::Nodes& before, const heat::Nodes& after);
+  double Boil(Block& block, std::size_t node, float& theta) const;
 
   HeatGridParams params_;
   const BoneField& field_;
   double inv_voxel_;
-  double cell_mJ_per_K_;   // of a cell that is all bone
-  double frame_s_;         // length of a frame
-  float conduction_;       // alpha frame / spacing^2
-  float perfusion_keeps_;  // of the excess, in a frame
+  double cell_mJ_per_K_;           // of a cell that is all bone
+  double frame_s_;                 // length of a frame
+  float conduction_;               // alpha frame / spacing^2
+  float perfusion_keeps_;          // of the excess, in a frame
+  float air_rate_, coolant_rate_;  // what a cell of bone with a whole face bare gives off in a frame, of its excess
+  float boils_K_, water_K_;        // 100 C, and by how much a cell's water would warm it that boils off
   std::vector<Block> blocks_;
   std::size_t used_ = 0;
   std::vector<std::int64_t> keys_;  // of the table from index to block
