@@ -35,7 +35,8 @@ Vec3 Unit(const Vec3& v, const char* what) {
 }  // namespace
 
 GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
-    : p_F_mm_(params.point_W_mm - setup.p_WF_mm),
+    : params_(params),
+      p_F_mm_(params.point_W_mm - setup.p_WF_mm),
       n_W_(Unit(params.normal_W, "normal")),
       p_TC_(setup.p_TC_mm),
       yield_mm_(params.max_force_N / params.stiffness_N_per_mm),

@@ -33,6 +33,8 @@ class GuideEffect final : public Effect {
   EffectCapacity capacity() const override { return {walls_.size(), 0}; }
   std::size_t CalcMemoryBytes() const override { return sizeof(*this) + walls_.capacity() * sizeof(Wall); }
 
+  const GuideParams& params() const { return params_; }
+
  private:
   /// One side of something that holds a point of the tool: it may go `offset` far along `n`, and no further.
   struct Wall {
@@ -50,6 +52,7 @@ class GuideEffect final : public Effect {
   double CalcGap(const Pose& X_FT) const;
   void Follow(const Pose& X_FT);
 
+  GuideParams params_;
   Vec3 p_F_mm_;
   Vec3 n_W_;
   Vec3 p_TC_;

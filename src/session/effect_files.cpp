@@ -11,15 +11,18 @@ constexpr float kFade_s = 0.01F;  // at the end: a tone that is cut off clicks
 
 }  // namespace
 
-EffectFiles::EffectFiles(const EffectPlan& plan, std::size_t ticks) : tone_(plan) {
+EffectFiles::EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here)
+    : tone_(plan), spectrum_(here ? SpectrumTrack(plan) : SpectrumTrack()), guide_(plan, ticks) {
   if (tone_.any()) tones_.reserve(ticks);
 }
 
-void EffectFiles::Take(double dt_s, std::span<const double> channels) {
+void EffectFiles::Take(double time_s, double dt_s, const Vec3& p_WT_mm, std::span<const double> channels) {
   if (tone_.any()) tones_.push_back(tone_.Read(dt_s, channels));
+  spectrum_.Take(dt_s);
+  guide_.Take(time_s, p_WT_mm, channels);
 }
 
-std::vector<std::string> EffectFiles::Write(const std::string& folder) const {
+std::vector<std::string> EffectFiles::WriteSounds(const std::string& folder) const {
   std::vector<std::string> written;
   if (!tones_.empty()) {
     WriteSound(folder + "/sound.wav");
@@ -28,8 +31,22 @@ std::vector<std::string> EffectFiles::Write(const std::string& folder) const {
   return written;
 }
 
+std::vector<std::string> EffectFiles::WritePictures(const std::string& folder, const std::string& name,
+                                                    const Bone& bone, const Tool& tool, bool patient) const {
+  std::vector<std::string> written;
+  if (WriteSpectrumPicture(spectrum_.CalcSpectrum(), name, folder + "/spectrum.png")) {
+    written.emplace_back("spectrum.png");
+  }
+  if (!guide_.moments().empty()) {
+    WriteGuidePicture(guide_, bone, tool, patient, name, folder + "/guide.png");
+    WriteDeviationPlot(guide_, name, folder + "/deviation.png");
+    written.insert(written.end(), {"guide.png", "deviation.png"});
+  }
+  return written;
+}
+
 const std::vector<std::string>& EffectFiles::Names() {
-  static const std::vector<std::string> kNames{"sound.wav"};
+  static const std::vector<std::string> kNames{"sound.wav", "spectrum.png", "guide.png", "deviation.png"};
   return kNames;
 }
 

@@ -7,24 +7,32 @@
 #include <vector>
 
 #include "effects/sound/sound.h"
+#include "kerf/bone.h"
+#include "kerf/geometry.h"
+#include "kerf/tool.h"
+#include "session/guide_picture.h"
+#include "session/spectrum_picture.h"
 
 namespace kerf {
-
-class EffectPlan;
 
 /// Keeps, tick by tick, what the files are made of. Of a scene without such effects it is empty and does nothing.
 class EffectFiles {
  public:
   EffectFiles() = default;
-  /// `ticks`: that will come, for setting memory aside.
-  EffectFiles(const EffectPlan& plan, std::size_t ticks);
+  /// `ticks`: that will come, for setting memory aside. `here`: Take() is called in the thread that makes the ticks,
+  /// and may look at the effects themselves until Finish(): then there is a spectrum too.
+  EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here);
 
   /// A tick that is over; `channels` of all effects.
-  void Take(double dt_s, std::span<const double> channels);
+  void Take(double time_s, double dt_s, const Vec3& p_WT_mm, std::span<const double> channels);
+  /// No tick comes any more; the plan may go.
+  void Finish() { spectrum_.Detach(); }
 
-  /// Writes what there is into the folder: sound.wav. Returns the names. Throws Error.
-  std::vector<std::string> Write(const std::string& folder) const;
-  /// All names that Write() may give.
+  /// Write what there is into the folder and return the names. Throw Error.
+  std::vector<std::string> WriteSounds(const std::string& folder) const;
+  std::vector<std::string> WritePictures(const std::string& folder, const std::string& name, const Bone& bone,
+                                         const Tool& tool, bool patient) const;
+  /// All names that they may give.
   static const std::vector<std::string>& Names();
 
  private:
@@ -32,6 +40,8 @@ class EffectFiles {
 
   ToneReader tone_;
   std::vector<ToneFrame> tones_;
+  SpectrumTrack spectrum_;
+  GuideTrack guide_;
 };
 
 }  // namespace kerf

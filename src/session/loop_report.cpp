@@ -356,6 +356,8 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
                                    {"cut.png", "The cut from near"},
                                    {"apart.png", "The pieces moved apart"},
                                    {"fragments.png", "The pieces moved apart"},
+                                   {"guide.png", "The guide, and the way of the tool's middle"},
+                                   {"deviation.png", "Distance from the plan"},
                                    {"heat.png", "Temperature around the kerf, at the end"},
                                    {"force.png", "Force"},
                                    {"lateness.png", "How late ticks began"}}) {
@@ -377,7 +379,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   };
   WriteTextFile(add("scene.toml"), ResolvedToml(scene));
   WriteTextFile(add("forces.csv"), FormatLoopCsv(summary));
-  for (const std::string& name : summary.effect_files.Write(folder)) files.push_back(name);
+  for (const std::string& name : summary.effect_files.WriteSounds(folder)) files.push_back(name);
   if (!summary.virtual_time && !summary.lateness_bars.empty())
     WritePlot(MakeLatenessPlot(summary), add("lateness.png"));
   if (!summary.rows.empty()) WritePlot(MakeForcePlot(summary), add("force.png"));
@@ -397,6 +399,13 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
     }
     if (scene.output.pictures && summary.heat && summary.heat->section.columns > 0) {
       WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, add("heat.png"));
+    }
+    if (scene.output.pictures) {
+      for (const std::string& name :
+           summary.effect_files.WritePictures(folder, scene.title.empty() ? scene.name : scene.title, summary.after,
+                                              MakeTool(scene), IsOfPatient(scene))) {
+        files.push_back(name);
+      }
     }
     if (scene.output.pictures && summary.fragments &&
         WriteFragmentsPicture(*summary.fragments, summary.piece_bones, IsOfPatient(scene),

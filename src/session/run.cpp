@@ -36,7 +36,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   Simulation simulation(std::move(bone), params, path.CalcPose(0, 0));
   const EffectPlan& effects = std::as_const(simulation).effects();
   result.effects = EffectRecord(effects);
-  result.files = EffectFiles(effects, total);
+  result.files = EffectFiles(effects, total, true);
   std::vector<double> channels(effects.channel_count());
   result.effects.rows.reserve(total * channels.size());
   FragmentsDriver fragments(simulation.effects());
@@ -81,7 +81,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       if (!channels.empty()) {
         effects.Report(channels);
         result.effects.TakeRow(channels);
-        result.files.Take(dt_s, channels);
+        result.files.Take(time_s, dt_s, record.X_WT.p_AB, channels);
       }
       if (k % kTicksBetweenRefills == 0) simulation.Refill();
       if (progress && k % 64 == 0) progress(static_cast<double>(result.ticks.size()) / static_cast<double>(total));
@@ -94,6 +94,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   if (fragments.is_on()) look(result.ticks.empty() ? 0 : result.ticks.back().time_s);
   result.heat = MakeHeatReport(simulation.effects(), result.ticks.empty() ? Pose{} : result.ticks.back().X_WT);
   result.fragments = fragments.MakeReport(simulation.bone().materials());
+  result.files.Finish();
   result.bone = std::move(simulation).TakeBone();
   return result;
 }

@@ -122,7 +122,7 @@ class Recorder {
       Mix(out.f_H_W_N[axis]);
       Mix(out.X_WT.p_AB[axis]);
     }
-    summary_.effect_files.Take(s.time_s - summary_.simulated_s, channels);
+    summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT.p_AB, channels);
     summary_.simulated_s = s.time_s;
     summary_.force.largest_simulated_N = std::max(summary_.force.largest_simulated_N, glm::length(out.f_H_W_N));
     summary_.hand_J += 1e-3 * out.hand_mJ;
@@ -312,7 +312,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   CoupledSimulation simulation(std::move(bone), params, X_WT_start);
   s.effects = EffectRecord(simulation.effects());
   s.effect_files =
-      EffectFiles(simulation.effects(), static_cast<std::size_t>(options.seconds * scene.loop.rate_hz) + 64);
+      EffectFiles(simulation.effects(), static_cast<std::size_t>(options.seconds * scene.loop.rate_hz) + 64, false);
   SimulatedDeviceOptions device_options;
   device_options.p_TC_mm = p_TC_mm;
   SimulatedDevice simulated(profile, hand, X_WT_start, device_options);

@@ -136,7 +136,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   add_file("scene.toml");
   WriteTextFile(folder + "/forces.csv", FormatForceLog(result.ticks, scene.output.forces_every_ticks, &result.effects));
   add_file("forces.csv");
-  for (const std::string& name : result.files.Write(folder)) add_file(name);
+  for (const std::string& name : result.files.WriteSounds(folder)) add_file(name);
   if (scene.output.bone) {
     result.bone.set_note("cut_by_scene", scene.name);
     WriteBone(result.bone, folder + "/bone.vdb");
@@ -166,6 +166,10 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
     if (summary.heat && summary.heat->section.columns > 0) {
       WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, folder + "/heat.png");
       add_file("heat.png");
+    }
+    for (const std::string& name : result.files.WritePictures(folder, scene.title.empty() ? scene.name : scene.title,
+                                                              result.bone, params.tool, IsOfPatient(scene))) {
+      add_file(name);
     }
     if (summary.fragments &&
         WriteFragmentsPicture(*summary.fragments, split.pieces, IsOfPatient(scene),

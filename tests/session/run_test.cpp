@@ -16,6 +16,7 @@
 #include "mesh/meshfile.h"
 #include "session/make_bone.h"
 #include "session/run_scene.h"
+#include "session/spectrum_picture.h"
 #include "support/result_folder.h"
 
 namespace kerf {
@@ -140,6 +141,62 @@ TEST_F(Run, IsHeard) {
       ParseScene(std::string(kScene) + "[output]\npictures = false\nbone = false\npieces = false\n", "scene.toml");
   RunScene(silent, folder_, {});
   EXPECT_FALSE(fs::exists(folder_ + "/sound.wav"));
+}
+
+TEST_F(Run, ShowsSpectrumAndGuide) {
+  const Scene scene = ParseScene(
+      std::string(kScene) +
+          "[output]\nbone = false\npieces = false\n[effects.tooth_vibration]\n[effects.guide]\nslot_length_mm = 2.0\n",
+      "scene.toml");
+  const RunSummary summary = RunScene(scene, folder_, {});
+  for (const char* name : {"spectrum.png", "guide.png", "deviation.png"}) {
+    EXPECT_NE(std::find(summary.files.begin(), summary.files.end(), name), summary.files.end()) << name;
+    EXPECT_GT(fs::file_size(folder_ + "/" + name), 5000u) << name;
+  }
+}
+
+TEST(SpectrumTrack, HasTheLinesOfTheEffect) {
+  // A disc that goes along at a constant depth: lines of constant amplitude, which the spectrum shows in their bins.
+  const Scene scene = ParseScene(R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 40.0
+size_y_mm = 4.0
+size_z_mm = 6.0
+voxel_mm = 0.2
+[tool]
+thickness_mm = 0.5
+[[path.stroke]]
+start_mm = [-8.0, 0.0, 9.0]
+end_mm = [8.0, 0.0, 9.0]
+feed_mm_per_s = 8.0
+disc_normal = [0.0, 1.0, 0.0]
+[effects.tooth_vibration]
+)",
+                                 "scene.toml");
+  const SimulationParams params = MakeSimulationParams(scene);
+  const Path path = MakePath(scene);
+  Simulation simulation(MakeSceneBone(scene, {}), params, path.CalcPose(0, 0));
+  const EffectPlan& plan = std::as_const(simulation).effects();
+  SpectrumTrack track(plan);
+  for (int i = 1; i <= 2000; ++i) {
+    simulation.Tick({path.CalcPose(0, 0.001 * i), 0.001, 7500});
+    if (i > 900) track.Take(0.001);
+  }
+  const auto& effect = dynamic_cast<const ToothVibrationEffect&>(*plan.Find("tooth_vibration"));
+  const SpectrumTrack::Spectrum spectrum = track.CalcSpectrum();
+  ASSERT_EQ(spectrum.seconds, 1);
+  EXPECT_EQ(spectrum.teeth, 24);
+  EXPECT_NEAR(spectrum.spindle_Hz, 125, 1e-3);
+  EXPECT_EQ(spectrum.carried_Hz, 400);
+  // The grid's ripple along the way takes some percent of each to both sides.
+  const auto& lines = effect.lines();
+  ASSERT_GT(lines[ToothVibrationEffect::kRunout].Magnitude(), 0.01);
+  EXPECT_NEAR(spectrum.mN[125] / (1000 * lines[ToothVibrationEffect::kRunout].Magnitude()), 1, 0.1);
+  EXPECT_NEAR(spectrum.mN[1500] / (1000 * lines[ToothVibrationEffect::kSet].Magnitude()), 1, 0.1);
+  EXPECT_GT(spectrum.mN[3000], 20 * spectrum.mN[2700]);
+  EXPECT_GT(spectrum.mN[3000], 20 * spectrum.mN[2000]);
 }
 
 TEST_F(Run, WorkIsTheForceAlongThePath) {
