@@ -117,8 +117,7 @@ void WriteHeatPicture(const HeatReport& heat, const std::string& name, const std
   FieldPlotSpec spec;
   spec.title = name + ": temperature around the kerf";
   spec.caption = fmt::format(
-      "at the end, on a plane across the kerf (white: no bone); {}; {:g} % of the power of cutting into the bone; "
-      "highest so far {:.0f} °C",
+      "at the end, across the kerf; {}; {:g} % of the power into the bone; highest so far {:.0f} °C",
       grid.irrigation_W_per_m2K > 0 ? fmt::format("irrigated, {:g} °C", grid.coolant_C) : std::string("dry"),
       100 * heat.params.share_into_bone, heat.figures.peak_C);
   spec.x_label = "along the cut (mm)";
