@@ -143,7 +143,8 @@ bool WriteSpectrumPicture(const SpectrumTrack::Spectrum& spectrum, const std::st
   mark(spectrum.teeth, "N n / 60, teeth passing", 1);
   mark(2.0 * spectrum.teeth, "2 N n / 60", 1);
   if (spectrum.carried_Hz < end_Hz) {
-    plot.bands.push_back({0, spectrum.carried_Hz, "to the hand", {219, 234, 245}});
+    plot.bands.push_back({0, spectrum.carried_Hz, "", {219, 234, 245}});
+    plot.caption += "; blue: goes to the hand";
   }
   WritePlot(plot, path);
   return true;
