@@ -6,7 +6,8 @@
 //   passing  order N, 2 N   F(t) = sum over teeth k of f(theta + 2 pi k / N); with f the force of a tooth at a place of
 //                           the rim its Fourier coefficients are the sums of f over the rim times e^(-i m N alpha)
 //   runout   order 1        a rim off centre by e makes tooth k bite deeper than the one before by up to
-//                           2 e sin(pi / N), once a turn
+//                           2 e sin(pi / N), once a turn; by no more than the bite: a tooth cannot bite less than not
+//                           at all, and what it leaves the next ones take
 //   set      order N / 2    teeth bent to one side and the other in turn press sideways in turn
 // The sums go over the points of the rim that a step has found engaged, so no tooth is followed and nothing can beat
 // with the tick: each line is given at its own frequency, and only those go into the tick's force that it can carry
@@ -63,10 +64,10 @@ void ToothVibrationEffect::Solved(const EffectSolved& solved) {
     const double alpha = std::atan2(tooth.e_T.y, tooth.e_T.x);
     const Vec3 along(-way * tooth.e_T.y, way * tooth.e_T.x, 0);
     const Vec3 direction = -tooth.e_T - params_.tangential_share * along;
-    const double turning_N =
-        0.5 * tooth.teeth *
-        (problem.ToothForceAt(tooth.speed_mm_per_s + more_mm_per_s, tooth.E_star_MPa) -
-         problem.ToothForceAt(std::max(0.0, tooth.speed_mm_per_s - more_mm_per_s), tooth.E_star_MPa));
+    const double change_mm_per_s = std::min(more_mm_per_s, tooth.speed_mm_per_s);
+    const double turning_N = 0.5 * tooth.teeth *
+                             (problem.ToothForceAt(tooth.speed_mm_per_s + change_mm_per_s, tooth.E_star_MPa) -
+                              problem.ToothForceAt(tooth.speed_mm_per_s - change_mm_per_s, tooth.E_star_MPa));
     const auto add = [&](int line, double thrust_N, const Vec3& d) {
       const Complex phase =
           std::polar(solved.time_s * thrust_N, -way * lines_[static_cast<std::size_t>(line)].order * alpha);

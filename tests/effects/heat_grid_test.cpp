@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "core/heap_guard.h"
+#include "removal/carve.h"
 #include "support/solids.h"
 
 namespace kerf {
@@ -295,6 +297,40 @@ TEST(HeatGrid, ChilledBoneIsCountedByItselfAndWakesNothing) {
   EXPECT_EQ(heated.grid.CalcBalance().chilled, 0);
   // Cold opens none.
   EXPECT_LE(heated.grid.block_count(), dry.grid.block_count());
+}
+
+// Tilted and half under coolant, hot enough for steam and dose: every kernel has work to do.
+TEST(HeatGrid, IsTheSameBitForBitAtEveryVectorWidth) {
+  ASSERT_GE(VectorTargets().size(), 2U);
+  const auto run = [] {
+    Pose tilted;
+    tilted.R_AB = glm::angleAxis(0.4, glm::normalize(Vec3(1, 2, 3)));
+    HeatGridParams params;
+    params.spacing_mm = 0.25;
+    params.irrigation_W_per_m2K = 2000;  // on half of the upper face
+    Heated heated(test::MakeBox(tilted, Vec3(4, 5, 3), 0.25), params);
+    const HeatWet wet{Vec3(0, 0, 1.5) - heated.field.p_WF_mm(), {1, 0, 0}, 1.5, 1};
+    for (int i = 0; i < 300; ++i) {
+      EXPECT_TRUE(heated.Put(Vec3(0.4, 0.004 * i, 0.9), 15));
+      heated.grid.Advance(0.01, wet);
+    }
+    std::vector<double> all;
+    heated.grid.ForEachNode([&](const HeatNode& node) {
+      for (const double value : {node.share, node.C, node.above_47_s, node.cem43_min}) all.push_back(value);
+    });
+    const HeatBalance b = heated.grid.CalcBalance();
+    EXPECT_GT(std::min({b.stored, b.perfusion, b.irrigation, b.air, b.steam}), 0);
+    all.insert(all.end(), {b.stored, b.perfusion, b.irrigation, b.air, b.steam});
+    all.push_back(heated.grid.figures().cem43_min);
+    EXPECT_GT(all.back(), 0);
+    return all;
+  };
+  const std::vector<double> best = run();
+  for (const std::string& target : VectorTargets()) {
+    SetVectorTarget(target);
+    EXPECT_EQ(run(), best) << target;
+  }
+  SetVectorTarget("");
 }
 
 TEST(HeatGrid, AFullPoolIsSaidAndLosesNothing) {

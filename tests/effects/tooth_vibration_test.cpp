@@ -189,6 +189,16 @@ TEST(ToothVibration, RunoutGoesWithTheEccentricityAndTheLawsSlope) {
   EXPECT_NEAR(a, relative * small.last().thrust_sum_N * std::hypot(1, 0.625), 0.35 * a);
 }
 
+TEST(ToothVibration, RunoutBeyondTheBiteIsHeldToIt) {
+  // A bite between none and twice the mean: the force of hertz_chip between none and 2^1.5 times as much.
+  Cut large(3000, 50, 0), larger(3000, 500, 0);
+  const double a = large.effect().lines()[ToothVibrationEffect::kRunout].Magnitude();
+  EXPECT_NEAR(larger.effect().lines()[ToothVibrationEffect::kRunout].Magnitude(), a, 1e-9 * a);
+  const double most_N = 0.5 * std::pow(2, 1.5) * large.last().thrust_sum_N * std::hypot(1, 0.625);
+  EXPECT_LT(a, 1.02 * most_N);  // the grid's ripple, from tick to tick
+  EXPECT_GT(a, 0.5 * most_N);
+}
+
 TEST(ToothVibration, ItsOwnSamplesCarryTheLinesAboveTheTick) {
   Cut cut(7500, 5, 0.2);  // 125, 1500, 3000, 6000 Hz
   const auto& effect = cut.effect();
