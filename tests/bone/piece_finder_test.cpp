@@ -26,10 +26,14 @@ constexpr double kVoxel_mm = 0.5;
 struct Voxels {
   std::vector<float> phi = std::vector<float>(kEdge * kEdge * kEdge, 1.0F);
 
-  float& At(int x, int y, int z) { return phi[static_cast<std::size_t>((x * kEdge + y) * kEdge + z)]; }
+  static std::size_t Place(int x, int y, int z) {
+    const int at = (x * kEdge + y) * kEdge + z;
+    return static_cast<std::size_t>(at);
+  }
+  float& At(int x, int y, int z) { return phi[Place(x, y, z)]; }
   bool IsIn(int x, int y, int z) const {
     if (std::min({x, y, z}) < 0 || std::max({x, y, z}) >= kEdge) return false;
-    return phi[static_cast<std::size_t>((x * kEdge + y) * kEdge + z)] < 0;
+    return phi[Place(x, y, z)] < 0;
   }
   std::array<float, 512> Leaf(const std::array<int, 3>& n) {
     std::array<float, 512> values;
