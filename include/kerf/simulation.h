@@ -78,14 +78,23 @@ class Simulation {
   ChangedLeaf changed(int i) const;
   void ClearChanged();
 
+  // ---- between ticks: bone is taken out and put back (src/bone/piece_removal.h)
+  /// Whether nothing in the box is so near that a change of it could be felt within a tick.
+  bool IsClearOf(const Box3& bounds_W) const;
+  /// Where the leaf's values (512) are `from` they become `to`; what was cut since stays cut. False, and nothing done,
+  /// when no leaf is left for it.
+  bool Replace(const std::array<int, 3>& index, const float* from, const float* to);
+  /// By region; below 0: put back. It is not counted as removed.
+  void AddTakenOut(const std::array<double, 256>& mm3, double sign);
+
   // ---- not in the tick
   /// What they keep and give (src/effects/plan.h).
   const EffectPlan& effects() const;
   EffectPlan& effects();
   const Bone& bone() const;
-  /// Removed volume so far by region id, mm^3, exactly what bone().CalcVolume() has lost up to rounding; index 0: where
-  /// no region was given.
-  const std::array<double, 256>& CalcRemovedByRegion();
+  /// Removed volume so far by region id, mm^3, exactly what bone().CalcVolume() has lost up to rounding, but for what
+  /// was taken out; index 0: where no region was given.
+  std::array<double, 256> CalcRemovedByRegion();
   Bone TakeBone() &&;
   /// Sets memory aside for the bone that the ticks to come will open. A tick that finds none left asks for more itself.
   void Refill();

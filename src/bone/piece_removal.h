@@ -33,6 +33,12 @@ inline constexpr int kAllDust = 0;  // in the place of a piece's number: all tha
 /// two seconds for half a mandible at 0.1 mm.
 PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int id);
 
+/// From the box that changes a tool's edge must be so far off: the lists of leaves near the edge look ahead by a leaf
+/// or 1 mm, and by the band; one more of each.
+inline double CalcPieceClearance_mm(double voxel_mm) {
+  return 24 * voxel_mm + 2;
+}
+
 /// A value as it becomes where `from` is to be `to`, `now` being what it is: cutting raised it in between, or not. Cut
 /// before or after, it comes out the same.
 inline float ReplaceValue(float now, float from, float to) {

@@ -42,6 +42,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print("  pieces    {}", s.pieces.size());
   for (std::size_t i = 0; i < s.pieces.size(); ++i) {
     fmt::print("{}{:.2f} cm3", i == 0 ? ": " : ", ", s.pieces[i].volume_mm3 / 1000);
+    if (s.pieces[i].place != PieceFate::kHeld) fmt::print(" ({})", ToString(s.pieces[i].place));
   }
   if (s.dust_count > 0) fmt::print("; {} crumbs of {:.3f} mm3 together", s.dust_count, s.dust_mm3);
   fmt::print("\n");

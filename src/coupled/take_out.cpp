@@ -5,17 +5,9 @@
 #include "coupled/state.h"
 
 namespace kerf {
-namespace {
-
-// The lists of leaves near the edge look ahead by a leaf or 1 mm, and by the band; one more of each.
-constexpr double kClearVoxels = 24;
-constexpr double kClear_mm = 2;
-
-}  // namespace
-
 bool CoupledSimulation::IsClearOf(const Box3& bounds_W) const {
   const State& s = *state_;
-  const double reach_mm = s.shape.reach_mm + kClearVoxels * s.h + kClear_mm;
+  const double reach_mm = s.shape.reach_mm + CalcPieceClearance_mm(s.h);
   const auto is_clear = [&](const Pose& X) {
     const Vec3 p_W = s.World(X).p_AB;
     return glm::length(p_W - glm::clamp(p_W, bounds_W.lower, bounds_W.upper)) > reach_mm;

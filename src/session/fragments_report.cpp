@@ -45,10 +45,56 @@ const FoundPiece* FindPiece(const FragmentsReport& fragments, const Bone& bone) 
   return best;
 }
 
+/// What became of them.
+std::string DescribeOut(const FragmentsReport& f) {
+  std::size_t pieces = 0, crumbs = 0, wait = 0;
+  for (const PieceOut& piece : f.out) {
+    pieces += piece.id == kAllDust ? 0 : 1;
+    crumbs += piece.crumbs;
+  }
+  for (std::size_t i = 1; f.params.pieces != PieceFate::kHeld && i < f.found.pieces.size(); ++i) {
+    wait += f.found.pieces[i].from != 0 ? 1 : 0;
+  }
+  std::string text = "taken out of the bone: ";
+  if (pieces > 0) {
+    text += fmt::format("{} piece{} {}, {}", pieces, pieces == 1 ? "" : "s", ToString(f.params.pieces),
+                        PlainVolume(f.CalcAside_mm3() + f.CalcDeleted_mm3()));
+  }
+  if (crumbs > 0) {
+    text += fmt::format("{}{} crumb{}, {:.3g} mm3", pieces > 0 ? ", " : "", crumbs, crumbs == 1 ? "" : "s",
+                        f.CalcDustOut_mm3());
+  }
+  if (f.out.empty()) text += "nothing";
+  if (wait > 0) text += fmt::format("; {} held as the tool was not clear of {}", wait, wait == 1 ? "it" : "them");
+  return text;
+}
+
 Vec3 Middle(const TriangleMesh& mesh) {
   Vec3 sum(0);
   for (const Vec3& p : mesh.points) sum += p;
   return mesh.points.empty() ? sum : sum / static_cast<double>(mesh.points.size());
+}
+
+/// Those that are out: drawn where they were set aside, or told of. `apart`: the way that the first went.
+void AddOut(const FragmentsReport& fragments, std::size_t drawn, PictureSpec& spec, Vec3& apart) {
+  constexpr Rgb8 kNotDrawn{150, 150, 150};
+  for (const PieceOut& piece : fragments.out) {
+    Rgb8 colour = kNotDrawn;
+    if (piece.fate == PieceFate::kMoved) {
+      Shape shape;
+      shape.mesh_W = MakeSurfaceOut(piece);
+      colour = shape.colour = kColours[1 + (std::max<std::size_t>(drawn, 1) - 1) % (std::size(kColours) - 1)];
+      spec.shapes.push_back(std::move(shape));
+      ++drawn;
+      if (apart == Vec3(0) && piece.move_mm != Vec3(0)) apart = glm::normalize(piece.move_mm);
+    }
+    if (spec.legend.size() >= kMostInLegend) continue;
+    const std::string what =
+        piece.id == kAllDust ? fmt::format("dust ({})", piece.crumbs) : fmt::format("piece {}", piece.id);
+    spec.legend.push_back({fmt::format("{}: {}, {} at {:.2f} s", what, Volume(piece.volume_mm3),
+                                       piece.id == kAllDust ? "taken out" : ToString(piece.fate), piece.time_s),
+                           colour});
+  }
 }
 
 }  // namespace
@@ -79,6 +125,34 @@ void FragmentsDriver::Look(double time_s, const std::function<double()>& now) {
   looked_s_ = time_s;
 }
 
+std::optional<PieceJob> FragmentsDriver::Prepare(const Bone& bone,
+                                                 const std::function<bool(const Box3&)>& is_clear) const {
+  if (!takes_out()) return {};
+  return PreparePiece(effect_->watch(), bone, gone_, is_clear);
+}
+
+void FragmentsDriver::Finish(PieceJob&& job, double time_s) {
+  if (job.id != kAllDust) gone_.insert(job.id);
+  out_.push_back(FinishPiece(std::move(job), effect_->watch().params(), time_s));
+}
+
+double FragmentsReport::CalcAside_mm3() const {
+  double sum = 0;
+  for (const PieceOut& piece : out) sum += piece.fate != PieceFate::kDeleted ? piece.volume_mm3 : 0;
+  return sum;
+}
+double FragmentsReport::CalcDeleted_mm3() const {
+  double sum = 0;
+  for (const PieceOut& piece : out)
+    sum += piece.fate == PieceFate::kDeleted && piece.id != kAllDust ? piece.volume_mm3 : 0;
+  return sum;
+}
+double FragmentsReport::CalcDustOut_mm3() const {
+  double sum = 0;
+  for (const PieceOut& piece : out) sum += piece.id == kAllDust ? piece.volume_mm3 : 0;
+  return sum;
+}
+
 std::optional<FragmentsReport> FragmentsDriver::MakeReport(const MaterialTable& materials) const {
   if (effect_ == nullptr) return {};
   const FragmentWatch& watch = effect_->watch();
@@ -90,6 +164,7 @@ std::optional<FragmentsReport> FragmentsDriver::MakeReport(const MaterialTable& 
     report.regions.push_back(materials.Contains(event.region) ? materials.At(event.region).name : "");
   }
   report.found = watch.finder().found();
+  report.out = out_;
   std::vector<double> times = times_ms_;
   std::sort(times.begin(), times.end());
   report.looks = times.size();
@@ -117,6 +192,7 @@ std::string DescribeFragments(const FragmentsReport& f) {
     text += fmt::format("; {} crumb{} below {:g} mm3, {:.3g} mm3 together", f.found.dust_count,
                         f.found.dust_count == 1 ? "" : "s", f.params.dust_mm3, f.found.dust_mm3);
   }
+  if (f.params.TakesOut()) text += "; " + DescribeOut(f);
   if (f.looks > 0) {
     text += fmt::format("; looked every {:g} ms, which took p50 {:.1f}, max {:.1f} ms off the tick", f.params.every_ms,
                         f.p50_ms, f.max_ms);
@@ -146,10 +222,25 @@ nlohmann::ordered_json FragmentsJson(const FragmentsReport& f, bool times) {
                       {"volume_mm3", piece.volume_mm3},
                       {"bounds", BoxJson(piece.bounds_W)}});
   }
+  Json out = Json::array();
+  for (const PieceOut& piece : f.out) {
+    Json row = {{"piece", piece.id},
+                {"place", ToString(piece.fate)},
+                {"time_s", piece.time_s},
+                {"volume_mm3", piece.volume_mm3}};
+    if (piece.id == kAllDust) row["crumbs"] = piece.crumbs;
+    if (piece.fate == PieceFate::kMoved) row["move_mm"] = {piece.move_mm.x, piece.move_mm.y, piece.move_mm.z};
+    out.push_back(row);
+  }
   Json json = {
       {"came_off", f.event_count},
       {"events", events},
       {"pieces", pieces},
+      {"wanted", ToString(f.params.pieces)},
+      {"taken_out", out},
+      {"taken_out_mm3", f.CalcAside_mm3()},
+      {"deleted_mm3", f.CalcDeleted_mm3()},
+      {"dust_taken_out_mm3", f.CalcDustOut_mm3()},
       {"dust", {{"below_mm3", f.params.dust_mm3}, {"count", f.found.dust_count}, {"volume_mm3", f.found.dust_mm3}}},
       {"every_ms", f.params.every_ms},
       {"memory_MB", f.memory_MB}};
@@ -164,7 +255,7 @@ nlohmann::ordered_json FragmentsJson(const FragmentsReport& f, bool times) {
 
 bool WriteFragmentsPicture(const FragmentsReport& fragments, const std::vector<Bone>& pieces, bool patient,
                            const std::string& name, const std::string& path) {
-  if (pieces.size() < 2) return false;
+  if (pieces.empty() || (pieces.size() < 2 && fragments.out.empty())) return false;
   PictureSpec spec;
   Vec3 from(0);
   Vec3 apart(0);
@@ -192,11 +283,15 @@ bool WriteFragmentsPicture(const FragmentsReport& fragments, const std::vector<B
     }
     spec.shapes.push_back(std::move(shape));
   }
+  AddOut(fragments, pieces.size(), spec, apart);
   spec.title = name + ": the pieces";
-  spec.caption = fmt::format(
-      "{} pieces, with the time at which each came off; moved {:g} mm away from the largest,\nalong the line between "
-      "their middles",
-      pieces.size(), fragments.params.apart_mm);
+  spec.caption = pieces.size() < 2
+                     ? std::string("1 piece in place")
+                     : fmt::format(
+                           "{} pieces in place, with the time at which each came off; drawn {:g} mm away from "
+                           "the largest,\nalong the line between their middles",
+                           pieces.size(), fragments.params.apart_mm);
+  if (!fragments.out.empty()) spec.caption += (pieces.size() < 2 ? "; " : "\n") + DescribeOut(fragments);
   if (pieces.size() > kMostInLegend) spec.caption += fmt::format("; the legend names the {} largest", kMostInLegend);
   spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
   // Across the way that the second piece was moved, so that the gap shows; a little from above and from the front.

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "effects/plan.h"
+#include "kerf/error.h"
 
 namespace kerf {
 namespace {
@@ -20,6 +21,17 @@ constexpr std::size_t kTicksBetweenRefills = 1024;
 Vec3 WithoutNoise(Vec3 v) {
   for (int axis = 0; axis < 3; ++axis) v[axis] = std::abs(v[axis]) < 1e-12 ? 0 : v[axis];
   return v;
+}
+
+/// Between two ticks, all of it.
+void Install(const PieceRemoval& removal, Simulation& simulation) {
+  for (const LeafChange& change : removal.leaves) {
+    const auto replace = [&] { return simulation.Replace(change.index, change.with.data(), change.without.data()); };
+    if (replace()) continue;
+    simulation.Refill();
+    if (!replace()) throw Error("no room for what is left where a piece is taken out of the bone");
+  }
+  simulation.AddTakenOut(removal.mm3, 1);
 }
 
 }  // namespace
@@ -52,9 +64,23 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
     simulation.ClearChanged();
     fragments.Look(time_s);
   };
+  // At set ticks, and all of a piece at once: the same each time. `lifted`: no force is felt before the tool is set
+  // down.
+  const auto take_out = [&](double time_s, bool lifted) {
+    while (std::optional<PieceJob> job = fragments.Prepare(
+               simulation.bone(), [&](const Box3& box_W) { return lifted || simulation.IsClearOf(box_W); })) {
+      Install(job->removal, simulation);
+      fragments.Finish(*std::move(job), time_s);
+      look(time_s);
+    }
+  };
   const Clock::time_point start = Clock::now();
   for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
     const PathSegment& stretch = path.segments()[segment];
+    if (stretch.retract_before && segment > 0 && fragments.takes_out()) {
+      look(result.ticks.back().time_s);
+      take_out(result.ticks.back().time_s, true);
+    }
     if (stretch.retract_before) simulation.SetDown(path.CalcPose(segment, stretch.start_s));
     double time_s = stretch.start_s;
     Pose X_WT = path.CalcPose(segment, time_s);
@@ -77,7 +103,10 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       record.touched = touched;
       X_WT = record.X_WT;
       result.ticks.push_back(record);
-      if (fragments.is_on() && result.ticks.size() % ticks_between_looks == 0) look(time_s);
+      if (fragments.is_on() && result.ticks.size() % ticks_between_looks == 0) {
+        look(time_s);
+        take_out(time_s, false);
+      }
       if (!channels.empty()) {
         effects.Report(channels);
         result.effects.TakeRow(channels);
@@ -91,7 +120,11 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
   result.times = CalcTickTimes(std::move(times_us));
   result.removed_mm3_by_region = simulation.CalcRemovedByRegion();
   for (const double mm3 : result.removed_mm3_by_region) result.removed_mm3 += mm3;
-  if (fragments.is_on()) look(result.ticks.empty() ? 0 : result.ticks.back().time_s);
+  if (fragments.is_on()) {
+    const double end_s = result.ticks.empty() ? 0 : result.ticks.back().time_s;
+    look(end_s);
+    take_out(end_s, true);
+  }
   result.heat = MakeHeatReport(simulation.effects(), result.ticks.empty() ? Pose{} : result.ticks.back().X_WT);
   result.fragments = fragments.MakeReport(simulation.bone().materials());
   result.files.Finish();

@@ -329,6 +329,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (fragments.is_on()) {
     mirror.set_listener([&](const LeafMessage& leaf) { fragments.Change(leaf.index, leaf.values); });
   }
+  if (fragments.takes_out()) {
+    s.warnings.emplace_back(
+        "'kerf loop' holds pieces and dust in the bone, whatever [effects.fragments] pieces and remove_dust say; "
+        "'kerf run' takes them out");
+  }
   Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, options.seconds * scene.loop.rate_hz, s);
   const auto stopped = [&] { return options.stop != nullptr && options.stop->load(); };
   const auto read = [&](double share) {

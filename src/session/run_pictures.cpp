@@ -125,9 +125,17 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   const TriangleMesh after_mesh = ExtractSurface(run.after);
   PictureSpec after = base(name + ": after the cut");
   after.shapes.push_back(ShapeOf(run.after, after_mesh, ColourBy::kTissue, &after.legend));
+  after.caption = fmt::format("{} separate piece{}{}", run.pieces.size(), run.pieces.size() == 1 ? "" : "s",
+                              run.out.empty() ? "" : " in place");
+  for (const PieceOut& piece : run.out) {
+    if (piece.id != kAllDust) after.caption += fmt::format(", 1 {}", ToString(piece.fate));
+    if (piece.fate != PieceFate::kMoved) continue;
+    Shape shape = ShapeOf(piece.bone, ExtractSurface(piece.bone), ColourBy::kTissue, nullptr);
+    for (Vec3& p : shape.mesh_W.points) p += piece.move_mm;
+    after.shapes.push_back(std::move(shape));
+  }
   after.camera = overview;
   after.fit_to_tool = false;
-  after.caption = fmt::format("{} separate piece{}", run.pieces.size(), run.pieces.size() == 1 ? "" : "s");
   write(after, "after.png");
 
   // The kerf's mouth on the outer side of the bone, seen a little from above and from one side of the disc's plane.

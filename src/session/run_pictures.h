@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,8 +21,9 @@ struct RunPictures {
   const Bone& after;
   const std::vector<Bone>& pieces;
   std::string folder;
-  bool force_plot = true;  // of force against depth
-  bool apart = true;       // the pieces apart from each other
+  bool force_plot = true;              // of force against depth
+  bool apart = true;                   // the pieces apart from each other
+  std::span<const PieceOut> out = {};  // taken out; those set aside are drawn there
 };
 
 /// Writes before.png and after.png; cut.png and, if asked for, force.png when the saw met bone; apart.png when there is

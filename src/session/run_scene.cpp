@@ -33,6 +33,16 @@ double PeakMemoryMB() {
 /// A disc that is set down clear of the bone removes nothing in its first tick, or a shaving.
 constexpr double kInBoneMm3 = 0.1;
 
+PieceSummary Summarize(const ResultPiece& piece) {
+  PieceSummary summary{piece.volume_mm3, piece.bone->CalcBounds(), "", PieceFate::kHeld, Vec3(0)};
+  if (piece.out == nullptr) return summary;
+  summary.place = piece.out->fate;
+  summary.move_mm = piece.out->move_mm;
+  summary.bounds_W.lower += summary.move_mm;
+  summary.bounds_W.upper += summary.move_mm;
+  return summary;
+}
+
 }  // namespace
 
 ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz) {
@@ -61,6 +71,11 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
   }
   if (summary.cutting_time_s > 0) summary.mean_N = sum_N_s / summary.cutting_time_s;
   return summary;
+}
+
+double RunSummary::CalcOut_mm3() const {
+  if (!fragments) return 0;
+  return fragments->CalcAside_mm3() + fragments->CalcDeleted_mm3() + fragments->CalcDustOut_mm3();
 }
 
 std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file) {
@@ -147,21 +162,23 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const Pieces split = SplitPieces(result.bone, scene.output.smallest_piece_mm3);
   summary.dust_count = split.dust_count;
   summary.dust_mm3 = split.dust_mm3;
-  for (std::size_t i = 0; i < split.pieces.size(); ++i) {
-    PieceSummary piece;
-    piece.volume_mm3 = split.pieces[i].CalcVolume();
-    piece.bounds_W = split.pieces[i].CalcBounds();
+  const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
+  const std::vector<ResultPiece> pieces = ListPieces(split.pieces, out);
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    PieceSummary piece = Summarize(pieces[i]);
     if (scene.output.pieces) {
       piece.file = fmt::format("piece_{}.stl", i + 1);
-      WriteMesh(ExtractSurface(split.pieces[i]), folder + "/" + piece.file);
+      WriteMesh(pieces[i].out ? MakeSurfaceOut(*pieces[i].out) : ExtractSurface(*pieces[i].bone),
+                folder + "/" + piece.file);
       add_file(piece.file);
     }
     summary.pieces.push_back(piece);
-    stage("taking the pieces apart")(static_cast<double>(i + 1) / static_cast<double>(split.pieces.size()));
+    stage("taking the pieces apart")(static_cast<double>(i + 1) / static_cast<double>(pieces.size()));
   }
   if (scene.output.pictures) {
     RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
     pictures.apart = !summary.fragments;  // fragments.png shows that
+    if (summary.fragments) pictures.out = summary.fragments->out;
     for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"))) add_file(name);
     if (summary.heat && summary.heat->section.columns > 0) {
       WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, folder + "/heat.png");
@@ -208,19 +225,17 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
     }
     regions.push_back(row);
   }
-  json["removed"] = {
-      {"total_mm3", s.removed_mm3},
-      {"removed_plus_remaining_minus_initial_mm3", s.removed_mm3 + s.volume_after_mm3 - s.volume_before_mm3},
-      {"by_region", regions}};
+  json["removed"] = {{"total_mm3", s.removed_mm3},
+                     {"removed_plus_remaining_minus_initial_mm3",
+                      s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3() - s.volume_before_mm3},
+                     {"by_region", regions}};
   json["force"] = ForceJson(scene.force.name(), s.force);
   if (!s.effects.on.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);
   if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, true);
   json["pieces"] = ordered_json::array();
   for (const PieceSummary& piece : s.pieces) {
-    ordered_json row = {{"volume_mm3", piece.volume_mm3}, {"bounds", BoxJson(piece.bounds_W)}};
-    if (!piece.file.empty()) row["file"] = piece.file;
-    json["pieces"].push_back(row);
+    json["pieces"].push_back(PieceJson(piece));
   }
   json["dust"] = {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}};
   json["ticks"] = TicksJson(s);

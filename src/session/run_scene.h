@@ -14,8 +14,10 @@ namespace kerf {
 /// A separate piece of the bone after the cut.
 struct PieceSummary {
   double volume_mm3 = 0;
-  Box3 bounds_W;
-  std::string file;  // its STL in the output folder; empty when none was asked for
+  Box3 bounds_W;                       // where it is
+  std::string file;                    // its STL in the output folder; empty when none was asked for
+  PieceFate place = PieceFate::kHeld;  // held: in the bone
+  Vec3 move_mm{0};                     // from where it was cut off
 };
 
 struct ForceSummary {
@@ -32,7 +34,7 @@ struct RunSummary {
   std::uint64_t hash_before = 0;
   std::uint64_t hash_after = 0;
   double volume_before_mm3 = 0;
-  double volume_after_mm3 = 0;
+  double volume_after_mm3 = 0;  // in the bone: without what was taken out
   double removed_mm3 = 0;
   std::map<int, double> removed_mm3_by_region;
   MaterialTable materials;  // as used: uniform when the scene says so
@@ -55,6 +57,8 @@ struct RunSummary {
   std::optional<FragmentsReport> fragments;
   double peak_memory_MB = 0;       // of the whole program
   std::vector<std::string> files;  // written, relative to the output folder
+
+  double CalcOut_mm3() const;  // taken out of the bone, not cut: set aside, hidden and deleted pieces, dust
 };
 
 /// What is being done (for a progress bar) and how much of it, 0..1.

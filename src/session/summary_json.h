@@ -14,6 +14,14 @@ inline nlohmann::ordered_json BoxJson(const Box3& box) {
   return {{"lower_mm", {box.lower.x, box.lower.y, box.lower.z}}, {"upper_mm", {box.upper.x, box.upper.y, box.upper.z}}};
 }
 
+inline nlohmann::ordered_json PieceJson(const PieceSummary& piece) {
+  nlohmann::ordered_json row = {{"volume_mm3", piece.volume_mm3}, {"bounds", BoxJson(piece.bounds_W)}};
+  if (piece.place != PieceFate::kHeld) row["place"] = ToString(piece.place);
+  if (piece.place == PieceFate::kMoved) row["move_mm"] = {piece.move_mm.x, piece.move_mm.y, piece.move_mm.z};
+  if (!piece.file.empty()) row["file"] = piece.file;
+  return row;
+}
+
 inline nlohmann::ordered_json ForceJson(const std::string& law, const ForceSummary& force) {
   return {{"law", law},
           {"peak_N", force.peak_N},

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "bone/piece_removal.h"
 #include "contact/edge.h"
 #include "effects/plan.h"
 #include "kerf/error.h"
@@ -66,6 +67,7 @@ struct Simulation::State {
   EffectPlan effects;
   Pose X_WT;        // last good pose
   TickOutput last;  // what the last tick gave
+  std::array<double, 256> taken_out_mm3{};
 };
 
 /// What the last tick gave, of a tick in which nothing happened.
@@ -158,8 +160,23 @@ Bone Simulation::TakeBone() && {
   state_->field.Settle();
   return std::move(state_->bone);
 }
-const std::array<double, 256>& Simulation::CalcRemovedByRegion() {
-  return state_->cutter.CalcRemovedByRegion();
+std::array<double, 256> Simulation::CalcRemovedByRegion() {
+  std::array<double, 256> mm3 = state_->cutter.CalcRemovedByRegion();
+  for (std::size_t id = 0; id < mm3.size(); ++id) mm3[id] -= state_->taken_out_mm3[id];
+  return mm3;
+}
+bool Simulation::IsClearOf(const Box3& bounds_W) const {
+  const State& s = *state_;
+  const Vec3 p_W = s.X_WT.p_AB + s.field.p_WF_mm();
+  return glm::length(p_W - glm::clamp(p_W, bounds_W.lower, bounds_W.upper)) >
+         s.shape.reach_mm + CalcPieceClearance_mm(s.field.voxel_mm());
+}
+bool Simulation::Replace(const std::array<int, 3>& index, const float* from, const float* to) {
+  const LeafIndex origin = state_->field.origin_leaf();
+  return state_->cutter.Replace({index[0] - origin.x, index[1] - origin.y, index[2] - origin.z}, from, to);
+}
+void Simulation::AddTakenOut(const std::array<double, 256>& mm3, double sign) {
+  for (std::size_t id = 0; id < mm3.size(); ++id) state_->taken_out_mm3[id] += sign * mm3[id];
 }
 void Simulation::Refill() {
   state_->field.Refill(kSpareLeaves);

@@ -254,6 +254,168 @@ TEST_F(Run, TellsOfTheFragmentsAndChangesNothing) {
   EXPECT_FALSE(fs::exists(folder_ + "/apart.png"));
 }
 
+/// A block that a stroke straight down cuts in two at y = 0.5; a later one goes through the middle of the smaller part.
+constexpr char kTwoStrokes[] = R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 8.0
+size_y_mm = 6.0
+size_z_mm = 6.0
+voxel_mm = 0.1
+[[path.stroke]]
+start_mm = [0.0, 0.5, 11.5]
+end_mm = [0.0, 0.5, 3.0]
+feed_mm_per_s = 10.0
+disc_normal = [0.0, 1.0, 0.0]
+[[path.stroke]]
+start_mm = [0.0, 1.8, 11.5]
+end_mm = [0.0, 1.8, 3.0]
+feed_mm_per_s = 10.0
+disc_normal = [0.0, 1.0, 0.0]
+[output]
+bone = false
+pictures = false
+[effects.fragments]
+)";
+
+class TakingOut : public Run {
+ protected:
+  RunSummary RunWith(const std::string& more) {
+    return RunScene(ParseScene(kTwoStrokes + more, "scene.toml"), folder_, {});
+  }
+  /// Of the ticks of a stroke.
+  std::vector<double> ForcesOfStroke(int stroke) const {
+    std::istringstream log(ReadTextFile(folder_ + "/forces.csv"));
+    std::string line;
+    std::getline(log, line);
+    std::vector<double> forces_N;
+    while (std::getline(log, line)) {
+      std::vector<double> row;
+      std::istringstream cells(line);
+      for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
+      if (row[1] == stroke) forces_N.push_back(std::hypot(row[9], row[10], row[11]));
+    }
+    return forces_N;
+  }
+};
+
+double Largest(const std::vector<double>& values) {
+  return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+}
+
+TEST_F(TakingOut, WhereADeletedPieceWasNothingIsFelt) {
+  const RunSummary held = RunWith("");
+  const std::vector<double> first = ForcesOfStroke(1);
+  EXPECT_GT(Largest(ForcesOfStroke(2)), 10);
+  EXPECT_EQ(held.CalcOut_mm3(), 0);
+  EXPECT_EQ(held.pieces.size(), 3u);
+  std::uint64_t left = 0;
+  for (const std::string fate : {"deleted", "hidden", "moved"}) {
+    SCOPED_TRACE(fate);
+    const RunSummary s = RunWith("pieces = \"" + fate + "\"\n");
+    // As the log has it, six figures: until the piece goes the same is felt.
+    EXPECT_EQ(ForcesOfStroke(1), first);
+    EXPECT_EQ(Largest(ForcesOfStroke(2)), 0);
+    ASSERT_EQ(s.fragments->out.size(), 1u);
+    const PieceOut& out = s.fragments->out[0];
+    EXPECT_EQ(out.id, 2);
+    EXPECT_EQ(ToString(out.fate), fate);
+    EXPECT_EQ(out.time_s, 0.85);  // the first stroke's end, where the tool is lifted
+    // A cuboid of 8 x 2.375 x 6 mm; its edges are rounded by about 0.2 h^2.
+    EXPECT_NEAR(out.volume_mm3, 8 * 2.375 * 6, 0.02 * 66);
+    // To rounding of the sums.
+    EXPECT_NEAR(s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3(), s.volume_before_mm3, 1e-9 * s.volume_before_mm3);
+    EXPECT_EQ(s.CalcOut_mm3(), out.volume_mm3);
+    EXPECT_NEAR(s.removed_mm3, 8 * 0.25 * 6, 0.02 * 12);
+    // The largest stays to the bit, whatever became of the other.
+    if (left == 0) left = s.hash_after;
+    EXPECT_EQ(s.hash_after, left);
+    const bool gone = fate == "deleted";
+    EXPECT_EQ(gone ? s.fragments->CalcDeleted_mm3() : s.fragments->CalcAside_mm3(), out.volume_mm3);
+    ASSERT_EQ(s.pieces.size(), gone ? 1u : 2u);
+    EXPECT_EQ(fs::exists(folder_ + "/piece_2.stl"), !gone);
+    if (!gone) {
+      const TriangleMesh mesh = ReadMesh(folder_ + "/piece_2.stl");
+      EXPECT_NEAR(CalcEnclosedVolume(mesh) / out.volume_mm3, 1, 0.01);
+      // Straight away from the larger one, which lies beside it along y.
+      EXPECT_NEAR(glm::length(out.move_mm - Vec3(0, fate == "moved" ? 6 : 0, 0)), 0, 1e-6);
+      double lowest = 1e9;
+      for (const Vec3& p : mesh.points) lowest = std::min(lowest, p.y);
+      EXPECT_NEAR(lowest, 0.625 + (fate == "moved" ? 6 : 0), 0.05);
+      EXPECT_NEAR(s.pieces[1].bounds_W.lower.y, lowest, 1e-3);
+    }
+    const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"));
+    EXPECT_EQ(json["fragments"]["taken_out"][0]["place"], fate);
+    EXPECT_EQ(json["fragments"][gone ? "deleted_mm3" : "taken_out_mm3"], out.volume_mm3);
+    EXPECT_EQ(json["removed"]["removed_plus_remaining_minus_initial_mm3"],
+              s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3() - s.volume_before_mm3);
+    // The same again.
+    const std::string forces = ReadTextFile(folder_ + "/forces.csv");
+    EXPECT_EQ(RunWith("pieces = \"" + fate + "\"\n").hash_after, left);
+    EXPECT_EQ(ReadTextFile(folder_ + "/forces.csv"), forces);
+  }
+}
+
+TEST_F(TakingOut, APieceIsMovedAsTold) {
+  const RunSummary s = RunWith("pieces = \"moved\"\nmove_mm = [1, 2, 30]\n");
+  ASSERT_EQ(s.pieces.size(), 2u);
+  EXPECT_EQ(s.pieces[1].move_mm, Vec3(1, 2, 30));
+  EXPECT_NEAR(s.pieces[1].bounds_W.upper.z, 30, 0.05);
+}
+
+TEST_F(TakingOut, DustGoesWhenItIsAskedTo) {
+  // The smaller part is dust.
+  const RunSummary s = RunWith("dust_mm3 = 140\nremove_dust = true\n");
+  EXPECT_EQ(Largest(ForcesOfStroke(2)), 0);
+  EXPECT_EQ(s.fragments->event_count, 0u);
+  EXPECT_EQ(s.fragments->found.dust_count, 0u);
+  EXPECT_NEAR(s.fragments->CalcDustOut_mm3(), 8 * 2.375 * 6, 0.02 * 66);
+  EXPECT_EQ(s.fragments->CalcDeleted_mm3(), 0);
+  EXPECT_NEAR(s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3(), s.volume_before_mm3, 1e-9 * s.volume_before_mm3);
+}
+
+// On one way without lifting the tool: down, far up, aside and down again.
+TEST_F(TakingOut, APieceGoesBetweenTwoTicksOnceTheToolIsClearOfIt) {
+  const std::string text(kTwoStrokes);
+  const auto run = [&](const std::string& more) {
+    const std::size_t second = text.find("[[path.stroke]]", text.find("[[path.stroke]]") + 1);
+    std::string scene = text.substr(0, second);
+    const auto go = [&](const char* from, const char* to) {
+      scene += std::string("[[path.stroke]]\nretract = false\nstart_mm = ") + from + "\nend_mm = " + to +
+               "\nfeed_mm_per_s = 40.0\ndisc_normal = [0.0, 1.0, 0.0]\n";
+    };
+    go("[0.0, 0.5, 3.0]", "[0.0, 0.5, 25.0]");
+    go("[0.0, 0.5, 25.0]", "[0.0, 1.8, 25.0]");
+    go("[0.0, 1.8, 25.0]", "[0.0, 1.8, 3.0]");
+    const Scene parsed = ParseScene(scene + "[effects.fragments]\n" + more, "scene.toml");
+    return RunPath(MakeSceneBone(parsed, {}), MakeSimulationParams(parsed), MakePath(parsed), 1000, 7500, {});
+  };
+  const RunResult held = run("");
+  const RunResult deleted = run("pieces = \"deleted\"\n");
+  ASSERT_EQ(held.ticks.size(), deleted.ticks.size());
+  ASSERT_EQ(deleted.fragments->out.size(), 1u);
+  const double gone_s = deleted.fragments->out[0].time_s;
+  bool met_it_held = false;
+  for (std::size_t i = 0; i < held.ticks.size(); ++i) {
+    const TickRecord& a = held.ticks[i];
+    const TickRecord& b = deleted.ticks[i];
+    const Vec3 f_N = b.out.f_T_W_N;
+    if (a.time_s <= gone_s) {
+      ASSERT_EQ(a.out.f_T_W_N, f_N) << a.time_s;
+    } else {
+      ASSERT_EQ(f_N, Vec3(0)) << a.time_s;
+    }
+    if (b.time_s > gone_s - 0.01 && b.time_s < gone_s + 0.01) {
+      // Clear of it: the disc's rim, 11 mm, and 2 mm and 24 voxels more above it; at least two leaves over it.
+      ASSERT_EQ(f_N, Vec3(0));
+      ASSERT_GT(b.X_WT.p_AB.z, 11 + 2 + 2.4);
+    }
+    met_it_held = met_it_held || (a.time_s > gone_s && glm::length(a.out.f_T_W_N) > 10);
+  }
+  EXPECT_TRUE(met_it_held);
+}
+
 TEST_F(Run, RetractedToolDoesNotCutOnItsWay) {
   // Two strokes that each stay above the bone; the straight way from the end of one to the start of the next goes
   // through it.

@@ -10,10 +10,27 @@
 
 namespace kerf {
 
+/// What becomes of a piece that came off, once the tool is clear of it; the largest stays whatever is asked.
+enum class PieceFate {
+  kHeld,     // it stays, part of the bone
+  kMoved,    // it is set aside, and seen there
+  kHidden,   // it is out of the way and not drawn
+  kDeleted,  // it is gone
+};
+inline constexpr const char* kPieceFates[] = {"held", "moved", "hidden", "deleted"};
+inline const char* ToString(PieceFate fate) {
+  return kPieceFates[static_cast<std::size_t>(fate)];
+}
+
 struct FragmentsParams {
   double dust_mm3 = 1;   // smaller is dust
   double every_ms = 50;  // between two looks
-  double apart_mm = 6;   // in the picture
+  double apart_mm = 6;   // in the picture; and of what is moved without move_mm
+  PieceFate pieces = PieceFate::kHeld;
+  Vec3 move_mm{0};  // world; 0: apart_mm away from the largest
+  bool remove_dust = false;
+
+  bool TakesOut() const { return pieces != PieceFate::kHeld || remove_dust; }
 };
 
 /// A piece came off.
