@@ -30,6 +30,7 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, TickReport& report) {
   in.force_off = force_off_;
   force_off_ = false;
   const HapticStepOutput out = step_.Step(device_, in, &observer);
+  if (pieces_ != nullptr) pieces_->Step(simulation_);
   report.X_WH = out.sample.X_WH;
   report.f_device_N = out.force.f_H_W_N;
   report.out = out.coupled;

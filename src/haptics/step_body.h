@@ -4,6 +4,7 @@
 #include "haptics/guarded_device.h"
 #include "haptics/haptic_step.h"
 #include "haptics/loop_body.h"
+#include "haptics/piece_exchange.h"
 
 namespace kerf {
 
@@ -27,6 +28,8 @@ class StepBody final : public LoopBody {
   /// All must outlive it; `before` may be null. Throws Error for a parameter of the force map out of range.
   StepBody(CoupledSimulation& simulation, GuardedDevice& device, const StepBodyParams& params,
            BeforeTick* before = nullptr);
+  /// Pieces that leave the bone between ticks; null: none do. Before the loop begins.
+  void set_pieces(PieceExchange* pieces) { pieces_ = pieces; }
 
   bool Tick(double dt_s, TickObserver& observer, TickReport& report) override;
   std::size_t channel_count() const override;
@@ -45,6 +48,7 @@ class StepBody final : public LoopBody {
   GuardedDevice& device_;
   StepBodyParams params_;
   BeforeTick* before_;
+  PieceExchange* pieces_ = nullptr;
   HapticStep step_;
   bool force_off_ = false;
   double failed_s_ = 0;

@@ -150,6 +150,7 @@ std::string DescribePieces(const LoopSummary& s) {
   std::string text = s.pieces.size() == 1 ? "one piece" : fmt::format("{} pieces", s.pieces.size());
   for (std::size_t i = 0; i < s.pieces.size(); ++i) {
     text += fmt::format("{}{:.3g} cm3", i == 0 ? ": " : ", ", s.pieces[i].volume_mm3 / 1000);
+    if (s.pieces[i].place != PieceFate::kHeld) text += fmt::format(" ({})", ToString(s.pieces[i].place));
   }
   if (s.dust_count > 0) {
     text += fmt::format("; {} crumb{} of {:.3f} mm3 together", s.dust_count, s.dust_count == 1 ? "" : "s", s.dust_mm3);
@@ -190,9 +191,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
   const FittedCoupling& fitted = s.setup.fitted;
   ordered_json pieces = ordered_json::array();
   for (const PieceSummary& piece : s.pieces) {
-    ordered_json row = {{"volume_mm3", piece.volume_mm3}, {"bounds", BoxJson(piece.bounds_W)}};
-    if (!piece.file.empty()) row["file"] = piece.file;
-    pieces.push_back(row);
+    pieces.push_back(PieceJson(piece));
   }
   const auto bars = [&s](const std::vector<LoopBar>& all) {
     if (s.virtual_time) return ordered_json();
@@ -257,6 +256,8 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"bad_poses", s.counts.bad_poses}}},
       {"hand_strokes", s.strokes},
       {"hand_rounds", s.rounds},
+      {"volume_before_mm3", s.volume_before_mm3},
+      {"volume_after_mm3", s.volume_after_mm3},
       {"removed_mm3", s.removed_mm3},
       {"removed_by_occupancy_mm3", s.removed_by_occupancy_mm3},
       {"energy",
@@ -385,13 +386,17 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   if (!summary.rows.empty()) WritePlot(MakeForcePlot(summary), add("force.png"));
   if (!summary.after.empty()) {
     if (scene.output.bone) WriteBone(summary.after, add("bone.vdb"));
-    for (std::size_t i = 0; scene.output.pieces && i < summary.piece_bones.size(); ++i) {
+    const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
+    const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, out);
+    for (std::size_t i = 0; scene.output.pieces && i < pieces.size(); ++i) {
       summary.pieces[i].file = fmt::format("piece_{}.stl", i + 1);
-      WriteMesh(ExtractSurface(summary.piece_bones[i]), add(summary.pieces[i].file));
+      WriteMesh(pieces[i].out ? MakeSurfaceOut(*pieces[i].out) : ExtractSurface(*pieces[i].bone),
+                add(summary.pieces[i].file));
     }
     if (scene.output.pictures && !summary.moments.empty()) {
       RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
       pictures.apart = !summary.fragments;  // fragments.png shows that
+      pictures.out = out;
       const auto show = [&](double fraction) {
         if (progress) progress("drawing the pictures", fraction);
       };

@@ -9,6 +9,7 @@
 
 #include "bone/piece_removal.h"
 #include "effects/fragments/watch.h"
+#include "kerf/error.h"
 #include "kerf/geometry.h"
 
 namespace kerf {
@@ -37,6 +38,18 @@ struct PieceJob {
 /// the one that the watch has been told of. Not for the tick.
 std::optional<PieceJob> PreparePiece(const FragmentWatch& watch, const Bone& bone, const std::set<int>& not_these,
                                      const std::function<bool(const Box3&)>& is_clear);
+/// Between two ticks, all of it at once; what is out already stays so. Of a Simulation or a CoupledSimulation.
+template <typename Sim>
+void Install(const PieceRemoval& removal, Sim& simulation) {
+  for (const LeafChange& change : removal.leaves) {
+    const auto replace = [&] { return simulation.Replace(change.index, change.with.data(), change.without.data()); };
+    if (replace()) continue;
+    simulation.Refill();
+    if (!replace()) throw Error("no room for what is left where a piece is taken out of the bone");
+  }
+  simulation.AddTakenOut(removal.mm3, 1);
+}
+
 /// Of a job that is done.
 PieceOut FinishPiece(PieceJob&& job, const FragmentsParams& params, double time_s);
 

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "effects/plan.h"
-#include "kerf/error.h"
 
 namespace kerf {
 namespace {
@@ -21,17 +20,6 @@ constexpr std::size_t kTicksBetweenRefills = 1024;
 Vec3 WithoutNoise(Vec3 v) {
   for (int axis = 0; axis < 3; ++axis) v[axis] = std::abs(v[axis]) < 1e-12 ? 0 : v[axis];
   return v;
-}
-
-/// Between two ticks, all of it.
-void Install(const PieceRemoval& removal, Simulation& simulation) {
-  for (const LeafChange& change : removal.leaves) {
-    const auto replace = [&] { return simulation.Replace(change.index, change.with.data(), change.without.data()); };
-    if (replace()) continue;
-    simulation.Refill();
-    if (!replace()) throw Error("no room for what is left where a piece is taken out of the bone");
-  }
-  simulation.AddTakenOut(removal.mm3, 1);
 }
 
 }  // namespace

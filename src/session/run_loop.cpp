@@ -18,6 +18,7 @@
 #include "kerf/error.h"
 #include "scene/doubts.h"
 #include "session/hand_motion.h"
+#include "session/live_pieces.h"
 #include "session/make_bone.h"
 
 namespace kerf {
@@ -241,7 +242,9 @@ void TakeApart(Bone bone, const Scene& scene, const LoopOptions& options,
   Pieces split = SplitPieces(bone, scene.output.smallest_piece_mm3);
   s.dust_count = split.dust_count;
   s.dust_mm3 = split.dust_mm3;
-  for (const Bone& piece : split.pieces) s.pieces.push_back({piece.CalcVolume(), piece.CalcBounds(), ""});
+  const std::span<const PieceOut> out = s.fragments ? s.fragments->out : std::span<const PieceOut>{};
+  for (const ResultPiece& piece : ListPieces(split.pieces, out)) s.pieces.push_back(Summarize(piece));
+  s.volume_after_mm3 = bone.CalcVolume();
   if (!options.keep_bones) return;
   s.after = std::move(bone);
   s.after.set_note("cut_by_scene", scene.name);
@@ -306,6 +309,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
   s.starts_in_bone = IsInBone(bone, params.tool, path.CalcPose(0, 0));
   if (options.keep_bones) s.before = bone;
+  s.volume_before_mm3 = bone.CalcVolume();
   Bone copy = bone;
   const Vec3 p_TC_mm = params.coupling.p_TC_mm;
   const Pose X_WT_start = path.CalcPose(0, 0);
@@ -326,14 +330,15 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   HapticLoop loop(body, device, clock, MakeLoopParams(scene.loop, options));
   BoneMirror mirror(std::move(copy), loop.leaves());
   FragmentsDriver fragments(simulation.effects());
+  PieceExchange exchange;
+  LivePieces pieces(fragments, loop, exchange, mirror, CalcReach(params.tool));
   if (fragments.is_on()) {
-    mirror.set_listener([&](const LeafMessage& leaf) { fragments.Change(leaf.index, leaf.values); });
+    mirror.set_listener([&](const LeafMessage& leaf) {
+      fragments.Change(leaf.index, leaf.values);
+      pieces.Take(leaf);
+    });
   }
-  if (fragments.takes_out()) {
-    s.warnings.emplace_back(
-        "'kerf loop' holds pieces and dust in the bone, whatever [effects.fragments] pieces and remove_dust say; "
-        "'kerf run' takes them out");
-  }
+  if (fragments.takes_out()) body.set_pieces(&exchange);
   Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, options.seconds * scene.loop.rate_hz, s);
   const auto stopped = [&] { return options.stop != nullptr && options.stop->load(); };
   const auto read = [&](double share) {
@@ -356,8 +361,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     loop.RunHere(ticks, [&] {
       if (++done % 64 == 0) read(static_cast<double>(done) / static_cast<double>(ticks));
       if (fragments.is_on() && done % between_looks == 0) {
+        loop.state().Update();
         s.leaves_sent += mirror.Update();
-        fragments.Look(static_cast<double>(done) * period_s);
+        pieces.Poll();
+        if (!pieces.is_leaving()) fragments.Look(static_cast<double>(done) * period_s);
+        if (!pieces.is_leaving()) pieces.Prepare();
       }
       return stands_still.Now() < end_ns && !stopped();
     });
@@ -369,17 +377,22 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
       if (fragments.is_on()) loop.state().Update();  // what had been sent by then is read now
       read(elapsed_s() / options.seconds);
-      if (!fragments.is_on() || elapsed_s() < look_at_s) continue;
+      pieces.Poll();
+      if (!fragments.is_on() || elapsed_s() < look_at_s || pieces.is_leaving()) continue;
       look_at_s = elapsed_s() + fragments.every_s();
       fragments.Look(loop.state().front().sent_until_s, elapsed_s);
+      pieces.Prepare();
     }
     loop.Stop();
   }
   s.wall_s = elapsed_s();
   // The tool rests: what still waits goes out.
-  while (loop.SendRest()) s.leaves_sent += mirror.Update();
-  read(1);
-  fragments.Look(s.simulated_s);
+  const auto send_rest = [&] {
+    while (loop.SendRest()) s.leaves_sent += mirror.Update();
+    read(1);
+  };
+  send_rest();
+  pieces.Finish(simulation, s.simulated_s, send_rest);
 
   SummarizeLoop(loop, device, s);
   recorder.Finish(period_s);

@@ -102,7 +102,9 @@ struct LoopSummary {
   LoopForceSummary force;
   long rounds = 0;  // of the hand through the path
   long strokes = 0;
-  double removed_mm3 = 0;               // exact, of the level set
+  double removed_mm3 = 0;  // exact, of the level set
+  double volume_before_mm3 = 0;
+  double volume_after_mm3 = 0;          // in the bone: without what was taken out
   double removed_by_occupancy_mm3 = 0;  // what the ticks add up to
   // hand + spindle = stored + cut + friction + damping + numerical
   double hand_J = 0;

@@ -33,6 +33,8 @@ double PeakMemoryMB() {
 /// A disc that is set down clear of the bone removes nothing in its first tick, or a shaving.
 constexpr double kInBoneMm3 = 0.1;
 
+}  // namespace
+
 PieceSummary Summarize(const ResultPiece& piece) {
   PieceSummary summary{piece.volume_mm3, piece.bone->CalcBounds(), "", PieceFate::kHeld, Vec3(0)};
   if (piece.out == nullptr) return summary;
@@ -42,8 +44,6 @@ PieceSummary Summarize(const ResultPiece& piece) {
   summary.bounds_W.upper += summary.move_mm;
   return summary;
 }
-
-}  // namespace
 
 ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz) {
   ForceSummary summary;

@@ -20,6 +20,8 @@ struct PieceSummary {
   Vec3 move_mm{0};                     // from where it was cut off
 };
 
+PieceSummary Summarize(const ResultPiece& piece);
+
 struct ForceSummary {
   double peak_N = 0;  // largest magnitude of the force on the tool
   double peak_time_s = 0;

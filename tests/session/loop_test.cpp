@@ -354,6 +354,97 @@ TEST(LoopEffects, FragmentsAreFoundWhileItRuns) {
   EXPECT_NE(FormatLoopReport(scene, with, false).find("- Fragments: one piece came off: "), std::string::npos);
 }
 
+/// Cut off beside the middle; then the hand goes far away, aside, and down through where the smaller part is.
+constexpr char kThroughThePiece[] = R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 8.0
+size_y_mm = 4.0
+size_z_mm = 3.0
+voxel_mm = 0.2
+[tool]
+diameter_mm = 12.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.5, 0.0, 6.5]
+end_mm = [0.5, 0.0, 0.5]
+feed_mm_per_s = 1.2
+disc_normal = [1.0, 0.0, 0.0]
+[[path.stroke]]
+start_mm = [0.5, 0.0, 0.5]
+end_mm = [0.5, 0.0, 22.0]
+feed_mm_per_s = 20.0
+disc_normal = [1.0, 0.0, 0.0]
+retract = false
+[[path.stroke]]
+start_mm = [0.5, 0.0, 22.0]
+end_mm = [2.4, 0.0, 22.0]
+feed_mm_per_s = 2.0
+disc_normal = [1.0, 0.0, 0.0]
+retract = false
+[[path.stroke]]
+start_mm = [2.4, 0.0, 22.0]
+end_mm = [2.4, 0.0, 2.0]
+feed_mm_per_s = 8.0
+disc_normal = [1.0, 0.0, 0.0]
+retract = false
+[hand]
+model = "H4"
+[effects.fragments]
+)";
+
+double Balance(const LoopSummary& s) {
+  double mm3 = s.removed_mm3 + s.volume_after_mm3 - s.volume_before_mm3;
+  for (const PieceOut& out : s.fragments->out) mm3 += out.volume_mm3;
+  return mm3;
+}
+
+TEST(LoopEffects, APieceIsTakenOutWhileItRuns) {
+  constexpr double kSeconds = 10;
+  const LoopSummary held = RunVirtual(ParseScene(kThroughThePiece, "s.toml"), kSeconds);
+  const Scene scene = ParseScene(std::string(kThroughThePiece) + "pieces = \"deleted\"\n", "s.toml");
+  const LoopSummary s = RunVirtual(scene, kSeconds);
+  ASSERT_EQ(s.fragments->out.size(), 1u);
+  const double gone_s = s.fragments->out[0].time_s;
+  EXPECT_EQ(s.fragments->out[0].id, 2);
+  EXPECT_LT(gone_s, kSeconds - 1);
+  EXPECT_TRUE(s.mirror_identical);
+  EXPECT_NEAR(Balance(s), 0, 1e-9 * s.volume_before_mm3);
+  EXPECT_EQ(s.pieces.size(), 1u);
+  // The tool is clear of it from before it begins to go until after it is gone: the same is felt until then.
+  double held_N = 0, largest_N = 0;
+  ASSERT_EQ(held.rows.size(), s.rows.size());
+  for (std::size_t i = 0; i < s.rows.size(); ++i) {
+    if (s.rows[i].time_s <= gone_s) {
+      ASSERT_EQ(s.rows[i].f_hand_N, held.rows[i].f_hand_N) << s.rows[i].time_s;
+    } else {
+      held_N = std::max(held_N, static_cast<double>(held.rows[i].thrust_N));
+      largest_N = std::max(largest_N, static_cast<double>(s.rows[i].thrust_N));
+    }
+  }
+  EXPECT_GT(held_N, 0.5);
+  EXPECT_EQ(largest_N, 0);
+  EXPECT_LE(s.force.largest_step_N, s.force.slew_bound_N);
+  const LoopSummary again = RunVirtual(scene, kSeconds);
+  EXPECT_EQ(again.force_hash, s.force_hash);
+  EXPECT_EQ(again.bone_hash, s.bone_hash);
+}
+
+TEST(LoopEffects, LiveAPieceIsTakenOut) {
+  LoopOptions options;
+  options.seconds = 10;
+  const LoopSummary s =
+      RunLoop(ParseScene(std::string(kThroughThePiece) + "pieces = \"moved\"\n", "s.toml"), options, {});
+  // While it ran or, on a machine that is busy with other things, at its end.
+  ASSERT_GE(s.fragments->out.size(), 1u);
+  EXPECT_TRUE(s.mirror_identical);
+  EXPECT_NEAR(Balance(s), 0, 1e-9 * s.volume_before_mm3);
+  ASSERT_GE(s.pieces.size(), 2u);
+  EXPECT_EQ(s.pieces[1].place, PieceFate::kMoved);
+}
+
 TEST(LoopEffects, LiveAPieceIsFoundSoonAfterItCameOff) {
   const Scene scene = ParseScene(std::string(kScene) + "[effects.fragments]\n", "s.toml");
   LoopOptions options;
