@@ -15,6 +15,7 @@
   EFFECT(Heat)               \
   EFFECT(Structures)         \
   EFFECT(Fragments)          \
+  EFFECT(Chips)              \
   EFFECT(Sound)
 // clang-format on
 

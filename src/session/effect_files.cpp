@@ -12,14 +12,18 @@ constexpr float kFade_s = 0.01F;  // at the end: a tone that is cut off clicks
 }  // namespace
 
 EffectFiles::EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here)
-    : tone_(plan), spectrum_(here ? SpectrumTrack(plan) : SpectrumTrack()), guide_(plan, ticks) {
+    : tone_(plan),
+      spectrum_(here ? SpectrumTrack(plan) : SpectrumTrack()),
+      guide_(plan, ticks),
+      chips_(here ? ChipsTrack(plan) : ChipsTrack()) {
   if (tone_.any()) tones_.reserve(ticks);
 }
 
-void EffectFiles::Take(double time_s, double dt_s, const Vec3& p_WT_mm, std::span<const double> channels) {
+void EffectFiles::Take(double time_s, double dt_s, const Pose& X_WT, std::span<const double> channels) {
   if (tone_.any()) tones_.push_back(tone_.Read(dt_s, channels));
   spectrum_.Take(dt_s);
-  guide_.Take(time_s, p_WT_mm, channels);
+  guide_.Take(time_s, X_WT.p_AB, channels);
+  chips_.Take(time_s, X_WT);
 }
 
 std::vector<std::string> EffectFiles::WriteSounds(const std::string& folder) const {
@@ -42,11 +46,12 @@ std::vector<std::string> EffectFiles::WritePictures(const std::string& folder, c
     WriteDeviationPlot(guide_, name, folder + "/deviation.png");
     written.insert(written.end(), {"guide.png", "deviation.png"});
   }
+  if (WriteChipsPicture(chips_, bone, tool, patient, name, folder + "/chips.png")) written.emplace_back("chips.png");
   return written;
 }
 
 const std::vector<std::string>& EffectFiles::Names() {
-  static const std::vector<std::string> kNames{"sound.wav", "spectrum.png", "guide.png", "deviation.png"};
+  static const std::vector<std::string> kNames{"sound.wav", "spectrum.png", "guide.png", "deviation.png", "chips.png"};
   return kNames;
 }
 

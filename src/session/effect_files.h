@@ -10,6 +10,7 @@
 #include "kerf/bone.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
+#include "session/chips_picture.h"
 #include "session/guide_picture.h"
 #include "session/spectrum_picture.h"
 
@@ -20,13 +21,17 @@ class EffectFiles {
  public:
   EffectFiles() = default;
   /// `ticks`: that will come, for setting memory aside. `here`: Take() is called in the thread that makes the ticks,
-  /// and may look at the effects themselves until Finish(): then there is a spectrum too.
+  /// and may look at the effects themselves until Finish(): then there are a spectrum and
+  /// chips too.
   EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here);
 
   /// A tick that is over; `channels` of all effects.
-  void Take(double time_s, double dt_s, const Vec3& p_WT_mm, std::span<const double> channels);
+  void Take(double time_s, double dt_s, const Pose& X_WT, std::span<const double> channels);
   /// No tick comes any more; the plan may go.
-  void Finish() { spectrum_.Detach(); }
+  void Finish() {
+    spectrum_.Detach();
+    chips_.Detach();
+  }
 
   /// Write what there is into the folder and return the names. Throw Error.
   std::vector<std::string> WriteSounds(const std::string& folder) const;
@@ -42,6 +47,7 @@ class EffectFiles {
   std::vector<ToneFrame> tones_;
   SpectrumTrack spectrum_;
   GuideTrack guide_;
+  ChipsTrack chips_;
 };
 
 }  // namespace kerf

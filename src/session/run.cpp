@@ -98,7 +98,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       if (!channels.empty()) {
         effects.Report(channels);
         result.effects.TakeRow(channels);
-        result.files.Take(time_s, dt_s, record.X_WT.p_AB, channels);
+        result.files.Take(time_s, dt_s, record.X_WT, channels);
       }
       if (k % kTicksBetweenRefills == 0) simulation.Refill();
       if (progress && k % 64 == 0) progress(static_cast<double>(result.ticks.size()) / static_cast<double>(total));

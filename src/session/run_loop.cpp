@@ -123,7 +123,7 @@ class Recorder {
       Mix(out.f_H_W_N[axis]);
       Mix(out.X_WT.p_AB[axis]);
     }
-    summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT.p_AB, channels);
+    summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT, channels);
     summary_.simulated_s = s.time_s;
     summary_.force.largest_simulated_N = std::max(summary_.force.largest_simulated_N, glm::length(out.f_H_W_N));
     summary_.hand_J += 1e-3 * out.hand_mJ;
