@@ -189,8 +189,8 @@ const EffectInfo& Chips() {
       .sleeps = "while nothing is cut and no chip is in the air",
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = {{"size_mm", 0.15, 0.02, 5,
-                      "diameter of a ball of a chip's volume; an assumption: a tooth's passage, 2 um by 0.25 mm by 10 "
-                      "mm, broken in three"},
+                      "diameter of a ball of a chip's volume; an assumption: what a tooth takes off in a passage, "
+                      "0.004 mm3, in two"},
                      {"spread", 0.15, 0, 1,
                       "random part of a chip's velocity, at most, of the rim's speed; an assumption"},
                      {"life_s", 0.4, 0.001, 60, "how long a chip is followed"},
