@@ -37,7 +37,7 @@ class ChipPool {
   std::uint64_t cut_short() const { return cut_short_; }
   std::size_t CalcMemoryBytes() const { return starts_.capacity() * sizeof(Start); }
 
-  // ---- for drawing; not in the tick: some us each
+  // ---- for drawing; not in the tick: some 4 us each
   struct Chip {
     Vec3 p_F_mm;
     Vec3 v_F_mm_per_s;
