@@ -1,6 +1,7 @@
 // kerf effects: what a scene may ask for, and what it costs there.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,6 +50,11 @@ void Run(Options& options) {
     fmt::print("{}", options.json ? FormatEffectListJson() : FormatEffectList());
     return;
   }
+  const EffectInfo* only = FindEffect(options.scene);
+  if (only != nullptr && !options.json && !std::filesystem::exists(options.scene)) {
+    fmt::print("{}", FormatEffectList(only));
+    return;
+  }
   Scene scene = ReadScene(options.scene);
   if (options.voxel_mm) SetVoxel(scene, *options.voxel_mm);
   if (!options.csv.empty()) {
@@ -84,8 +90,10 @@ void AddEffectsCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "effects",
       "List the effects that a scene may name; with a scene, which of them are on, why, and what each costs there");
-  command->add_option("SCENE", options->scene,
-                      "The scene file: its cut is made with and without each effect, in turn, and timed");
+  command->add_option(
+      "SCENE", options->scene,
+      "The scene file: its cut is made with and without each effect, in turn, and timed; or an effect's name, "
+      "to list that one");
   command->add_option("--seconds", options->measure.seconds, "Of the cut that is timed, where most teeth are engaged")
       ->check(CLI::Range(0.1, 60.0))
       ->capture_default_str();

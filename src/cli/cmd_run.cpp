@@ -127,6 +127,31 @@ void RunSlabMode(const Scene& scene, const Options& options) {
   }
 }
 
+/// What a tool on a path does not let the effects do.
+std::vector<std::string> FindEffectWarnings(const Scene& scene, const EffectRecord& record) {
+  std::vector<std::string> warnings;
+  const EffectChoice* guide = FindChoice(scene.effects, "guide");
+  for (const EffectFigure& figure : record.figures) {
+    const std::string column = figure.column();
+    if (column == "spindle_stalled" && figure.largest > 0) {
+      warnings.emplace_back(
+          "the spindle stalled, and the tool went on along its path without cutting; see spindle_stalled in "
+          "forces.csv");
+    }
+    const auto beyond = [&](const char* what, double limit_mm) {
+      if (figure.largest <= limit_mm + 1e-3) return;
+      warnings.push_back(fmt::format(
+          "the path goes {:.3g} mm {} of the guide, which can't hold a tool on a path; 'kerf loop' has one in a hand",
+          figure.largest - limit_mm, what));
+    };
+    if (column == "guide_deviation_mm") beyond("beyond the tolerance", guide->GetNumber("tolerance_mm"));
+    if (column == "guide_depth_mm" && guide->GetNumber("depth_mm") > 0) {
+      beyond("past the depth stop", guide->GetNumber("depth_mm"));
+    }
+  }
+  return warnings;
+}
+
 void Run(const Options& options) {
   const Scene scene = ReadScene(options.scene);
   CheckInputsStay(scene, options.scene, options.folder);
@@ -150,11 +175,8 @@ void Run(const Options& options) {
     fmt::print(stderr, "kerf: warning: {} ticks report that something was not done as asked; see the status column\n",
                summary.ticks_with_status);
   }
-  for (const EffectFigure& figure : summary.effects.figures) {
-    if (figure.column() != "spindle_stalled" || figure.largest == 0) continue;
-    fmt::print(stderr,
-               "kerf: warning: the spindle stalled, and the tool went on along its path without cutting; see "
-               "spindle_stalled in forces.csv\n");
+  for (const std::string& warning : FindEffectWarnings(scene, summary.effects)) {
+    fmt::print(stderr, "kerf: warning: {}\n", warning);
   }
   if (options.json) {
     fmt::print("{}", FormatSummaryJson(scene, summary));

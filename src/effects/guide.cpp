@@ -24,6 +24,7 @@ constexpr double kNear_mm = 1;     // a wall that is nearer stands in the step's
 constexpr double kNearVoxels = 4;  // likewise: further than a step goes
 constexpr double kInPlane = 0.02;  // sine of how far a depth may point out of the plane
 constexpr int kRimPoints = 4;
+constexpr double kRounding_mm = 1e-9;
 constexpr double kDegrees = 57.29577951308232;
 
 Vec3 Unit(const Vec3& v, const char* what) {
@@ -133,9 +134,12 @@ void GuideEffect::End(EffectEnd& end) {
   if (!solved_) force_N_ = 0;
   solved_ = false;
   at_ = end.X_FT;
+  known_ = true;
 }
 
 void GuideEffect::Report(std::span<double> channels) const {
+  std::fill(channels.begin(), channels.end(), 0.0);
+  if (!known_) return;
   const Vec3 p_mm = at_.p_AB - p_F_mm_;
   double deviation_mm = 0;
   for (const Wall& wall : walls_) {
@@ -144,7 +148,7 @@ void GuideEffect::Report(std::span<double> channels) const {
   Vec3 n_T = at_.InverseVector(depth_W_);
   if (is_disc_) n_T.z = 0;
   const double length = is_disc_ ? glm::length(n_T) : 1;
-  channels[0] = deviation_mm;
+  channels[0] = deviation_mm > kRounding_mm ? deviation_mm : 0;
   channels[1] = is_disc_ ? kDegrees * std::acos(std::min(1.0, std::abs(glm::dot(at_.Vector({0, 0, 1}), n_W_)))) : 0;
   channels[2] = glm::dot(depth_W_, p_mm) + radius_mm_ * length;
   channels[3] = force_N_;
@@ -169,9 +173,12 @@ const EffectInfo& Guide() {
            {"tolerance_mm", 0.5, 0, 100,
             "so far off the plane every point of a disc's rim (of a ball, its centre) is free"},
            {"max_force_N", 10.0, 0.1, 1000,
-            "pushed harder than this, across the plane or at a stop, the guide gives way"},
+            "pushed harder than this, across the plane or at a stop, the guide gives way; within a step it may be "
+            "exceeded "
+            "by the stiffness times the step's way"},
            {"depth_direction", Vec3(0, 0, -1), -1000, 1000, "into the bone, in the plane; any length but 0"},
-           {"depth_mm", 0.0, 0, 1000, "no point of the tool goes deeper than this below point_mm; 0: no stop"},
+           {"depth_mm", 0.0, 0, 1000,
+            "a stop holds the tool's deepest point here below point_mm, by a spring of stiffness_N_per_mm; 0: no stop"},
            {"slot_length_mm", 0.0, 0, 1000,
             "the tool's centre stays within half of this to either side of point_mm, across the depth; 0: no ends"}},
       .channels = {{"deviation_mm", "furthest point of the rim off the plane"},

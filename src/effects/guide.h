@@ -66,6 +66,7 @@ class GuideEffect final : public Effect {
   double force_N_ = 0;  // in the last tick
   bool solved_ = false;
   Pose at_;
+  bool known_ = false;  // at_: a tick has been made
 };
 
 }  // namespace kerf

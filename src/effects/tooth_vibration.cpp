@@ -87,7 +87,9 @@ void ToothVibrationEffect::End(EffectEnd& end) {
   theta_rad_ = std::remainder(theta_rad_ + 2 * kPi * std::fmod(std::abs(turns_per_s) * end.dt_s, 1), 2 * kPi);
   spindle_Hz_ = std::abs(turns_per_s);
   force_N_ = 0;
+  if (spindle_Hz_ == 0) Reset();
   if (!awake_) {
+    sums_ = {};
     summed_s_ = 0;
     return;
   }

@@ -160,7 +160,8 @@ std::string DescribePieces(const LoopSummary& s) {
 
 std::string DescribeEnergy(const LoopSummary& s) {
   return fmt::format(
-      "{:.4f} J from the hand + {:.4f} from the spindle = {:.4f} into the cut + {:.4f} friction + {:.4f} in springs + "
+      "{:.4f} J from the hand + {:.4f} from the spindle as it draws the tool along = {:.4f} into the cut + {:.4f} "
+      "friction + {:.4f} in springs + "
       "{:.4f} damping + {:.4f} lost to the time step",
       s.hand_J, s.spindle_J, s.cut_J, s.friction_J, s.stored_J, s.damping_J, s.numerical_J);
 }

@@ -144,7 +144,7 @@ bool WriteSpectrumPicture(const SpectrumTrack::Spectrum& spectrum, const std::st
   mark(2.0 * spectrum.teeth, "2 N n / 60", 1);
   if (spectrum.carried_Hz < end_Hz) {
     plot.bands.push_back({0, spectrum.carried_Hz, "", {219, 234, 245}});
-    plot.caption += "; blue: goes to the hand, at most max_N";
+    plot.caption += "; blue: to the hand";
   }
   WritePlot(plot, path);
   return true;

@@ -97,7 +97,7 @@ std::string FormatEffectCosts(const EffectCosts& costs);          // for a termi
 std::string FormatEffectCostsMarkdown(const EffectCosts& costs);  // for a README
 std::string FormatEffectCostsJson(const EffectCosts& costs);
 /// All effects there are, for a terminal and as JSON.
-std::string FormatEffectList();
+std::string FormatEffectList(const EffectInfo* only = nullptr);
 std::string FormatEffectListJson();
 
 }  // namespace kerf

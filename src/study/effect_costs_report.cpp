@@ -124,7 +124,7 @@ std::vector<KeptCost> KeptEffectCosts() {
 
 std::string FormatKeptCosts(const EffectCosts& costs) {
   std::string csv =
-      "# What each effect costs, as 'kerf effects' shows it; made by tools/effects_table.\n"
+      "# What each effect costs, made by 'kerf effects'.\n"
       "# p50_us, p99_us: added to a tick in the cut; air_us: whole tick in the air, p50, the larger of before and "
       "after "
       "the cut.\n";
@@ -222,13 +222,16 @@ std::string FormatEffectCostsJson(const EffectCosts& c) {
   return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 
-std::string FormatEffectList() {
+std::string FormatEffectList(const EffectInfo* only) {
   const std::vector<KeptCost> kept = KeptEffectCosts();
-  std::string text =
-      "Effects: what a scene names as [effects.NAME] is simulated, and nothing else. In the order in which a tick "
-      "calls "
-      "them:\n";
+  std::string text;
+  if (only == nullptr) {
+    text =
+        "Effects: what a scene names as [effects.NAME] is simulated, and nothing else. In the order in which a tick "
+        "calls them:\n";
+  }
   for (const EffectInfo* info : Effects()) {
+    if (only != nullptr && info != only) continue;
     text += fmt::format("\n{}\n  {}\n", info->name, info->summary);
     text += fmt::format("  source    {}\n", info->source);
     text += fmt::format("  needs     {}\n", FormatNeeds(*info));

@@ -100,6 +100,24 @@ TEST_F(EffectsCommand, ARunWhoseSpindleStallsSaysSo) {
   EXPECT_THAT(weak.err, HasSubstr("the spindle stalled, and the tool went on along its path without cutting"));
 }
 
+TEST_F(EffectsCommand, ARunSaysHowFarItsPathGoesAgainstTheGuide) {
+  const std::string scene = std::string(kScene) +
+                            "[output]\npictures = false\n[effects.guide]\nnormal = [1, 0, 0]\n"
+                            "depth_direction = [0, 0, -1]\n";
+  // The rim's lowest point ends 1.5 mm below the guide's.
+  Write("deep.toml", scene + "depth_mm = 1\n");
+  Write("fair.toml", scene + "depth_mm = 2\n");
+  EXPECT_THAT(Kerf("run deep.toml -o deep").err, HasSubstr("the path goes 0.5 mm past the depth stop of the guide"));
+  EXPECT_THAT(Kerf("run fair.toml -o fair").err, Not(HasSubstr("guide")));
+}
+
+TEST_F(EffectsCommand, ListsOneEffectByItsName) {
+  const auto one = Kerf("effects heat");
+  EXPECT_EQ(one.code, 0);
+  EXPECT_EQ(one.out.substr(0, 6), "\nheat\n");
+  EXPECT_THAT(one.out, Not(HasSubstr("\nguide\n")));
+}
+
 TEST_F(EffectsCommand, RefusesWhatItCanNotMeasure) {
   EXPECT_EQ(Kerf("effects --all").code, 2);
   EXPECT_EQ(Kerf("effects plain.toml --seconds 0").code, 2);

@@ -66,7 +66,8 @@ void SpindleEffect::Begin(EffectBegin& begin) {
   w_rad_per_s_ = run_.w_rad_per_s;
   stalled_ = on && w_rad_per_s_ == 0;
   begin.rpm = run_.angle_rad / begin.dt_s * kRpm;
-  if (std::abs(begin.rpm) < kLeastRpm) begin.rpm = 0;
+  // Of the tick in which it stalls: what is left of a turn could have any bite.
+  if (stalled_ || std::abs(begin.rpm) < kLeastRpm) begin.rpm = 0;
   stood_ = begin.rpm == 0;
   const double push_Nmm = stalled_ ? motor_.CalcTorque(set, 0) : 0;
   cutting_.SetHeld(std::copysign(std::max(0.0, std::abs(push_Nmm) - motor_.friction_Nmm), push_Nmm));
