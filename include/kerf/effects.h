@@ -21,6 +21,21 @@ struct EffectSetup;
 /// A value of an effect's parameter: a number, a switch, a vector, or a text.
 using EffectValue = std::variant<double, bool, Vec3, std::string>;
 
+/// What a text that names a file stands for. Who reads scenes reads these too: effects see no files.
+enum class EffectFileKind { kNone, kSurface, kMarkups };
+
+/// What was read from such a file. World frame, mm.
+struct EffectFile {
+  struct Curve {
+    std::vector<Vec3> points;
+    bool joined = false;  // to a line; else each stands by itself
+  };
+  std::string place;          // in front of a message about it: "scene.toml:12:1: "; may be empty
+  std::string name;           // of the file
+  TriangleMesh mesh;          // kSurface: closed
+  std::vector<Curve> curves;  // kMarkups
+};
+
 /// A parameter of an effect: a key of [effects.NAME] in a scene, its unit in the name.
 struct EffectParameter {
   const char* key;
@@ -28,8 +43,8 @@ struct EffectParameter {
   double lower = 0;    // of the valid range of a number, and of each component of a vector
   double upper = 0;
   const char* meaning = "";
-  std::vector<const char*> words = {};  // that a text may be; none: any text
-  bool is_file = false;                 // a text that names a file, relative to the scene's
+  std::vector<const char*> words = {};          // that a text may be; none: any text
+  EffectFileKind file = EffectFileKind::kNone;  // else: a text that names a file, relative to the scene's
 };
 
 /// A figure that an effect gives after every tick: a column of a log.
@@ -65,6 +80,8 @@ struct EffectInfo {
   unsigned hooks = 0;                   // EffectHook
   std::vector<EffectParameter> parameters = {};
   std::vector<EffectChannel> channels = {};
+  /// What is wrong with values that are in range each by itself, as a sentence; empty: nothing. Null: nothing ever is.
+  std::string (*find_fault)(std::span<const EffectValue> values) = nullptr;
   /// `values` in the order of `parameters`, each in its range. Allocates. Throws Error for values that do not go
   /// together.
   std::unique_ptr<Effect> (*make)(std::span<const EffectValue> values, const EffectSetup& setup) = nullptr;
@@ -89,13 +106,18 @@ class EffectChoice {
   /// In the order of info().parameters.
   const std::vector<EffectValue>& values() const { return values_; }
   std::vector<EffectValue>& values() { return values_; }
+  /// In the same order; null where none was read.
+  const std::vector<std::shared_ptr<const EffectFile>>& files() const { return files_; }
   /// Throw Error when the effect has no such parameter, or one of another kind.
   double GetNumber(std::string_view key) const;
   EffectChoice& Set(std::string_view key, EffectValue value);
+  /// What stands in the file that the parameter names. Throws Error when it is no such parameter.
+  EffectChoice& SetFile(std::string_view key, EffectFile file);
 
  private:
   const EffectInfo* info_;
   std::vector<EffectValue> values_;
+  std::vector<std::shared_ptr<const EffectFile>> files_;
 };
 
 using EffectChoices = std::vector<EffectChoice>;

@@ -42,31 +42,4 @@ std::vector<Box3> FindRegionBoxes(const Bone& bone, const std::array<bool, 256>&
   return boxes;
 }
 
-std::vector<Box3> FindRegionShell(const Bone& bone, const std::array<bool, 256>& wanted) {
-  const openvdb::Int32Grid& grid = *bone.grids().region;
-  const double h = bone.grids().region_voxel_mm();
-  const auto accessor = grid.getConstAccessor();
-  const auto is_wanted = [&](const openvdb::Coord& at) {
-    const int region = accessor.getValue(at);
-    return region > 0 && region < 256 && wanted[static_cast<std::size_t>(region)];
-  };
-  std::vector<Box3> boxes;
-  for (const Box3& inside : FindRegionBoxes(bone, wanted)) {
-    // One voxel further on all sides; what of it is no part of the regions.
-    const openvdb::Coord low = NearestVoxel(inside.lower + Vec3(0.5 * h), h);
-    const openvdb::Coord high = NearestVoxel(inside.upper - Vec3(0.5 * h), h);
-    openvdb::CoordBBox around(low, high);
-    around.expand(1);
-    for (openvdb::CoordBBox::Iterator<true> it(around); it; ++it) {
-      const openvdb::Coord at = *it;
-      int out = 0;
-      for (int axis = 0; axis < 3; ++axis) out += at[axis] < low[axis] || at[axis] > high[axis];
-      if (out != 1 || is_wanted(at)) continue;
-      const Vec3 centre(at.x(), at.y(), at.z());
-      boxes.push_back({(centre - 0.5) * h, (centre + 0.5) * h});
-    }
-  }
-  return boxes;
-}
-
 }  // namespace kerf

@@ -11,7 +11,5 @@ namespace kerf {
 /// Boxes that together are the voxels of the region grid whose region is `wanted`; runs of voxels along z are one box.
 /// World frame, mm, in the order of the grid. Allocates.
 std::vector<Box3> FindRegionBoxes(const Bone& bone, const std::array<bool, 256>& wanted);
-/// The voxels that share a face with those and are none of them; some may come more than once.
-std::vector<Box3> FindRegionShell(const Bone& bone, const std::array<bool, 256>& wanted);
 
 }  // namespace kerf

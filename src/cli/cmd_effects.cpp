@@ -12,6 +12,7 @@
 #include "files/files.h"
 #include "kerf/error.h"
 #include "scene/scene.h"
+#include "session/run_scene.h"
 #include "study/effect_costs.h"
 
 namespace kerf::cli {
@@ -58,7 +59,7 @@ void Run(Options& options) {
   Scene scene = ReadScene(options.scene);
   if (options.voxel_mm) SetVoxel(scene, *options.voxel_mm);
   if (!options.csv.empty()) {
-    CheckInputsStay({options.scene, scene.bone.file, scene.bone.materials, scene.path.file}, {options.csv});
+    CheckInputsStay(ListInputs(scene, options.scene), {options.csv});
     CheckWritable(options.csv);
   }
   options.measure.by_hand = !options.as_run;

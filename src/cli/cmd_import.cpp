@@ -15,9 +15,9 @@
 #include "cli/numbers.h"
 #include "cli/progress.h"
 #include "files/files.h"
+#include "files/markups.h"
 #include "import/dicom.h"
 #include "import/import.h"
-#include "import/markups.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
 

@@ -12,7 +12,7 @@
 #include "cli/commands.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
-#include "import/markups.h"
+#include "files/markups.h"
 #include "kerf/error.h"
 #include "session/write_parts.h"
 

@@ -30,6 +30,7 @@ struct EffectSetup {
   const Faces* faces = nullptr;  // null: a tool that follows its path
   Vec3 p_TC_mm{0};               // where forces and motions are taken, tool frame
   Vec3 p_WF_mm{0};
+  std::span<const std::shared_ptr<const EffectFile>> files = {};  // as EffectChoice::files()
   EffectPlan* plan = nullptr;  // has those effects that stand before: where an effect finds whom it needs
 };
 

@@ -40,6 +40,7 @@ std::size_t EffectInfo::FindParameter(std::string_view key) const {
 EffectChoice::EffectChoice(std::string_view name) : info_(FindEffect(name)) {
   if (info_ == nullptr) throw Error(fmt::format("there is no effect '{}'", name));
   for (const EffectParameter& parameter : info_->parameters) values_.push_back(parameter.preset);
+  files_.resize(values_.size());
 }
 
 double EffectChoice::GetNumber(std::string_view key) const {
@@ -60,6 +61,16 @@ EffectChoice& EffectChoice::Set(std::string_view key, EffectValue value) {
 const EffectChoice* FindChoice(const EffectChoices& choices, std::string_view name) {
   const auto at = std::find_if(choices.begin(), choices.end(), [&](const EffectChoice& c) { return c.name() == name; });
   return at == choices.end() ? nullptr : &*at;
+}
+
+EffectChoice& EffectChoice::SetFile(std::string_view key, EffectFile file) {
+  const std::size_t i = info_->FindParameter(key);
+  if (info_->parameters[i].file == EffectFileKind::kNone) {
+    throw Error(fmt::format("{} of the effect {} names no file", key, name()));
+  }
+  values_[i] = file.name;
+  files_[i] = std::make_shared<const EffectFile>(std::move(file));
+  return *this;
 }
 
 void SetEffect(EffectChoices& choices, std::string_view name, std::string_view key, EffectValue value) {
@@ -86,6 +97,10 @@ void CheckEffects(const EffectChoices& choices) {
       if (FindChoice(choices, needed) == nullptr) {
         faults.push_back(fmt::format("the effect {} needs the effect {}", info.name, needed));
       }
+    }
+    if (info.find_fault != nullptr) {
+      const std::string fault = info.find_fault(choice.values());
+      if (!fault.empty()) faults.push_back(fmt::format("the effect {}: {}", info.name, fault));
     }
     for (std::size_t i = 0; i < info.parameters.size(); ++i) {
       const EffectParameter& parameter = info.parameters[i];

@@ -17,6 +17,7 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
       left_out_.push_back(info);
       continue;
     }
+    with_plan.files = choice->files();
     entries_.push_back(Entry{info, info->make(choice->values(), with_plan), channel_count_});
     Effect* effect = entries_.back().effect.get();
     channel_count_ += info->channels.size();

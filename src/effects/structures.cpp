@@ -1,19 +1,20 @@
-// structures: the nerve canal and the roots of teeth, as the bone's own regions: how near the blade is, and what was
-// cut.
+// structures: the nerve canal and the roots of teeth, as the bone's own regions, a surface, or tubes along curves: how
+// near the blade is, and what was cut.
 //
-//   The distance is that of the blade (a disc of its thickness, or the ball) from the nearest voxel that bears the
-//   structure's label. It is looked up when the tool may have come nearer by a hundredth of it; between, it is lowered
-//   by as much as the tool has moved, so that it is never too large by that.
+//   Whatever a structure is made of, it becomes voxels of the bone's region grid. The distance is that of the blade (a
+//   disc of its thickness, or the ball) from the nearest of them. It is looked up when the tool may have come nearer by
+//   a hundredth of it; between, it is lowered by as much as the tool has moved, so that it is never too large by that.
 // A breach is teeth that cut such voxels: their volume is the share of those teeth, by teeth and feed, of what a tick
 // removes; its depth how far such a tooth is from the nearest voxel of other bone; its force the thrust of those teeth.
 #include "effects/structures.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <variant>
 
-#include "bone/region_boxes.h"
 #include "effects/effects.h"
 #include "kerf/error.h"
 
@@ -21,7 +22,64 @@ namespace kerf {
 namespace {
 
 constexpr double kLookAgain = 0.01;  // of the distance, that the tool has moved
+constexpr const char* kNone = "none";
 constexpr double kHysteresis = 1.1;  // of the margin, before the tool counts as away again
+
+/// Throws Error when what a file holds is too far from the bone or too fine for its voxels.
+void AddFile(const EffectFile& file, double radius_mm, const Bone& bone, StructureVoxels& all) {
+  const double h = bone.region_voxel_mm();
+  Box3 bounds_W;
+  for (const Vec3& p : file.mesh.points) bounds_W.Include(p);
+  for (const EffectFile::Curve& curve : file.curves) {
+    for (const Vec3& p : curve.points) bounds_W.Include(p);
+  }
+  if (!file.curves.empty()) bounds_W = bounds_W.Grown(radius_mm);
+  const Box3 of_bone = bone.CalcBounds();
+  const Vec3 gap = glm::max(glm::max(bounds_W.lower - of_bone.upper, of_bone.lower - bounds_W.upper), Vec3(0));
+  const auto refuse = [&](const std::string& what) { throw Error(file.place + file.name + ": " + what); };
+  if (glm::length(gap) > StructuresEffect::kLook_mm) {
+    refuse(
+        fmt::format("lies {:.0f} mm away from the bone, and {:g} mm is as far as is looked; it must be in mm, in the "
+                    "bone's own frame (of a CT: LPS)",
+                    glm::length(gap), StructuresEffect::kLook_mm));
+  }
+  if (!file.curves.empty() && radius_mm < h) {
+    refuse(fmt::format("radius_mm = {:g} is less than a voxel of the bone's regions, {:g} mm", radius_mm, h));
+  }
+  if (!IsInWorld(bounds_W.lower) || !IsInWorld(bounds_W.upper)) refuse("reaches further than 1 km; it must be in mm");
+  StructureVoxels voxels(h);
+  try {
+    voxels.AddSurface(file.mesh);
+    for (const EffectFile::Curve& curve : file.curves) voxels.AddCurve(curve, radius_mm);
+  } catch (const Error& e) {
+    refuse(e.what());
+  }
+  if (voxels.empty()) refuse(fmt::format("is too small for the bone's regions, whose voxels are {:g} mm wide", h));
+  all.Add(voxels);
+}
+
+StructureVoxels FindVoxels(const StructuresParams& params, const Bone& bone) {
+  StructureVoxels all(bone.region_voxel_mm());
+  all.AddRegions(bone, params.regions);
+  if (params.surface != nullptr) AddFile(*params.surface, 0, bone, all);
+  if (params.markups != nullptr) AddFile(*params.markups, params.radius_mm, bone, all);
+  all.Finish();
+  return all;
+}
+
+std::string FindFault(std::span<const EffectValue> values) {
+  const auto& tissues = std::get<std::string>(values[0]);
+  const auto& surface = std::get<std::string>(values[2]);
+  const auto& markups = std::get<std::string>(values[3]);
+  const double radius_mm = std::get<double>(values[4]);
+  if (tissues == kNone && surface.empty() && markups.empty()) {
+    return "tissues is \"none\", and there is neither surface nor markups";
+  }
+  if (!markups.empty() && !(radius_mm > 0))
+    return "markups needs radius_mm, which is how thick its curves and points are";
+  if (markups.empty() && radius_mm > 0) return "radius_mm is not used: there is no markups; remove it";
+  return "";
+}
 
 std::vector<Box3> Moved(std::vector<Box3> boxes, const Vec3& way) {
   for (Box3& box : boxes) box = {box.lower + way, box.upper + way};
@@ -34,8 +92,11 @@ StructuresEffect::StructuresEffect(const StructuresParams& params, const EffectS
     : regions_(params.regions),
       warn_mm_(params.warn_mm),
       p_WF_mm_(setup.p_WF_mm),
-      distance_(Moved(FindRegionBoxes(setup.bone, params.regions), -setup.p_WF_mm), setup.tool),
-      shell_(Moved(FindRegionShell(setup.bone, params.regions), -setup.p_WF_mm)),
+      voxels_(FindVoxels(params, setup.bone)),
+      from_files_(params.surface != nullptr || params.markups != nullptr),
+      look_ahead_mm_(kLookAheadVoxels * setup.field.voxel_mm()),
+      distance_(Moved(voxels_.MakeBoxes(), -setup.p_WF_mm), setup.tool),
+      shell_(Moved(voxels_.MakeShell(), -setup.p_WF_mm)),
       reach_mm_(setup.shape.reach_mm) {
   events_.reserve(kMostEvents);
 }
@@ -45,7 +106,11 @@ void StructuresEffect::Solved(const EffectSolved& solved) {
   for (const ToothLoad& tooth : solved.teeth) {
     const double cut = solved.time_s * tooth.teeth * tooth.speed_mm_per_s;
     cut_all_ += cut;
-    if (!regions_[static_cast<std::size_t>(tooth.region)] || !(cut > 0)) continue;
+    if (!(cut > 0)) continue;
+    if (!regions_[static_cast<std::size_t>(tooth.region)] &&
+        !(from_files_ && voxels_.Contains(solved.X_FT.Point(tooth.p_T + look_ahead_mm_ * tooth.e_T) + p_WF_mm_))) {
+      continue;
+    }
     cut_share_ += cut;
     in_N += tooth.thrust_N;
     breach_depth_mm_ =
@@ -96,31 +161,44 @@ void StructuresEffect::Report(std::span<double> channels) const {
 }
 
 std::size_t StructuresEffect::CalcMemoryBytes() const {
-  return sizeof(*this) + distance_.CalcMemoryBytes() + shell_.CalcMemoryBytes() +
+  return sizeof(*this) + voxels_.CalcMemoryBytes() + distance_.CalcMemoryBytes() + shell_.CalcMemoryBytes() +
          events_.capacity() * sizeof(StructureEvent);
 }
 
 const EffectInfo& Structures() {
   static const EffectInfo kEffect{
       .name = "structures",
-      .summary = "nerve canal and tooth roots: distance from the blade, a warning, and what was cut of them",
+      .summary =
+          "nerve canal, tooth roots, surfaces and curves: distance from the blade, a warning, and what was cut of them",
       .source =
-          "the bone's own regions; the margin of 2 mm after the anatomy's figures (EJOMR 2022: at risk below 2 mm)",
+          "the bone's own regions, a surface or markups; the margin of 2 mm after the anatomy's figures (EJOMR 2022: "
+          "at "
+          "risk below 2 mm)",
       .reads = "the tool's pose, regions that teeth cut, removed volume",
       .writes = "distance, warning, breach: volume, depth, force; events",
-      .state = "boxes of the structures' voxels in a hierarchy; up to 256 events",
+      .state = "the structures' voxels, their boxes in a hierarchy; up to 256 events",
       .sleeps = "until the tool has moved by a hundredth of its distance",
       .hooks = kEffectSolved | kEffectEnd,
       .parameters = {{.key = "tissues",
                       .preset = std::string("canal"),
                       .meaning = "what must not be cut: the regions of these tissues",
-                      .words = {"canal", "tooth", "canal and tooth"}},
-                     {"warn_mm", 2.0, 0, 20, "nearer than this it warns"}},
+                      .words = {"canal", "tooth", "canal and tooth", "none"}},
+                     {"warn_mm", 2.0, 0, 20, "nearer than this it warns"},
+                     {.key = "surface",
+                      .preset = std::string(),
+                      .meaning = "closed surface of a structure beside those, mm",
+                      .file = EffectFileKind::kSurface},
+                     {.key = "markups",
+                      .preset = std::string(),
+                      .meaning = "curves and points of 3D Slicer: tubes and balls of radius_mm beside those",
+                      .file = EffectFileKind::kMarkups},
+                     {"radius_mm", 0.0, 0, 20, "of the markups' tubes and balls; 0: there are none"}},
       .channels = {{"distance_mm", "of the blade from the nearest voxel of a structure, 20 when none is as near"},
                    {"warns", "1 while it is nearer than warn_mm, until it is a tenth further away again"},
                    {"breach_mm3", "cut of the structures so far"},
                    {"breach_depth_mm", "furthest that a tooth has cut into one"},
                    {"breach_force_N", "largest thrust of the teeth that cut in one"}},
+      .find_fault = FindFault,
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         const auto& tissues = std::get<std::string>(values[0]);
         StructuresParams params;
@@ -130,7 +208,13 @@ const EffectInfo& Structures() {
           if (tissues.find(ToString(region.tissue)) == std::string::npos || id < 1 || id > 255) continue;
           params.regions[static_cast<std::size_t>(id)] = any = true;
         }
-        if (!any) throw Error("the effect structures finds no region of tissue '" + tissues + "' in the bone's table");
+        if (!any && tissues != kNone) {
+          throw Error("the effect structures finds no region of tissue '" + tissues + "' in the bone's table");
+        }
+        const auto file = [&](std::size_t i) { return setup.files.empty() ? nullptr : setup.files[i]; };
+        params.surface = file(2);
+        params.markups = file(3);
+        params.radius_mm = std::get<double>(values[4]);
         return std::make_unique<StructuresEffect>(params, setup);
       }};
   return kEffect;

@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "effects/effect.h"
+#include "effects/structure_voxels.h"
 #include "proximity/box_tree.h"
 
 namespace kerf {
@@ -64,6 +66,10 @@ class StructureDistance {
 struct StructuresParams {
   std::array<bool, 256> regions{};
   double warn_mm = 2;
+  // From files, beside the regions; null: none.
+  std::shared_ptr<const EffectFile> surface = nullptr;
+  std::shared_ptr<const EffectFile> markups = nullptr;
+  double radius_mm = 0;  // of the markups' tubes and balls
 };
 
 /// Something that happened to a structure.
@@ -76,6 +82,7 @@ struct StructureEvent {
 
 class StructuresEffect final : public Effect {
  public:
+  /// Throws Error for a file's structure that is too far from the bone or too fine for its voxels.
   StructuresEffect(const StructuresParams& params, const EffectSetup& setup);
 
   void Solved(const EffectSolved& solved) override;
@@ -87,6 +94,8 @@ class StructuresEffect final : public Effect {
   // ---- any time
   /// Of the blade from the nearest voxel of a structure, mm; `kLook_mm` when none is as near.
   double distance_mm() const { return distance_mm_; }
+  double warn_mm() const { return warn_mm_; }
+  const StructureVoxels& voxels() const { return voxels_; }
   const std::vector<StructureEvent>& events() const { return events_; }  // the first kMostEvents
   static constexpr double kLook_mm = 20;
   static constexpr std::size_t kMostEvents = 256;
@@ -97,6 +106,9 @@ class StructuresEffect final : public Effect {
   std::array<bool, 256> regions_;
   double warn_mm_;
   Vec3 p_WF_mm_;
+  StructureVoxels voxels_;
+  bool from_files_;
+  double look_ahead_mm_;  // of the teeth: where their region is looked up
   StructureDistance distance_;
   BoxTree shell_;
   Pose X_looked_;

@@ -6,8 +6,10 @@
 
 #include "devices/profiles.h"
 #include "files/files.h"
+#include "files/markups.h"
 #include "kerf/error.h"
 #include "material/ct_law_table.h"
+#include "mesh/meshfile.h"
 #include "scene/path.h"
 #include "scene/path_csv.h"
 #include "scene/scene.h"
@@ -307,10 +309,12 @@ void ReadEffects(TableReader& root, EffectChoices& effects, const std::string& s
     EffectChoice choice(info->name);
     Describe(choice, effect_reader);
     for (std::size_t i = 0; i < info->parameters.size(); ++i) {
-      if (!info->parameters[i].is_file) continue;
+      if (info->parameters[i].file == EffectFileKind::kNone) continue;
       ReadFileName(effect_reader, info->parameters[i].key, std::get<std::string>(choice.values()[i]), scene_file);
     }
     effect_reader.Finish();
+    const std::string fault = info->find_fault != nullptr ? info->find_fault(choice.values()) : "";
+    if (!fault.empty()) reader.Fault(info->name, fmt::format("[effects.{}]: {}", info->name, fault));
     effects.push_back(choice);
     for (const char* needed : info->needs) {
       if (!reader.Has(needed)) {
@@ -319,6 +323,38 @@ void ReadEffects(TableReader& root, EffectChoices& effects, const std::string& s
     }
   }
   reader.Finish();
+}
+
+/// What the effects' parameters name; throws Error at the key.
+void ReadEffectFiles(EffectChoices& effects, const TomlNode& document, const std::string& scene_file) {
+  for (EffectChoice& choice : effects) {
+    const std::vector<EffectParameter>& parameters = choice.info().parameters;
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      if (parameters[i].file == EffectFileKind::kNone) continue;
+      EffectFile file;
+      file.name = std::get<std::string>(choice.values()[i]);
+      if (file.name.empty()) continue;
+      const TomlNode* at = document.Find("effects")->Find(choice.name())->Find(parameters[i].key);
+      file.place = fmt::format("{}:{}:{}: ", scene_file, at->line, at->column);
+      try {
+        if (parameters[i].file == EffectFileKind::kSurface) {
+          file.mesh = ReadMesh(file.name);
+          const std::size_t open = CountOpenEdges(file.mesh);
+          if (open > 0) {
+            throw Error(fmt::format("{}: the surface is not closed ({} open edge{}), so nothing is inside it",
+                                    file.name, open, open == 1 ? "" : "s"));
+          }
+        } else {
+          for (Markup& markup : ReadCurveMarkups(file.name)) {
+            file.curves.push_back({std::move(markup.points), markup.joined});
+          }
+        }
+      } catch (const Error& e) {
+        throw Error(file.place + e.what());
+      }
+      choice.SetFile(parameters[i].key, std::move(file));
+    }
+  }
 }
 
 /// A key that older scenes have.
@@ -379,6 +415,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   root.Finish();
   faults.ThrowIfAny();
 
+  ReadEffectFiles(scene.effects, document, file);
   if (!scene.path.file.empty()) {
     const TomlNode* at = document.Find("path")->Find("file");
     std::string rows;

@@ -133,7 +133,7 @@ void Describe(EffectChoice& p, V&& visit) {
     if (auto* flag = std::get_if<bool>(&value)) visit(parameter.key, *flag, parameter.meaning);
     if (auto* vector = std::get_if<Vec3>(&value)) visit(parameter.key, *vector, range, parameter.meaning);
     auto* text = std::get_if<std::string>(&value);
-    if (text == nullptr || parameter.is_file) continue;
+    if (text == nullptr || parameter.file != EffectFileKind::kNone) continue;
     if (parameter.words.empty()) {
       visit(parameter.key, *text, TextLimit{200}, parameter.meaning);
     } else {

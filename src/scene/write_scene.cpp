@@ -161,7 +161,7 @@ void WriteEffect(TomlWriter& write, EffectChoice effect) {
   Describe(effect, write);
   for (std::size_t i = 0; i < info.parameters.size(); ++i) {
     const EffectParameter& parameter = info.parameters[i];
-    if (!parameter.is_file) continue;
+    if (parameter.file == EffectFileKind::kNone) continue;
     auto& name = std::get<std::string>(effect.values()[i]);
     if (name.empty()) {
       write.Comment(fmt::format("{} = \"FILE\": {}", parameter.key, parameter.meaning));

@@ -15,7 +15,8 @@ EffectFiles::EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here)
     : tone_(plan),
       spectrum_(here ? SpectrumTrack(plan) : SpectrumTrack()),
       guide_(plan, ticks),
-      chips_(here ? ChipsTrack(plan) : ChipsTrack()) {
+      chips_(here ? ChipsTrack(plan) : ChipsTrack()),
+      structures_(plan, ticks) {
   if (tone_.any()) tones_.reserve(ticks);
 }
 
@@ -24,6 +25,7 @@ void EffectFiles::Take(double time_s, double dt_s, const Pose& X_WT, std::span<c
   spectrum_.Take(dt_s);
   guide_.Take(time_s, X_WT.p_AB, channels);
   chips_.Take(time_s, X_WT);
+  structures_.Take(time_s, X_WT, channels);
 }
 
 std::vector<std::string> EffectFiles::WriteSounds(const std::string& folder) const {
@@ -47,11 +49,16 @@ std::vector<std::string> EffectFiles::WritePictures(const std::string& folder, c
     written.insert(written.end(), {"guide.png", "deviation.png"});
   }
   if (WriteChipsPicture(chips_, bone, tool, patient, name, folder + "/chips.png")) written.emplace_back("chips.png");
+  if (!structures_.moments().empty()) {
+    WriteStructuresPicture(structures_, bone, tool, patient, name, folder + "/structures.png");
+    written.emplace_back("structures.png");
+  }
   return written;
 }
 
 const std::vector<std::string>& EffectFiles::Names() {
-  static const std::vector<std::string> kNames{"sound.wav", "spectrum.png", "guide.png", "deviation.png", "chips.png"};
+  static const std::vector<std::string> kNames{"sound.wav",     "spectrum.png", "guide.png",
+                                               "deviation.png", "chips.png",    "structures.png"};
   return kNames;
 }
 

@@ -13,6 +13,7 @@
 #include "session/chips_picture.h"
 #include "session/guide_picture.h"
 #include "session/spectrum_picture.h"
+#include "session/structures_picture.h"
 
 namespace kerf {
 
@@ -48,6 +49,7 @@ class EffectFiles {
   SpectrumTrack spectrum_;
   GuideTrack guide_;
   ChipsTrack chips_;
+  StructuresTrack structures_;
 };
 
 }  // namespace kerf

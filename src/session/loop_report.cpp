@@ -358,6 +358,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
                                    {"cut.png", "The cut from near"},
                                    {"apart.png", "The pieces moved apart"},
                                    {"fragments.png", "The pieces moved apart"},
+                                   {"structures.png", "What must not be cut, and the blade's distance from it"},
                                    {"guide.png", "The guide, and the way of the tool's middle"},
                                    {"deviation.png", "Distance from the plan"},
                                    {"heat.png", "Temperature around the kerf, at the end"},

@@ -79,7 +79,14 @@ double RunSummary::CalcOut_mm3() const {
 }
 
 std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file) {
-  return {scene_file, scene.bone.file, scene.bone.materials, scene.material.ct_law_file, scene.path.file};
+  std::vector<std::string> inputs{scene_file, scene.bone.file, scene.bone.materials, scene.material.ct_law_file,
+                                  scene.path.file};
+  for (const EffectChoice& effect : scene.effects) {
+    for (const auto& file : effect.files()) {
+      if (file != nullptr) inputs.push_back(file->name);
+    }
+  }
+  return inputs;
 }
 
 void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {

@@ -48,7 +48,8 @@ ordered_json ValueJson(const EffectValue& value) {
 
 std::string FormatRange(const EffectParameter& p) {
   if (!p.words.empty()) return fmt::format("one of {}", fmt::join(p.words, ", "));
-  if (p.is_file) return "a file, relative to the scene";
+  if (p.file == EffectFileKind::kSurface) return "a closed surface (.stl, .ply, .obj), relative to the scene";
+  if (p.file == EffectFileKind::kMarkups) return "a .mrk.json file of 3D Slicer, relative to the scene";
   if (p.preset.index() == EffectValue(0.0).index()) return fmt::format("{:g} to {:g}", p.lower, p.upper);
   if (std::holds_alternative<Vec3>(p.preset)) return fmt::format("each {:g} to {:g}", p.lower, p.upper);
   return std::holds_alternative<bool>(p.preset) ? "true or false" : "a text";

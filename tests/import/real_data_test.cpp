@@ -5,10 +5,10 @@
 
 #include "bone/surface.h"
 #include "ct_files.h"
+#include "files/markups.h"
 #include "import/dicom.h"
 #include "import/image_file.h"
 #include "import/import.h"
-#include "import/markups.h"
 
 namespace kerf {
 namespace {

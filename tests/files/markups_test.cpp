@@ -1,12 +1,12 @@
 // Point lists of 3D Slicer.
-#include "import/markups.h"
+#include "files/markups.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <glm/geometric.hpp>
 
-#include "ct_files.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -55,6 +55,30 @@ TEST(Markups, WhatIsNoPointListIsRefused) {
   EXPECT_THAT(message(List("LPS", R"({"position": [1, 2]})")),
               HasSubstr("control point 1 has no position of three numbers"));
   EXPECT_THAT(message(List("LPS", R"({"position": [1, 2, "x"]})")), HasSubstr("has a coordinate that is no number"));
+}
+
+TEST(Markups, CurvesAreJoinedAndPointsAreNot) {
+  const Folder folder;
+  const auto list = [](const std::string& type, const std::string& points) {
+    return R"({"type": ")" + type + R"(", "coordinateSystem": "RAS", "controlPoints": [)" + points + "]}";
+  };
+  const std::string three = R"({"position": [1, 2, 3]}, {"position": [4, 5, 6]}, {"position": [7, 8, 9]})";
+  const auto read = [&](const std::string& markups) {
+    WriteBytes(folder.file("a.json"), R"({"markups": [)" + markups + "]}");
+    return ReadCurveMarkups(folder.file("a.json"));
+  };
+  const auto all = read(list("Curve", three) + "," + list("ClosedCurve", three) + "," + list("Fiducial", three) + "," +
+                        list("Line", ""));
+  ASSERT_EQ(all.size(), 3u);  // the last has no point
+  EXPECT_TRUE(all[0].joined);
+  EXPECT_EQ(all[0].points.size(), 3u);
+  EXPECT_EQ(all[0].points[1], Vec3(-4, -5, 6));
+  EXPECT_TRUE(all[1].joined);
+  ASSERT_EQ(all[1].points.size(), 4u);
+  EXPECT_EQ(all[1].points.front(), all[1].points.back());
+  EXPECT_FALSE(all[2].joined);
+  EXPECT_THAT(MessageOf([&] { read(list("Plane", three)); }), HasSubstr("a markup of type 'Plane'; it must be Curve"));
+  EXPECT_THAT(MessageOf([&] { read(list("Line", "")); }), HasSubstr("holds no placed control point"));
 }
 
 /// The LPS plane through (10, -20, 30) with normal (2, 3, 6) / 7, in whatever system `sign` says (-1: RAS).

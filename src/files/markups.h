@@ -12,6 +12,15 @@ namespace kerf {
 /// that were not placed are left out. Throws Error with one sentence when it is no such file, or holds no point.
 std::vector<Vec3> ReadMarkups(const std::string& path);
 
+struct Markup {
+  std::vector<Vec3> points;  // LPS mm
+  bool joined = false;  // by straight lines, from each to the next; of a closed curve the first stands at the end too
+};
+
+/// Each markup of a .mrk.json file that has placed points: Curve, ClosedCurve and Line are joined, Fiducial and
+/// PointList are points. Throws Error as ReadMarkups(), and for a markup of another type (Plane, ROI, Angle).
+std::vector<Markup> ReadCurveMarkups(const std::string& path);
+
 /// The plane of a .mrk.json file, LPS mm. If it holds a markup of type Plane: that one's `center` and `normal`, else
 /// the third column of its `baseToNode` and its first point, else (files of Slicer 4.11) its three points. If it holds
 /// other markups: the plane through three points, or nearest to more in the sense of least squares, at their mean; seen

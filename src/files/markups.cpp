@@ -1,4 +1,4 @@
-#include "import/markups.h"
+#include "files/markups.h"
 
 #include <fmt/format.h>
 
@@ -180,6 +180,26 @@ std::vector<Vec3> ReadMarkups(const std::string& path) {
   for (const Json& markup : ReadMarkupList(path)) AddPoints(markup, path, points);
   if (points.empty()) throw Error(fmt::format("{}: holds no placed control point", path));
   return points;
+}
+
+std::vector<Markup> ReadCurveMarkups(const std::string& path) {
+  std::vector<Markup> markups;
+  for (const Json& json : ReadMarkupList(path)) {
+    const auto type = json.find("type");
+    const std::string word = type != json.end() && type->is_string() ? type->get<std::string>() : "";
+    Markup markup;
+    markup.joined = word == "Curve" || word == "ClosedCurve" || word == "Line";
+    if (!markup.joined && word != "Fiducial" && word != "PointList") {
+      throw Error(
+          fmt::format("{}: holds a markup of type '{}'; it must be Curve, ClosedCurve, Line or Fiducial", path, word));
+    }
+    AddPoints(json, path, markup.points);
+    if (markup.points.empty()) continue;
+    if (word == "ClosedCurve" && markup.points.size() > 2) markup.points.push_back(markup.points.front());
+    markups.push_back(std::move(markup));
+  }
+  if (markups.empty()) throw Error(fmt::format("{}: holds no placed control point", path));
+  return markups;
 }
 
 CutPlane ReadPlaneMarkups(const std::string& path) {
