@@ -86,7 +86,7 @@ double StructureDistance::Ask(const Pose& X_FT, const Patch& patch, Nearest& bes
 /// Looks for something nearer than `best` to a patch whose bound does not exclude it.
 void StructureDistance::Divide(const Pose& X_FT, const Patch& patch, Nearest& best) {
   const double enough_mm = std::max(kLeast_mm, kTolerance * best.distance_mm);
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 4 && queries_ < most_queries_ && best.distance_mm > 0; ++i) {
     const double half = 0.5 * patch.radius_mm;
     const Patch part{patch.p_T + Vec3(i % 2 == 0 ? -half : half, i < 2 ? -half : half, 0),
                      std::sqrt(0.5) * patch.radius_mm};
@@ -98,8 +98,9 @@ void StructureDistance::Divide(const Pose& X_FT, const Patch& patch, Nearest& be
   }
 }
 
-StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limit_mm) {
+StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limit_mm, std::size_t most_queries) {
   queries_ = 0;
+  most_queries_ = most_queries;
   Nearest best{limit_mm, X_FT.p_AB};
   travelled_mm_ += CalcTravel(X_looked_, X_FT, reach_mm_);
   X_looked_ = X_FT;
@@ -118,7 +119,14 @@ StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limi
   ask(best_patch_);
   std::size_t nearest = best_patch_;
   double least_mm = bound_mm_[nearest];
-  for (std::size_t i = 0; i < patches_.size(); ++i) {
+  const std::size_t begin = first_patch_;
+  first_patch_ = 0;
+  for (std::size_t n = 0; n < patches_.size(); ++n) {
+    const std::size_t i = (begin + n) % patches_.size();
+    if (queries_ >= most_queries_) {
+      first_patch_ = i;
+      break;
+    }
     const double enough_mm = std::max(kLeast_mm, kTolerance * best.distance_mm);
     const double bound_mm = bound_mm_[i] - (travelled_mm_ - looked_at_mm_[i]) - Reach(patches_[i]);
     if (bound_mm >= best.distance_mm - enough_mm) continue;

@@ -99,7 +99,17 @@ void StructureVoxels::AddRegions(const Bone& bone, const std::array<bool, 256>& 
     const auto low = box.lower + Vec3(0.5 * h), high = box.upper - Vec3(0.5 * h);
     for (int x = NearestIndex(low.x, h); x <= NearestIndex(high.x, h); ++x) {
       for (int y = NearestIndex(low.y, h); y <= NearestIndex(high.y, h); ++y) {
-        Push({x, y, NearestIndex(low.z, h), NearestIndex(high.z, h)});
+        // Labels reach a little beyond the bone, so that they can be interpolated: what is air is no structure.
+        std::optional<int> first;
+        const int end = NearestIndex(high.z, h) + 1;
+        for (int z = NearestIndex(low.z, h); z <= end; ++z) {
+          if (z < end && bone.SignedDistance(Vec3(x, y, z) * h) < 0) {
+            if (!first) first = z;
+          } else if (first) {
+            Push({x, y, *first, z - 1});
+            first.reset();
+          }
+        }
       }
     }
   }

@@ -3,7 +3,8 @@
 //
 //   Whatever a structure is made of, it becomes voxels of the bone's region grid. The distance is that of the blade (a
 //   disc of its thickness, or the ball) from the nearest of them. It is looked up when the tool may have come nearer by
-//   a hundredth of it; between, it is lowered by as much as the tool has moved, so that it is never too large by that.
+//   a hundredth of it, or 0.01 mm; between, it is lowered by as much as the tool has moved, so that it is never too
+//   large by that. A look has a bounded number of queries; near a structure it is spread over several.
 // A breach is teeth that cut such voxels: their volume is the share of those teeth, by teeth and feed, of what a tick
 // removes; its depth how far such a tooth is from the nearest voxel of other bone; its force the thrust of those teeth.
 #include "effects/structures.h"
@@ -21,7 +22,12 @@
 namespace kerf {
 namespace {
 
-constexpr double kLookAgain = 0.01;  // of the distance, that the tool has moved
+constexpr double kLookAgain = 0.01;          // of the distance, that the tool has moved
+constexpr double kLookAgain_mm = 0.01;       // near a structure
+constexpr std::size_t kMostQueries = 48;     // of Embree, in a look
+constexpr std::size_t kFirstQueries = 2000;  // in the first
+constexpr std::size_t kDepthsAStep = 8;      // of teeth in breach
+constexpr double kDepthGrows_mm = 0.1;       // at a look at a tooth: so the search stays small
 constexpr const char* kNone = "none";
 constexpr double kHysteresis = 1.1;  // of the margin, before the tool counts as away again
 
@@ -103,6 +109,8 @@ StructuresEffect::StructuresEffect(const StructuresParams& params, const EffectS
 
 void StructuresEffect::Solved(const EffectSolved& solved) {
   double in_N = 0;
+  std::size_t in_breach = 0, looks = 0;
+  const std::size_t stride = std::max<std::size_t>(1, solved.teeth.size() / kDepthsAStep);
   for (const ToothLoad& tooth : solved.teeth) {
     const double cut = solved.time_s * tooth.teeth * tooth.speed_mm_per_s;
     cut_all_ += cut;
@@ -113,22 +121,29 @@ void StructuresEffect::Solved(const EffectSolved& solved) {
     }
     cut_share_ += cut;
     in_N += tooth.thrust_N;
+    // A few teeth a step, in turn, and each no further than is known and a little more: it grows to what it is.
+    if (in_breach++ % stride != next_tooth_ % stride || looks == kDepthsAStep) continue;
+    ++looks;
+    const double limit_mm = breach_depth_mm_ + kDepthGrows_mm;
     breach_depth_mm_ =
-        std::max(breach_depth_mm_, shell_.FindNearest(solved.X_FT.Point(tooth.p_T), kLook_mm).distance_mm);
+        std::max(breach_depth_mm_, shell_.FindNearest(solved.X_FT.Point(tooth.p_T), limit_mm).distance_mm);
   }
+  ++next_tooth_;
   force_now_N_ = std::max(force_now_N_, in_N);
 }
 
 void StructuresEffect::End(EffectEnd& end) {
   time_s_ += end.dt_s;
   const double moved_mm = looked_ ? CalcTravel(X_looked_, end.X_FT, reach_mm_) : 0;
-  if (!looked_ || moved_mm > kLookAgain * looked_mm_) {
-    const StructureDistance::Nearest nearest = distance_.Find(end.X_FT, kLook_mm);
+  if (!looked_ || moved_mm > std::max(kLookAgain_mm, kLookAgain * looked_mm_)) {
+    const StructureDistance::Nearest nearest =
+        distance_.Find(end.X_FT, kLook_mm, looked_ ? kMostQueries : kFirstQueries);
     looked_mm_ = distance_mm_ = nearest.distance_mm;
+    found_ = nearest.distance_mm < kLook_mm;
     p_F_mm_ = nearest.p_F;
     X_looked_ = end.X_FT;
     looked_ = true;
-  } else {
+  } else if (found_) {
     distance_mm_ = std::max(0.0, looked_mm_ - moved_mm);
   }
   const bool breach = cut_share_ > 0;
@@ -139,10 +154,10 @@ void StructuresEffect::End(EffectEnd& end) {
   cut_share_ = cut_all_ = force_now_N_ = 0;
   if (breach && !in_breach_) Note(StructureEvent::Kind::kBreach);
   in_breach_ = breach;
-  if (!near_ && distance_mm_ < warn_mm_) {
+  if (!near_ && found_ && distance_mm_ < warn_mm_) {
     near_ = true;
     Note(StructureEvent::Kind::kNear);
-  } else if (near_ && distance_mm_ > kHysteresis * warn_mm_) {
+  } else if (near_ && (!found_ || distance_mm_ > kHysteresis * warn_mm_)) {
     near_ = false;
     Note(StructureEvent::Kind::kAway);
   }
@@ -195,8 +210,8 @@ const EffectInfo& Structures() {
                      {"radius_mm", 0.0, 0, 20, "of the markups' tubes and balls; 0: there are none"}},
       .channels = {{"distance_mm", "of the blade from the nearest voxel of a structure, 20 when none is as near"},
                    {"warns", "1 while it is nearer than warn_mm, until it is a tenth further away again"},
-                   {"breach_mm3", "cut of the structures so far"},
-                   {"breach_depth_mm", "furthest that a tooth has cut into one"},
+                   {"breach_mm3", "cut of the structures so far, by the share of the teeth that cut in one"},
+                   {"breach_depth_mm", "furthest that a tooth in one was from its surface"},
                    {"breach_force_N", "largest thrust of the teeth that cut in one"}},
       .find_fault = FindFault,
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {

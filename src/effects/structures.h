@@ -32,8 +32,10 @@ class StructureDistance {
     double distance_mm = 0;  // 0: they touch; the limit when nothing is as near
     Vec3 p_F{0};             // of the boxes; the tool's origin when nothing is
   };
-  /// Further than `limit_mm` is not looked. Tick-safe.
-  Nearest Find(const Pose& X_FT, double limit_mm);
+  /// Further than `limit_mm` is not looked. After `most_queries` of Embree it ends with the nearest found until then,
+  /// and the next call goes on with the patches that were not asked; a few more may be made. Tick-safe.
+  Nearest Find(const Pose& X_FT, double limit_mm, std::size_t most_queries = kNoLimit);
+  static constexpr std::size_t kNoLimit = static_cast<std::size_t>(-1);
   bool empty() const { return tree_.size() == 0; }
   std::size_t queries() const { return queries_; }  // of Embree, in the last Find()
   std::size_t patch_count() const { return patches_.size(); }
@@ -60,7 +62,8 @@ class StructureDistance {
   double travelled_mm_ = 0;
   Pose X_looked_;
   std::size_t best_patch_ = 0;
-  std::size_t queries_ = 0;
+  std::size_t first_patch_ = 0;  // with which the next Find() begins
+  std::size_t queries_ = 0, most_queries_ = kNoLimit;
 };
 
 struct StructuresParams {
@@ -113,12 +116,13 @@ class StructuresEffect final : public Effect {
   BoxTree shell_;
   Pose X_looked_;
   double reach_mm_;
-  bool looked_ = false;
+  bool looked_ = false, found_ = false;
   double distance_mm_ = kLook_mm, looked_mm_ = kLook_mm;
   Vec3 p_F_mm_{0};
   double time_s_ = 0;
   bool near_ = false, in_breach_ = false;
   double cut_share_ = 0, cut_all_ = 0, force_now_N_ = 0;  // of this tick
+  std::size_t next_tooth_ = 0;                            // of those in breach: whose depth is looked up next
   double breach_mm3_ = 0, breach_depth_mm_ = 0, breach_force_N_ = 0;
   std::vector<StructureEvent> events_;
 };

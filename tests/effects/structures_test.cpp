@@ -99,6 +99,32 @@ TEST(StructureDistance, FollowsAMovingToolAsIfAskedAnew) {
   EXPECT_LT(most_queries, 400);
 }
 
+// A tool that goes down onto a rough sheet and into it, as thick as tools are: many patches lie near many boxes. With
+// few queries a look it is as near as a tenth of a millimetre, and it touches when it does.
+TEST(StructureDistance, WithFewQueriesALookFollowsATool) {
+  constexpr std::size_t kMost = 48;
+  std::vector<Box3> boxes;
+  for (int x = -60; x <= 60; ++x) {
+    for (int y = -20; y <= 20; ++y) {
+      const Vec3 c(0.2 * x, 0.2 * y, -12 + 0.2 * ((x * 7 + y * 3) % 2));
+      boxes.push_back({c - Vec3(0.1), c + Vec3(0.1)});
+    }
+  }
+  for (const double thickness_mm : {0.25, 3.0}) {
+    DiscSaw saw;
+    saw.thickness_mm = thickness_mm;
+    StructureDistance moving(boxes, saw);
+    const Quat upright(std::sqrt(0.5), std::sqrt(0.5), 0, 0);  // its axis along y
+    for (int i = 0; i < 400; ++i) {
+      const Pose X{upright, {0.001 * i, 0, 3 - 0.01 * i}};
+      const double found = moving.Find(X, 20, kMost).distance_mm;
+      EXPECT_LE(moving.queries(), kMost + 13);  // one patch more
+      if (i % 40 != 0) continue;
+      EXPECT_NEAR(found, StructureDistance(boxes, saw).Find(X, 20).distance_mm, 0.1) << i;
+    }
+  }
+}
+
 TEST(StructureDistance, OfABallIsThatOfItsCentreLessItsRadius) {
   const BallBurr ball;
   StructureDistance distance({{{-1, -1, -1}, {1, 1, 1}}}, ball);
@@ -397,19 +423,21 @@ TEST(StructureVoxels, AreTheRegionsVoxelsAndTheirShellTheNeighbours) {
   StructureVoxels voxels(h);
   voxels.AddRegions(bone, wanted);
   voxels.Finish();
+  // Labels reach beyond the bone's faces, where the canal comes out: what is air is no structure.
+  const auto is_canal = [&](const Vec3& p) { return bone.RegionAt(p) == 7 && bone.SignedDistance(p) < 0; };
   double volume_mm3 = 0;
   for (const Box3& box : voxels.MakeBoxes()) {
     const Vec3 size = box.size();
     volume_mm3 += size.x * size.y * size.z;
     // By their centres, voxel by voxel.
     for (double z = box.lower.z + 0.5 * h; z < box.upper.z; z += h) {
-      EXPECT_EQ(bone.RegionAt({box.centre().x, box.centre().y, z}), 7);
+      EXPECT_TRUE(is_canal({box.centre().x, box.centre().y, z}));
     }
   }
   long count = 0;
   for (double x = -12; x <= 12; x += h) {
     for (double y = -6; y <= 6; y += h) {
-      for (double z = -10; z <= 10; z += h) count += bone.RegionAt({x, y, z}) == 7;
+      for (double z = -10; z <= 10; z += h) count += is_canal({x, y, z}) ? 1 : 0;
     }
   }
   EXPECT_GT(count, 100);
@@ -417,13 +445,13 @@ TEST(StructureVoxels, AreTheRegionsVoxelsAndTheirShellTheNeighbours) {
   for (Box3 box : voxels.MakeShell()) {
     // Its first voxel stands for the run.
     box.upper.z = box.lower.z + h;
-    EXPECT_NE(bone.RegionAt(box.centre()), 7);
+    EXPECT_FALSE(is_canal(box.centre()));
     bool beside = false;
     for (int axis = 0; axis < 3; ++axis) {
       for (const double way : {-h, h}) {
         Vec3 p = box.centre();
         p[axis] += way;
-        beside = beside || bone.RegionAt(p) == 7;
+        beside = beside || is_canal(p);
       }
     }
     EXPECT_TRUE(beside);
