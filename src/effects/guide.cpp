@@ -27,27 +27,35 @@ constexpr int kRimPoints = 4;
 constexpr double kRounding_mm = 1e-9;
 constexpr double kDegrees = 57.29577951308232;
 
-Vec3 Unit(const Vec3& v, const char* what) {
-  const double length = glm::length(v);
-  if (!(length > 1e-6)) throw Error(std::string(what) + " of the effect guide has no direction: its length is 0");
-  return v / length;
+/// Empty when there is none.
+std::string FindFault(const Vec3& normal_W, const Vec3& depth_direction_W) {
+  const std::string no_length = " has no direction: its length is 0";
+  if (!(glm::length(normal_W) > 1e-6)) return "normal" + no_length;
+  if (!(glm::length(depth_direction_W) > 1e-6)) return "depth_direction" + no_length;
+  if (std::abs(glm::dot(glm::normalize(normal_W), glm::normalize(depth_direction_W))) > kInPlane) {
+    return "depth_direction does not lie in the plane: it must be across normal";
+  }
+  return "";
+}
+
+const GuideParams& Checked(const GuideParams& params) {
+  const std::string fault = FindFault(params.normal_W, params.depth_direction_W);
+  if (!fault.empty()) throw Error("effect guide: " + fault);
+  return params;
 }
 
 }  // namespace
 
 GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
-    : params_(params),
+    : params_(Checked(params)),
       p_F_mm_(params.point_W_mm - setup.p_WF_mm),
-      n_W_(Unit(params.normal_W, "normal")),
+      n_W_(glm::normalize(params.normal_W)),
       p_TC_(setup.p_TC_mm),
       yield_mm_(params.max_force_N / params.stiffness_N_per_mm),
       radius_mm_(CalcTooth(setup.tool).tool_radius_mm),
       near_mm_(std::max(kNear_mm, kNearVoxels * setup.field.voxel_mm())),
-      depth_W_(Unit(params.depth_direction_W, "depth_direction")),
+      depth_W_(glm::normalize(params.depth_direction_W)),
       is_disc_(std::holds_alternative<DiscSaw>(setup.tool)) {
-  if (std::abs(glm::dot(depth_W_, n_W_)) > kInPlane) {
-    throw Error("depth_direction of the effect guide does not lie in its plane: it must be across normal");
-  }
   const auto add = [&](const Vec3& n_W, const Vec3& p_T, bool deepest, double least_mm, double stiffness) {
     walls_.push_back({n_W, p_T, deepest, least_mm, stiffness, least_mm});
   };
@@ -185,6 +193,10 @@ const EffectInfo& Guide() {
                    {"tilt_deg", "of the disc against the plane"},
                    {"depth_mm", "deepest point of the tool below point_mm"},
                    {"force_N", "of the guide on the tool"}},
+      .find_fault =
+          [](std::span<const EffectValue> values) {
+            return FindFault(std::get<Vec3>(values[1]), std::get<Vec3>(values[5]));
+          },
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
         GuideParams p;

@@ -111,6 +111,15 @@ TEST_F(EffectsCommand, ARunSaysHowFarItsPathGoesAgainstTheGuide) {
   EXPECT_THAT(Kerf("run fair.toml -o fair").err, Not(HasSubstr("guide")));
 }
 
+TEST_F(EffectsCommand, ACheckSeesParametersThatDoNotGoTogether) {
+  Write("none.toml", std::string(kScene) + "[effects.guide]\nnormal = [0, 0, 0]\n");
+  Write("out.toml", std::string(kScene) + "[effects.guide]\nnormal = [0, 0, 1]\n");
+  Write("rate.toml", std::string(kScene) + "[effects.sound]\nrate_Hz = 44100.5\n");
+  EXPECT_THAT(Kerf("check none.toml").err, HasSubstr("[effects.guide]: normal has no direction: its length is 0"));
+  EXPECT_THAT(Kerf("check out.toml").err, HasSubstr("depth_direction does not lie in the plane"));
+  EXPECT_THAT(Kerf("check rate.toml").err, HasSubstr("[effects.sound]: rate_Hz is no whole number"));
+}
+
 TEST_F(EffectsCommand, ListsOneEffectByItsName) {
   const auto one = Kerf("effects heat");
   EXPECT_EQ(one.code, 0);

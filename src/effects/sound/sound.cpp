@@ -103,9 +103,16 @@ const EffectInfo& Sound() {
                       "tooth_vibration its lines count"},
                      {"cutting_share", 0.625, 0, 2,
                       "cutting force of a tooth, of its thrust, for the power; with tangential_force that counts"}},
-      .channels = {{"spindle_Hz", "turns each second"},
-                   {"load_W", "power of cutting"},
-                   {"passing_N", "amplitude of the teeth's force at their frequency, as the sound estimates it"}},
+      .channels =
+          {{"spindle_Hz", "turns each second"},
+           {"load_W", "power of cutting"},
+           {"passing_N",
+            "amplitude of the teeth's force at their frequency, as the sound estimates it where tooth_vibration, which "
+            "knows it, is not on"}},
+      .find_fault = [](std::span<const EffectValue> values) -> std::string {
+        const double rate_Hz = std::get<double>(values[0]);
+        return rate_Hz == std::floor(rate_Hz) ? "" : "rate_Hz is no whole number";
+      },
       .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
         const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
         SoundParams params;
