@@ -54,7 +54,7 @@ TEST(EffectFiles, ThatAreOfNoUseAreRefusedAtTheirKey) {
   const auto message = [&](const std::string& keys) {
     return MessageOf([&] { ParseScene(WithStructures(keys), folder.file("s.toml")); });
   };
-  const std::string place = folder.file("s.toml") + ":9:11: ";
+  const std::string place = folder.file("s.toml") + ":9:1: ";
   TriangleMesh open = Tetrahedron();
   open.triangles.pop_back();
   WriteMesh(open, folder.file("open.stl"));
@@ -69,8 +69,8 @@ TEST(EffectFiles, ThatAreOfNoUseAreRefusedAtTheirKey) {
               AllOf(StartsWith(place), HasSubstr("not valid JSON")));
   WriteBytes(folder.file("whole.json"), curve);
   EXPECT_EQ(message("markups = \"whole.json\"\nradius_mm = 1\n"), "");
-  EXPECT_THAT(message("markups = \"whole.json\"\n"), HasSubstr(":8:1: [effects.structures]: markups needs radius_mm"));
-  EXPECT_THAT(message("radius_mm = 1\n"), HasSubstr(":8:1: [effects.structures]: radius_mm is not used"));
+  EXPECT_THAT(message("markups = \"whole.json\"\n"), HasSubstr(":8:10: [effects.structures]: markups needs radius_mm"));
+  EXPECT_THAT(message("radius_mm = 1\n"), HasSubstr(":8:10: [effects.structures]: radius_mm is not used"));
   EXPECT_THAT(message("tissues = \"none\"\n"), HasSubstr("there is neither surface nor markups"));
 }
 
