@@ -2,8 +2,8 @@
 #pragma once
 
 #include <array>
-#include <compare>
 #include <cstddef>
+#include <tuple>
 #include <vector>
 
 #include "kerf/bone.h"
@@ -45,7 +45,9 @@ class StructureVoxels {
  private:
   struct Run {
     int x, y, z0, z1;  // voxels z0 to z1
-    friend auto operator<=>(const Run&, const Run&) = default;
+    friend bool operator<(const Run& a, const Run& b) {
+      return std::tie(a.x, a.y, a.z0, a.z1) < std::tie(b.x, b.y, b.z0, b.z1);
+    }
   };
   void Add(int x, int y, double lower_mm, double upper_mm);
   void Push(const Run& run);
