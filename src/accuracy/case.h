@@ -1,0 +1,76 @@
+// One case of a study: a path, a way of holding the tool and settings, run for its errors or for its costs.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "accuracy/knobs.h"
+#include "accuracy/records.h"
+#include "kerf/bone.h"
+#include "kerf/coupled.h"
+#include "reference/reference.h"
+
+namespace kerf {
+
+/// A way for the handle or the tool, and the bone that it meets.
+struct StudyPath {
+  std::string name;   // "slot"; letters, digits, '-' and '_'
+  std::string title;  // for people, in a line
+  DiscSaw saw;
+  double rpm = 7500;
+  double duration_s = 0;
+  std::function<Pose(double t_s)> pose;  // 0 to duration_s; of the handle (kHand) or the tool (kPath)
+  CouplingParams coupling;               // kHand
+  MaterialTable materials;
+  ExactSolid solid;  // with `materials`, by regions; the truth
+  Box3 bounds_W;     // holds all of the solid that the tool can come near
+  std::vector<Holding> holdings;
+  /// The solid as kerf holds it. Throws Error.
+  std::function<Bone(double voxel_mm, int band_voxels)> make_bone;
+};
+
+/// The built-in paths by name; those whose data are not there are left out, with the reason.
+struct StudyPathList {
+  std::vector<StudyPath> paths;
+  std::vector<std::pair<std::string, std::string>> left_out;  // name, why
+};
+/// `names` empty: all. `data_folder`: ../shared/data or empty. Throws Error for a name that there is not.
+StudyPathList MakeStudyPaths(const std::vector<std::string>& names, const std::string& data_folder);
+std::vector<std::string> NamesOfStudyPaths();
+/// The first path and the bone of a scene file. Throws Error.
+StudyPath MakeScenePath(const std::string& name, const std::string& scene_file);
+
+/// A reference that settings are held against: law, material and coupling as theirs, all else as fine as it takes.
+struct StudyReference {
+  ReferenceRecord record;
+  double tick_s = 0.00025;           // so often it was written down
+  std::vector<ReferenceTick> ticks;  // at tick_s
+  std::shared_ptr<const ExactBone> bone;
+};
+/// "law=..." or empty: settings with the same word share a reference.
+std::string VariantOf(const StudySettings& settings);
+/// Refined until two refinements differ by less than `tolerance` (a share of the force, as force_p95), or the most that
+/// is tried. Read from `file` when it is there and of the same input, else written to it (empty: neither).
+StudyReference MakeStudyReference(const StudyPath& path, Holding holding, const StudySettings& settings,
+                                  double tolerance, const std::string& file, const std::atomic<bool>* stop);
+
+struct CaseOutcome {
+  CaseState state = CaseState::kDone;
+  std::string why;
+  std::optional<ErrorFigures> errors;
+  std::optional<CostFigures> costs;
+  std::uint64_t force_hash = 0;
+  std::uint64_t bone_hash = 0;
+};
+/// Errors; any thread, several at once.
+CaseOutcome RunForErrors(const StudyPath& path, Holding holding, const StudySettings& settings,
+                         const StudyReference& reference);
+/// Costs: at least so many ticks, the path anew as often as it takes; nothing else should run meanwhile.
+CaseOutcome RunForCosts(const StudyPath& path, Holding holding, const StudySettings& settings, std::uint64_t ticks,
+                        std::optional<int> core);
+
+}  // namespace kerf

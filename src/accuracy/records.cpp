@@ -1,0 +1,9 @@
+#include "accuracy/records.h"
+
+namespace kerf {
+
+std::string_view ToString(Holding holding) {
+  return holding == Holding::kHand ? "hand" : "path";
+}
+
+}  // namespace kerf

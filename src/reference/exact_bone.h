@@ -1,0 +1,47 @@
+// Bone as a formula less the exact places where the disc has been.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "kerf/geometry.h"
+#include "kerf/tool.h"
+
+namespace kerf {
+
+/// Uncut bone as functions of a world point. Must be callable from several threads at once.
+struct ExactSolid {
+  struct Material {
+    int region = 0;  // 0: none
+    double E_MPa = 0;
+    double nu = 0;
+  };
+  /// mm, negative inside, zero on the surface; about a distance near it (gradient between 0.5 and 2).
+  std::function<double(const Vec3&)> distance_mm;
+  /// Also asked a little outside of the bone.
+  std::function<Material(const Vec3&)> material;
+};
+
+/// Distances are to the solid less all that was swept: max(solid, -distance to what was swept).
+class ExactBone {
+ public:
+  ExactBone(ExactSolid solid, const DiscSaw& saw);
+  ~ExactBone();
+  ExactBone(ExactBone&&) noexcept;
+  ExactBone& operator=(ExactBone&&) noexcept;
+
+  /// The disc, or only its rim from `edge_mm` inside the rim outwards (0: all of it), goes from a to b.
+  void Sweep(const Pose& X_a, const Pose& X_b, double edge_mm);
+
+  double Distance(const Vec3& p_W) const;
+  bool IsBone(const Vec3& p_W) const { return Distance(p_W) < 0; }
+  const ExactSolid& solid() const;
+  /// A box around all that was swept; lower > upper when nothing was.
+  Box3 swept_bounds() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace kerf

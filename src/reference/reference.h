@@ -1,0 +1,65 @@
+// The cut worked out slowly and independently of the simulation: no grid, all in double precision. The bone is a
+// formula less the exact places where the disc has been; the rim is an integral. Against this the simulation's errors
+// are measured.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "kerf/force.h"
+#include "kerf/geometry.h"
+#include "kerf/tool.h"
+#include "reference/exact_bone.h"
+
+namespace kerf {
+
+/// How a hand holds the tool: the quantities of CouplingParams (kerf/coupled.h), which says what they mean.
+struct ReferenceCoupling {
+  Vec3 p_TC_mm{0};
+  double stiffness_N_per_mm = 1;
+  double damping_Ns_per_mm = 0;
+  double torsion_Nmm_per_rad = 5000;
+  double torsion_damping_Nmms = 0;
+  double max_force_N = 40;
+  double max_torque_Nmm = 4000;
+};
+
+/// How finely it is worked out.
+struct ReferenceFineness {
+  int rim_points = 1536;         // evenly around the rim
+  int steps_per_tick = 4;        // of equal length
+  double flat_spacing_mm = 0.7;  // of the points on the flats; hand only
+};
+
+struct ReferenceParams {
+  DiscSaw saw;
+  ForceLaw law;
+  double rpm = 7500;
+  double tick_s = 0.001;
+  ReferenceCoupling coupling;  // hand only
+  ReferenceFineness fineness;
+};
+
+/// At the end of a tick, as the simulation's outputs. World frame.
+struct ReferenceTick {
+  Pose X_WT;
+  Vec3 f_W_N{0};  // on a path: on the tool, mean over the tick; in a hand: on the hand, at the end of the tick
+  double thrust_sum_N = 0;
+  double engaged_teeth = 0;
+  double removed_mm3 = 0;  // since the start
+};
+
+struct ReferenceRun {
+  std::vector<ReferenceTick> ticks;
+  ExactBone bone;  // as it is at the end
+};
+
+/// The tool goes along the poses, whatever stands in its way: X_W[0] is where it starts, X_W[k] where tick k ends;
+/// between them it goes straight and turns evenly. The whole disc removes bone.
+ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WT);
+
+/// The handle goes along the poses; the tool is tied to it, and the rim alone removes bone (docs/tick.md: the same
+/// model, solved by other means).
+ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WH);
+
+}  // namespace kerf
