@@ -1,6 +1,7 @@
 // A bone: where it is (a level set) and what it is made of (regions with elastic constants).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -11,6 +12,13 @@
 #include "kerf/material.h"
 
 namespace kerf {
+
+/// A leaf of the level set that a simulation changed: {x, y, z} of its 8 x 8 x 8 voxels counted in leaves from the
+/// world's origin, and the values that it has now (512, mm).
+struct ChangedLeaf {
+  std::array<int, 3> index;
+  const float* values;
+};
 
 /// A bone as a narrow-band level set and a grid of region numbers, both OpenVDB grids in the world frame.
 ///

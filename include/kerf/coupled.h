@@ -153,12 +153,7 @@ class CoupledSimulation {
   void SetFidelity(Fidelity fidelity);
   Fidelity fidelity() const;
 
-  /// Leaves changed since ClearChanged(), as {x, y, z} of LeafIndex, with the values that they have now (512, mm).
-  /// Tick-safe.
-  struct ChangedLeaf {
-    std::array<int, 3> index;
-    const float* values;
-  };
+  /// Leaves changed since ClearChanged(). Tick-safe.
   int changed_count() const;
   ChangedLeaf changed(int i) const;
   void ClearChanged();

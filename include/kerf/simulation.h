@@ -69,11 +69,7 @@ class Simulation {
   /// Lifts the tool out and sets it down at X_WT, cutting nothing on the way. False, and nothing done, for a bad pose.
   bool SetDown(const Pose& X_WT);
 
-  /// Leaves changed since ClearChanged(), as {x, y, z} of LeafIndex, with the values that they have now (512, mm).
-  struct ChangedLeaf {
-    std::array<int, 3> index;
-    const float* values;
-  };
+  /// Leaves changed since ClearChanged().
   int changed_count() const;
   ChangedLeaf changed(int i) const;
   void ClearChanged();

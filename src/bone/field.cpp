@@ -210,6 +210,10 @@ double BoneField::band_mm() const {
 LeafIndex BoneField::origin_leaf() const {
   return state_->origin;
 }
+LeafIndex BoneField::FromWorld(const std::array<int, 3>& index) const {
+  const LeafIndex origin = origin_leaf();
+  return {index[0] - origin.x, index[1] - origin.y, index[2] - origin.z};
+}
 Vec3 BoneField::p_WF_mm() const {
   return state_->p_WF_mm;
 }
@@ -312,6 +316,11 @@ float* BoneField::OwnValues(const LeafIndex& leaf) {
 
 std::span<const LeafIndex> BoneField::changed() const {
   return state_->changed;
+}
+ChangedLeaf BoneField::ReadChanged(int i) const {
+  const LeafIndex& leaf = changed()[static_cast<std::size_t>(i)];
+  const LeafIndex origin = origin_leaf();
+  return {{origin.x + leaf.x, origin.y + leaf.y, origin.z + leaf.z}, Read(leaf)};
 }
 void BoneField::ClearChanged() {
   for (const LeafIndex& leaf : state_->changed) {

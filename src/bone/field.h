@@ -38,6 +38,8 @@ class BoneField {
   /// Where F is: its first leaf, and the same as a point.
   LeafIndex origin_leaf() const;
   Vec3 p_WF_mm() const;
+  /// A leaf of the world, by its index there, as one of F.
+  LeafIndex FromWorld(const std::array<int, 3>& index) const;
   /// Leaves that are not air lie from lowest() to highest(), both included; highest() is below lowest() when there are
   /// none. As it was when the field was made.
   LeafIndex lowest() const;
@@ -77,6 +79,8 @@ class BoneField {
   float* OwnValues(const LeafIndex& leaf);
   /// Leaves marked since the last ClearChanged(), each once, in the order of the first mark.
   std::span<const LeafIndex> changed() const;
+  /// The i-th of them.
+  ChangedLeaf ReadChanged(int i) const;
   void ClearChanged();
   int spare_leaves() const;
 

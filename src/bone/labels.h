@@ -1,6 +1,7 @@
 // The connected parts of a bone's inside: voxels with phi < 0 that share a face.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -37,21 +38,29 @@ Labels LabelInside(const openvdb::FloatTree& tree, const std::function<int(const
 /// Calls visit(node, node) for the face-sharing voxels of different parts; a pair may come many times.
 void ForEachTouch(const Labels& labels, const std::function<void(std::size_t, std::size_t)>& visit);
 
+template <typename Index = std::size_t>
 class UnionFind {
  public:
-  explicit UnionFind(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
-  std::size_t Find(std::size_t i) {
+  explicit UnionFind(Index n = 0) { Reset(n); }
+  /// Each of n by itself again; keeps its memory.
+  void Reset(Index n) {
+    parent_.resize(n);
+    std::iota(parent_.begin(), parent_.end(), Index{0});
+  }
+  Index Find(Index i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  void Join(std::size_t a, std::size_t b) {
+  void Join(Index a, Index b) {
     a = Find(a);
     b = Find(b);
     parent_[std::max(a, b)] = std::min(a, b);
   }
+  std::size_t size() const { return parent_.size(); }
+  std::size_t CalcMemoryBytes() const { return parent_.capacity() * sizeof(Index); }
 
  private:
-  std::vector<std::size_t> parent_;
+  std::vector<Index> parent_;
 };
 
 }  // namespace kerf

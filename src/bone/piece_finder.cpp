@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bone/grids.h"
+#include "bone/labels.h"
 
 namespace kerf {
 namespace {
@@ -137,7 +138,7 @@ struct PieceFinder::State {
   int last_id = 0;
   FoundPieces found;
   // Kept between calls, so that they are not asked for again.
-  std::vector<std::uint32_t> parents;
+  UnionFind<std::uint32_t> sets;
   std::vector<std::uint32_t> first_more;  // of each leaf: number of its second part
   std::vector<std::uint32_t> component_of;
 
@@ -156,15 +157,6 @@ struct PieceFinder::State {
   void Split(Leaf& leaf, const LeafMask& mask) const;
   void Link(Leaf& leaf, int axis);
 
-  std::uint32_t Root(std::uint32_t i) {
-    while (parents[i] != i) i = parents[i] = parents[parents[i]];
-    return i;
-  }
-  void Join(std::uint32_t a, std::uint32_t b) {
-    a = Root(a);
-    b = Root(b);
-    parents[std::max(a, b)] = std::min(a, b);
-  }
   template <typename Visit>
   void ForEachPart(Visit&& visit) {
     for (std::size_t i = 0; i < leaves.size(); ++i) {
@@ -281,8 +273,7 @@ void PieceFinder::State::JoinAll() {
     first_more[i] = nodes;
     nodes += static_cast<std::uint32_t>(leaves[i].more.size());
   }
-  parents.resize(nodes);
-  for (std::uint32_t i = 0; i < nodes; ++i) parents[i] = i;
+  sets.Reset(nodes);
   const auto part = [](const Leaf& leaf, std::size_t k) -> const Part& {
     return k == 0 ? leaf.first : leaf.more[k - 1];
   };
@@ -297,14 +288,14 @@ void PieceFinder::State::JoinAll() {
       if (next == kNone) continue;
       const auto n = static_cast<std::size_t>(next);
       if ((leaf.links >> axis & 1) != 0) {
-        Join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(n));
+        sets.Join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(n));
         continue;
       }
       const Leaf& other = leaves[n];
       if (other.first.count == 0 || (leaf.more.empty() && other.more.empty())) continue;
       for (std::size_t a = 0; a <= leaf.more.size(); ++a) {
         for (std::size_t b = 0; b <= other.more.size(); ++b) {
-          if (Touch(part(leaf, a).voxels, part(other, b).voxels, axis)) Join(node(i, a), node(n, b));
+          if (Touch(part(leaf, a).voxels, part(other, b).voxels, axis)) sets.Join(node(i, a), node(n, b));
         }
       }
     }
@@ -314,10 +305,10 @@ void PieceFinder::State::JoinAll() {
 /// In the order of their first leaves; `component_of` tells each part's.
 std::vector<Component> PieceFinder::State::Gather() {
   constexpr std::uint32_t kUnknown = 0xffffffff;
-  component_of.assign(parents.size(), kUnknown);
+  component_of.assign(sets.size(), kUnknown);
   std::vector<Component> components;
   ForEachPart([&](std::uint32_t node, const Leaf& leaf, const Part& part) {
-    const std::uint32_t root = Root(node);
+    const std::uint32_t root = sets.Find(node);
     if (component_of[root] == kUnknown) {
       component_of[root] = static_cast<std::uint32_t>(components.size());
       components.push_back({part.id, 0, {1 << 30, 1 << 30, 1 << 30}, {-(1 << 30), -(1 << 30), -(1 << 30)}, 0});
@@ -476,7 +467,7 @@ std::size_t PieceFinder::CalcMemoryBytes() const {
   const State& s = *state_;
   std::size_t bytes = sizeof(State) + s.table.capacity() * sizeof(int) + s.leaves.capacity() * sizeof(Leaf);
   for (const Leaf& leaf : s.leaves) bytes += leaf.more.capacity() * sizeof(Part);
-  bytes += (s.parents.capacity() + s.first_more.capacity() + s.component_of.capacity()) * sizeof(std::uint32_t);
+  bytes += s.sets.CalcMemoryBytes() + (s.first_more.capacity() + s.component_of.capacity()) * sizeof(std::uint32_t);
   return bytes;
 }
 

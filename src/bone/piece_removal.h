@@ -33,10 +33,10 @@ inline constexpr int kAllDust = 0;  // in the place of a piece's number: all tha
 /// two seconds for half a mandible at 0.1 mm.
 PieceRemoval MakePieceRemoval(const Bone& bone, const PieceFinder& finder, int id);
 
-/// From the box that changes a tool's edge must be so far off: the lists of leaves near the edge look ahead by a leaf
-/// or 1 mm, and by the band; one more of each.
-inline double CalcPieceClearance_mm(double voxel_mm) {
-  return 24 * voxel_mm + 2;
+/// Whether a tool of that reach at p_W is so far from the box that changes that the lists of leaves near its edge don't
+/// hold any of it: they look ahead by a leaf or 1 mm, and by the band; one more of each is asked. Tick-safe.
+inline bool IsToolClearOf(const Box3& bounds_W, const Vec3& p_W, double reach_mm, double voxel_mm) {
+  return glm::length(p_W - glm::clamp(p_W, bounds_W.lower, bounds_W.upper)) > reach_mm + 24 * voxel_mm + 2;
 }
 
 /// A value as it becomes where `from` is to be `to`, `now` being what it is: cutting raised it in between, or not. Cut

@@ -23,7 +23,7 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
   const Labels labels = LabelInside(grids.phi->tree());
   const std::vector<LabelledBlock>& blocks = labels.blocks;
   const auto& index = labels.index;
-  UnionFind sets(labels.node_count);
+  UnionFind<> sets(labels.node_count);
   ForEachTouch(labels, [&sets](std::size_t a, std::size_t b) { sets.Join(a, b); });
 
   // Voxels of each piece, largest first.

@@ -77,7 +77,7 @@ class Chooser {
     section.places = places_.size() + (is_shallow ? 1 : 0);
     section.distance_mm = std::sqrt(components_[first].near2);
     cut_.insert(first);
-    UnionFind whole = JoinUncut();
+    UnionFind<> whole = JoinUncut();
     for (std::size_t next = FindHolding(whole); next != labels_.node_count; next = FindHolding(whole)) {
       cut_.insert(next);
       whole = JoinUncut();
@@ -149,15 +149,15 @@ class Chooser {
   }
 
   /// All that hangs together when `cut_` is severed.
-  UnionFind JoinUncut() const {
-    UnionFind whole(labels_.node_count);
+  UnionFind<> JoinUncut() const {
+    UnionFind<> whole(labels_.node_count);
     for (const Link& link : links_) {
       if (!cut_.contains(link.near)) whole.Join(link.near, link.beside);
     }
     return whole;
   }
 
-  std::unordered_set<std::size_t> FindBeside(UnionFind& whole, PlaneSide side) const {
+  std::unordered_set<std::size_t> FindBeside(UnionFind<>& whole, PlaneSide side) const {
     std::unordered_set<std::size_t> found;
     for (const Link& link : links_) {
       if (cut_.contains(link.near) && sides_[link.beside] == side) found.insert(whole.Find(link.beside));
@@ -166,7 +166,7 @@ class Chooser {
   }
 
   /// The nearest uncut place in bone that holds the two sides together; node_count when there is none.
-  std::size_t FindHolding(UnionFind& whole) const {
+  std::size_t FindHolding(UnionFind<>& whole) const {
     const auto left = FindBeside(whole, PlaneSide::kLeft);
     const auto right = FindBeside(whole, PlaneSide::kRight);
     for (const std::size_t place : places_) {
@@ -176,7 +176,7 @@ class Chooser {
     return labels_.node_count;
   }
 
-  void AssignFates(UnionFind& whole, Section& section) {
+  void AssignFates(UnionFind<>& whole, Section& section) {
     const auto left = FindBeside(whole, PlaneSide::kLeft);
     const auto right = FindBeside(whole, PlaneSide::kRight);
     std::vector<std::size_t> left_voxels(labels_.node_count), right_voxels(labels_.node_count);
@@ -198,7 +198,7 @@ class Chooser {
 
   const Labels& labels_;
   const PlaneDistance& distance_;
-  UnionFind sets_;
+  UnionFind<> sets_;
   std::vector<PlaneSide> sides_;       // by node
   std::vector<Link> links_;            // between roots
   std::vector<Component> components_;  // by root; others are empty

@@ -438,10 +438,8 @@ void CoupledSimulation::Refill() {
 int CoupledSimulation::changed_count() const {
   return static_cast<int>(state_->field.changed().size());
 }
-CoupledSimulation::ChangedLeaf CoupledSimulation::changed(int i) const {
-  const LeafIndex& leaf = state_->field.changed()[static_cast<std::size_t>(i)];
-  const LeafIndex origin = state_->field.origin_leaf();
-  return {{origin.x + leaf.x, origin.y + leaf.y, origin.z + leaf.z}, state_->field.Read(leaf)};
+ChangedLeaf CoupledSimulation::changed(int i) const {
+  return state_->field.ReadChanged(i);
 }
 void CoupledSimulation::ClearChanged() {
   state_->field.ClearChanged();

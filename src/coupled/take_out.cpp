@@ -1,23 +1,15 @@
 #include "coupled/take_out.h"
 
-#include <algorithm>
-
 #include "coupled/state.h"
 
 namespace kerf {
 bool CoupledSimulation::IsClearOf(const Box3& bounds_W) const {
   const State& s = *state_;
-  const double reach_mm = s.shape.reach_mm + CalcPieceClearance_mm(s.h);
-  const auto is_clear = [&](const Pose& X) {
-    const Vec3 p_W = s.World(X).p_AB;
-    return glm::length(p_W - glm::clamp(p_W, bounds_W.lower, bounds_W.upper)) > reach_mm;
-  };
-  return !s.slab.active() && is_clear(s.X_WT);
+  return !s.slab.active() && IsToolClearOf(bounds_W, s.World(s.X_WT).p_AB, s.shape.reach_mm, s.h);
 }
 
 bool CoupledSimulation::Replace(const std::array<int, 3>& index, const float* from, const float* to) {
-  const LeafIndex origin = state_->field.origin_leaf();
-  return state_->cutter.Replace({index[0] - origin.x, index[1] - origin.y, index[2] - origin.z}, from, to);
+  return state_->cutter.Replace(state_->field.FromWorld(index), from, to);
 }
 
 void CoupledSimulation::AddTakenOut(const std::array<double, 256>& mm3, double sign) {

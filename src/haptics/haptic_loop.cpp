@@ -245,7 +245,7 @@ bool HapticLoop::MarkChanged(double time_s) {
   const int count = body_.changed_count();
   for (int k = 0; k < count; ++k) {
     const int i = (next_mark_ + k) % count;
-    const CoupledSimulation::ChangedLeaf leaf = body_.changed(i);
+    const ChangedLeaf leaf = body_.changed(i);
     if (!publisher_.Mark(leaf.index, leaf.values, time_s)) {
       next_mark_ = i;
       return false;

@@ -32,7 +32,7 @@ class LoopBody {
 
   /// As CoupledSimulation's.
   virtual int changed_count() const = 0;
-  virtual CoupledSimulation::ChangedLeaf changed(int i) const = 0;
+  virtual ChangedLeaf changed(int i) const = 0;
   virtual void ClearChanged() = 0;
 };
 

@@ -37,7 +37,7 @@ class StepBody final : public LoopBody {
   void RampIn() override { force_off_ = true; }
   void SetFidelity(Fidelity fidelity) override { simulation_.SetFidelity(fidelity); }
   int changed_count() const override { return simulation_.changed_count(); }
-  CoupledSimulation::ChangedLeaf changed(int i) const override { return simulation_.changed(i); }
+  ChangedLeaf changed(int i) const override { return simulation_.changed(i); }
   void ClearChanged() override { simulation_.ClearChanged(); }
 
   /// The loop's, or after its end.

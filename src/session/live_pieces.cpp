@@ -63,9 +63,8 @@ void LivePieces::Prepare() {
   const LoopState& state = loop_.state().front();
   if (state.ticks == 0) return;
   const Vec3 p_W = state.last.report.out.X_WT.p_AB;
-  const double off_mm = reach_mm_ + CalcPieceClearance_mm(mirror_.bone().voxel_mm());
   job_ = fragments_.Prepare(mirror_.bone(), [&](const Box3& box_W) {
-    return glm::length(p_W - glm::clamp(p_W, box_W.lower, box_W.upper)) > off_mm;
+    return IsToolClearOf(box_W, p_W, reach_mm_, mirror_.bone().voxel_mm());
   });
   if (!job_) return;
   transfer_ = std::make_unique<PieceTransfer>(std::move(job_->removal));

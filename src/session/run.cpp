@@ -46,7 +46,7 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
           : 0;
   const auto look = [&](double time_s) {
     for (int i = 0; i < simulation.changed_count(); ++i) {
-      const Simulation::ChangedLeaf leaf = simulation.changed(i);
+      const ChangedLeaf leaf = simulation.changed(i);
       fragments.Change(leaf.index, std::span<const float, 512>(leaf.values, 512));
     }
     simulation.ClearChanged();

@@ -167,13 +167,10 @@ std::array<double, 256> Simulation::CalcRemovedByRegion() {
 }
 bool Simulation::IsClearOf(const Box3& bounds_W) const {
   const State& s = *state_;
-  const Vec3 p_W = s.X_WT.p_AB + s.field.p_WF_mm();
-  return glm::length(p_W - glm::clamp(p_W, bounds_W.lower, bounds_W.upper)) >
-         s.shape.reach_mm + CalcPieceClearance_mm(s.field.voxel_mm());
+  return IsToolClearOf(bounds_W, s.X_WT.p_AB + s.field.p_WF_mm(), s.shape.reach_mm, s.field.voxel_mm());
 }
 bool Simulation::Replace(const std::array<int, 3>& index, const float* from, const float* to) {
-  const LeafIndex origin = state_->field.origin_leaf();
-  return state_->cutter.Replace({index[0] - origin.x, index[1] - origin.y, index[2] - origin.z}, from, to);
+  return state_->cutter.Replace(state_->field.FromWorld(index), from, to);
 }
 void Simulation::AddTakenOut(const std::array<double, 256>& mm3, double sign) {
   for (std::size_t id = 0; id < mm3.size(); ++id) state_->taken_out_mm3[id] += sign * mm3[id];
@@ -186,10 +183,8 @@ void Simulation::Refill() {
 int Simulation::changed_count() const {
   return static_cast<int>(state_->field.changed().size());
 }
-Simulation::ChangedLeaf Simulation::changed(int i) const {
-  const LeafIndex& leaf = state_->field.changed()[static_cast<std::size_t>(i)];
-  const LeafIndex origin = state_->field.origin_leaf();
-  return {{origin.x + leaf.x, origin.y + leaf.y, origin.z + leaf.z}, state_->field.Read(leaf)};
+ChangedLeaf Simulation::changed(int i) const {
+  return state_->field.ReadChanged(i);
 }
 void Simulation::ClearChanged() {
   state_->field.ClearChanged();

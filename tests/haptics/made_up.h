@@ -71,7 +71,7 @@ class MadeUpBody : public LoopBody {
   }
   void SetFidelity(Fidelity to) override { fidelity.store(to); }
   int changed_count() const override { return static_cast<int>(changed_.size()); }
-  CoupledSimulation::ChangedLeaf changed(int i) const override {
+  ChangedLeaf changed(int i) const override {
     const int leaf = changed_[static_cast<std::size_t>(i)];
     return {IndexOf(leaf), leaves[static_cast<std::size_t>(leaf)].data()};
   }

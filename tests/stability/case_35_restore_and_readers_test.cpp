@@ -269,7 +269,7 @@ TEST(HardCase36, AReadersBoneIsTheLoopsOnceItRests) {
     const double down = std::min(0.004 * i, 5.0);
     removed += simulation.Tick(Handle(DiscPose(Pose{}, {0.5 * std::sin(0.01 * i), 0, 6.2 + kR - down}))).removed_mm3;
     for (int k = 0; k < simulation.changed_count(); ++k) {
-      const CoupledSimulation::ChangedLeaf leaf = simulation.changed(k);
+      const ChangedLeaf leaf = simulation.changed(k);
       ASSERT_TRUE(publisher.Mark(leaf.index, leaf.values));
     }
     simulation.ClearChanged();
