@@ -23,6 +23,14 @@ struct ExactSolid {
 };
 
 /// Distances are to the solid less all that was swept: max(solid, -distance to what was swept).
+///
+/// Each sweep is a stadium as thick as the disc, in the plane of the orientation half-way (docs/physics.md, Removal);
+/// what of the motion goes along the spindle is put in the middle. So steps must be small against the thickness.
+/// Outside of all sweeps the distance to them is exact; within, it is how deep the deepest single sweep holds the
+/// point, so not more than the true depth.
+///
+/// Groups of 8 sweeps, and of 8 such groups and so on, are bounded by a box of centres, a slab and the hole that their
+/// discs have in common; a query looks into the groups that could be nearer, the nearest first.
 class ExactBone {
  public:
   ExactBone(ExactSolid solid, const DiscSaw& saw);
@@ -31,10 +39,13 @@ class ExactBone {
   ExactBone& operator=(ExactBone&&) noexcept;
 
   /// The disc, or only its rim from `edge_mm` inside the rim outwards (0: all of it), goes from a to b.
+  /// Left out where it is surely in the air.
   void Sweep(const Pose& X_a, const Pose& X_b, double edge_mm);
 
   double Distance(const Vec3& p_W) const;
-  bool IsBone(const Vec3& p_W) const { return Distance(p_W) < 0; }
+  /// Distance(p_W) < 0 but for rounding, and faster.
+  bool IsBone(const Vec3& p_W) const { return solid().distance_mm(p_W) < 0 && !IsSwept(p_W); }
+  bool IsSwept(const Vec3& p_W) const;
   const ExactSolid& solid() const;
   /// A box around all that was swept; lower > upper when nothing was.
   Box3 swept_bounds() const;

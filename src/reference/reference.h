@@ -24,11 +24,13 @@ struct ReferenceCoupling {
   double max_torque_Nmm = 4000;
 };
 
-/// How finely it is worked out.
+/// How finely it is worked out. All of it converges: the error falls with each figure's own (the counts' inverses).
 struct ReferenceFineness {
-  int rim_points = 1536;         // evenly around the rim
-  int steps_per_tick = 4;        // of equal length
-  double flat_spacing_mm = 0.7;  // of the points on the flats; hand only
+  int rim_points = 1536;         // evenly around the rim; ends of what is engaged are found between them
+  int steps_per_tick = 4;        // of equal length; more where the tool would go further than 0.1 mm in one
+  double flat_spacing_mm = 0.7;  // of the points on the flats
+  double look_ahead_mm = 1e-5;   // so far ahead of the rim bone is engaged; above rounding and an arc's sagitta
+  double edge_mm = 0.1;          // hand: of the rim that cuts; the walls hold all of the flats inside it
 };
 
 struct ReferenceParams {
@@ -50,8 +52,8 @@ struct ReferenceTick {
 };
 
 struct ReferenceRun {
-  std::vector<ReferenceTick> ticks;
-  ExactBone bone;  // as it is at the end
+  std::vector<ReferenceTick> ticks;  // one less than poses
+  ExactBone bone;                    // as it is at the end
 };
 
 /// The tool goes along the poses, whatever stands in its way: X_W[0] is where it starts, X_W[k] where tick k ends;

@@ -1,0 +1,97 @@
+// What was swept against closed forms and brute force.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "reference/cuts.h"
+
+namespace kerf {
+namespace {
+
+using namespace test;
+
+const DiscSaw kSaw;
+const double kR = kSaw.radius_mm();
+
+TEST(ExactBone, SlotIsAStadiumAsThickAsTheDisc) {
+  ExactBone bone(Block({}, {60, 20, 60}), kSaw);
+  constexpr int kSteps = 700;
+  for (int i = 0; i < kSteps; ++i) {
+    bone.Sweep(Upright({-5 + 10.0 * i / kSteps, 0, 1}), Upright({-5 + 10.0 * (i + 1) / kSteps, 0, 1}), 0);
+  }
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 3000; ++i) {
+    const Vec3 p = Vec3(20, 0.5, 16) * Vec3(unit(random), unit(random), unit(random));
+    const double across = std::hypot(p.x - std::clamp(p.x, -5.0, 5.0), p.z - 1) - kR;
+    const double along = std::abs(p.y) - 0.5 * kSaw.thickness_mm;
+    const double outside = std::hypot(std::max(across, 0.0), std::max(along, 0.0));
+    const double d = outside + std::min(std::max(across, along), 0.0);
+    const Vec3 b = glm::abs(p) - 0.5 * Vec3(60, 20, 60);
+    const double solid = std::max({b.x, b.y, b.z});
+    if (d > 0) {
+      EXPECT_NEAR(bone.Distance(p), std::max(solid, -d), 1e-9);
+    } else {
+      // Between two centres the arc of each is lower than their stadium: nothing, as each step is a stadium itself. But
+      // along the way the deepest single step holds a point less deep than all of them.
+      EXPECT_GT(bone.Distance(p), -1e-9);
+      EXPECT_LE(bone.Distance(p), -d + 1e-9);
+    }
+    if (std::abs(d) > 1e-6) {
+      EXPECT_EQ(bone.IsBone(p), d > 0 && solid < 0);
+      EXPECT_EQ(bone.IsSwept(p), d < 0);
+    }
+  }
+}
+
+TEST(ExactBone, GroupsGiveWhatEachSweepAloneGives) {
+  // A wild way, whole disc and rim; the least over bones with one sweep each.
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const auto solid = [] { return Block({}, {200, 200, 200}); };
+  for (const double edge_mm : {0.0, 0.4}) {
+    ExactBone all(solid(), kSaw);
+    std::vector<ExactBone> each;
+    Pose X = Upright({0, 0, 0});
+    for (int i = 0; i < 150; ++i) {
+      Pose X_next = X;
+      X_next.p_AB += 0.3 * Vec3(unit(random), 0.1 * unit(random), unit(random)) + X.Vector({0.2, 0, 0});
+      X_next.R_AB = glm::normalize(X.R_AB * Quat(1, 0.02 * unit(random), 0.02 * unit(random), 0.1 * unit(random)));
+      all.Sweep(X, X_next, edge_mm);
+      each.emplace_back(solid(), kSaw);
+      each.back().Sweep(X, X_next, edge_mm);
+      X = X_next;
+    }
+    for (int i = 0; i < 400; ++i) {
+      const Vec3 p = Vec3(30, 8, 18) * Vec3(unit(random), unit(random), unit(random));
+      double most = -1e9;
+      for (const ExactBone& one : each) most = std::max(most, one.Distance(p));
+      EXPECT_NEAR(all.Distance(p), most, 1e-9);
+    }
+  }
+}
+
+TEST(ExactBone, RimLeavesTheInside) {
+  ExactBone bone(Block({}, {60, 60, 60}), kSaw);
+  bone.Sweep(Upright({0, 0, 0}), Upright({0.1, 0, 0}), 0.5);
+  EXPECT_TRUE(bone.IsBone({0, 0, 0}));
+  EXPECT_NEAR(bone.Distance({0, 0, 0}), -(kR - 0.5 - 0.1), 1e-12);  // to where the disc at the end has its rim
+  EXPECT_FALSE(bone.IsBone({kR - 0.2, 0, 0}));
+  EXPECT_TRUE(bone.IsBone({kR - 0.2, 0.2, 0}));
+  EXPECT_NEAR(bone.Distance({kR - 0.2, 0.2, 0}), -(0.2 - 0.125), 1e-12);
+  EXPECT_TRUE(bone.IsBone({kR + 0.11, 0, 0}));
+}
+
+TEST(ExactBone, BoundsHoldAllThatWasSweptAndAirIsLeftOut) {
+  ExactBone bone(Block({}, {10, 10, 10}), kSaw);
+  EXPECT_TRUE(bone.swept_bounds().empty());
+  bone.Sweep(Upright({500, 0, 0}), Upright({501, 0, 0}), 0);
+  EXPECT_TRUE(bone.swept_bounds().empty());
+  bone.Sweep(Upright({0, 0, 0}), Upright({1, 0, 0}), 0);
+  const Box3 box = bone.swept_bounds();
+  EXPECT_NEAR(glm::length(box.lower - Vec3(-kR, -0.125, -kR)), 0, 1e-9);
+  EXPECT_NEAR(glm::length(box.upper - Vec3(kR + 1, 0.125, kR)), 0, 1e-9);
+}
+
+}  // namespace
+}  // namespace kerf
