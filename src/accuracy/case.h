@@ -23,13 +23,17 @@ struct StudyPath {
   DiscSaw saw;
   double rpm = 7500;
   double duration_s = 0;
-  std::function<Pose(double t_s)> pose;  // 0 to duration_s; of the handle (kHand) or the tool (kPath)
-  CouplingParams coupling;               // kHand
+  std::function<Pose(Holding, double t_s)> pose;  // 0 to duration_s; of the handle (kHand) or the tool (kPath)
+  CouplingParams coupling;                        // kHand
+  ForceLaw law;                                   // its parameters, for settings that name it; others have the presets
   MaterialTable materials;
   ExactSolid solid;  // with `materials`, by regions; the truth
-  Box3 bounds_W;     // holds all of the solid that the tool can come near
+  /// The same with E from the CT, and what makes a bone of make_bone() take its E from there; empty without CT numbers.
+  ExactSolid ct_solid;
+  std::function<void(Bone&)> use_ct;
+  Box3 bounds_W;  // holds all of the solid that the tool can come near
   std::vector<Holding> holdings;
-  /// The solid as kerf holds it. Throws Error.
+  /// The solid as kerf holds it, by regions. Any thread, several at once. Throws Error.
   std::function<Bone(double voxel_mm, int band_voxels)> make_bone;
 };
 
@@ -38,8 +42,10 @@ struct StudyPathList {
   std::vector<StudyPath> paths;
   std::vector<std::pair<std::string, std::string>> left_out;  // name, why
 };
-/// `names` empty: all. `data_folder`: ../shared/data or empty. Throws Error for a name that there is not.
-StudyPathList MakeStudyPaths(const std::vector<std::string>& names, const std::string& data_folder);
+/// `names` empty: all. `data_folder`: ../shared/data or empty. What takes long to import is kept in `cache_folder`,
+/// which is made if need be, and read from there (empty: neither). Throws Error for a name that there is not.
+StudyPathList MakeStudyPaths(const std::vector<std::string>& names, const std::string& data_folder,
+                             const std::string& cache_folder = "");
 std::vector<std::string> NamesOfStudyPaths();
 /// The first path and the bone of a scene file. Throws Error.
 StudyPath MakeScenePath(const std::string& name, const std::string& scene_file);

@@ -85,6 +85,13 @@ void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxe
   grids.by_modulus.fill(false);
 }
 
+void TakeHu(Bone& bone, const Bone& from) {
+  if (!from.grids().hu) throw Error("the bone has no CT numbers");
+  bone.grids().hu = from.grids().hu;
+  bone.grids().modulus.reset();
+  bone.grids().by_modulus.fill(false);
+}
+
 CtModulusReport UseCtModulus(Bone& bone, const CtLaw& law, bool all_regions) {
   Bone::Grids& grids = bone.grids();
   if (!grids.hu) throw Error("the bone has no CT numbers");

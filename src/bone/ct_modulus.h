@@ -13,6 +13,9 @@ namespace kerf {
 /// within 0.05 to 10.
 void SetHu(Bone& bone, const std::function<double(const Vec3&)>& hu, double voxel_mm);
 
+/// Those of another bone in the same place, lattice and all. Throws Error when it has none.
+void TakeHu(Bone& bone, const Bone& from);
+
 /// Over the CT voxels with their centre in the bone and in a region that takes its E from them.
 struct CtModulusReport {
   std::uint64_t voxels = 0;

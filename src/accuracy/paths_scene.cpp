@@ -1,0 +1,86 @@
+// A scene as a path of a study.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "accuracy/paths.h"
+#include "bonefile/bonefile.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "material/ct_law_table.h"
+#include "material/region_table.h"
+#include "scene/path.h"
+#include "scene/scene.h"
+
+namespace kerf {
+namespace {
+
+void SetBlock(StudyPath& path, const BlockParams& block) {
+  path.solid = MakeSolid([block](const Vec3& p_W) { return CalcBlockDistance(block, p_W); },
+                         [block](const Vec3& p_W) { return CalcBlockRegion(block, p_W); }, path.materials);
+  const BonePart all{block.X_WB,
+                     {{-0.5 * block.size_mm.x, -0.5 * block.size_mm.y, -block.size_mm.z},
+                      {0.5 * block.size_mm.x, 0.5 * block.size_mm.y, 0}}};
+  path.bounds_W = all.CalcBounds();
+  path.make_bone = RememberLast([block, materials = path.materials](double voxel_mm, int) {
+    BlockParams params = block;
+    params.voxel_mm = voxel_mm;
+    return MakeBlock(params, materials);
+  });
+}
+
+}  // namespace
+
+StudyPath MakeScenePath(const std::string& name, const std::string& scene_file) {
+  const Scene scene = ReadScene(scene_file);
+  StudyPath path = MakePlainPath(name, scene.title.empty() ? scene.name : scene.title);
+  path.saw = MakeDiscSaw(scene);
+  path.rpm = scene.tool.rpm;
+  path.law = scene.force;
+  path.coupling = MakeCoupledParams(scene).coupling;
+
+  const auto way = std::make_shared<const Path>(MakePath(scene));
+  // As far as the tool goes without being lifted out.
+  std::size_t last = 0;
+  while (last + 1 < way->segments().size() && !way->segments()[last + 1].retract_before) ++last;
+  path.duration_s = way->segments()[last].end_s;
+  path.pose = [way, last](Holding, double t_s) {
+    std::size_t segment = 0;
+    while (segment < last && t_s > way->segments()[segment].end_s) ++segment;
+    return way->CalcPose(segment, t_s);
+  };
+
+  if (!scene.bone.materials.empty()) {
+    path.materials = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
+  }
+  switch (scene.bone.source) {
+    case BoneSource::kFile: {
+      ReadBoneOptions with_hu;
+      with_hu.hu = true;
+      Bone bone = ReadBone(scene.bone.file, with_hu);
+      if (!scene.bone.materials.empty()) bone.set_materials(path.materials);
+      std::optional<CtLaw> law;
+      if (scene.material.kind == MaterialKind::kCt) {
+        const std::vector<CtLaw> laws =
+            scene.material.ct_law_file.empty()
+                ? DefaultCtLaws()
+                : ParseCtLaws(ReadTextFile(scene.material.ct_law_file), scene.material.ct_law_file);
+        law = WithCalibration(FindCtLaw(laws, scene.material.ct_law), scene.material.ct_calibration);
+        if (scene.material.ct_all) throw Error("a study takes E from the CT in cancellous bone only");
+      }
+      SetImported(path, std::move(bone), std::nullopt, law);
+      break;
+    }
+    case BoneSource::kBlock:
+    case BoneSource::kPlate:
+      SetBlock(path, scene.bone.block);
+      break;
+    case BoneSource::kMandible:
+      SetMandible(path, std::make_shared<const MandibleShape>(scene.bone.mandible), std::nullopt);
+      break;
+  }
+  return path;
+}
+
+}  // namespace kerf
