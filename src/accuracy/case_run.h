@@ -1,0 +1,62 @@
+// One pass of a case: the simulation that its settings ask for, and what it is fed.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "accuracy/case.h"
+
+namespace kerf {
+
+/// What a tick is given: handle (kHand) or tool (kPath) at the end of the tick, and how fast the handle went there.
+struct CaseInput {
+  Pose X_W;
+  Vec3 v_W_mm_per_s{0};  // of the coupling point
+  Vec3 w_W_rad_per_s{0};
+};
+/// One for each tick of the path.
+std::vector<CaseInput> MakeCaseInputs(const StudyPath& path, Holding holding, double rate_hz);
+
+/// A simulation in the middle of its pass.
+class CaseSubject {
+ public:
+  virtual ~CaseSubject() = default;
+  /// The force on the hand or on the tool, N. This alone is timed.
+  virtual Vec3 Tick(const CaseInput& in) = 0;
+  virtual void BetweenTicks() {}
+  /// Of the hottest node, C; 0 without heat.
+  virtual double CalcHottest_C() { return 0; }
+  /// At the end: exactly what the bone lost.
+  virtual double CalcRemoved_mm3() { return 0; }
+  virtual std::size_t CalcMemoryBytes() = 0;  // bone and simulation
+  /// None where nothing is cut.
+  virtual std::optional<Bone> TakeBone() { return std::nullopt; }
+};
+
+/// Why these settings mean nothing on this path; empty: they do.
+std::string FindOmission(const StudyPath& path, Holding holding, const StudySettings& settings);
+/// The law that they name, with the path's parameters where it is the path's. Throws Error.
+ForceLaw MakeCaseLaw(const StudyPath& path, const StudySettings& settings);
+/// The path's bone with the material that they name. Throws Error.
+Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings);
+/// Throws Error, as the simulations do for parameters out of range.
+std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding holding, const StudySettings& settings,
+                                             Bone bone);
+
+/// All of a pass, as it was.
+struct CasePass {
+  std::vector<Vec3> f_W_N;  // by tick
+  std::vector<double> hottest_C;
+  double removed_mm3 = 0;
+  std::optional<Bone> bone;
+  std::uint64_t force_hash = 0;
+  std::uint64_t bone_hash = 0;
+};
+CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings& settings);
+
+/// In the order of the ticks.
+std::uint64_t MixForce(std::uint64_t hash, const Vec3& f_W_N);
+
+}  // namespace kerf
