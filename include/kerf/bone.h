@@ -38,7 +38,7 @@ class Bone {
 
   double voxel_mm() const;         // edge of a phi voxel
   double region_voxel_mm() const;  // edge of a region voxel
-  double band_mm() const;          // half width of the narrow band: 3 voxels
+  double band_mm() const;          // half width of the narrow band: 3 voxels unless it was built otherwise
   const MaterialTable& materials() const;
   void set_materials(MaterialTable table);
   /// Other constants from here on, for a run; a file written of the bone still gets the table that it had.

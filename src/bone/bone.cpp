@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <mutex>
 
 #include "bone/cell_block.h"
@@ -134,9 +135,9 @@ double InterpolateMaterial(const Bone::Grids& grids, const Vec3& p_W, OfRegion o
 
 }  // namespace
 
-openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm) {
+openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm, int band_voxels) {
   InitializeOpenVdbOnce();
-  auto grid = openvdb::FloatGrid::create(static_cast<float>(kHalfBandVoxels * voxel_mm));
+  auto grid = openvdb::FloatGrid::create(static_cast<float>(band_voxels * voxel_mm));
   grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel_mm));
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   grid->setName("phi");
@@ -183,7 +184,7 @@ double Bone::region_voxel_mm() const {
   return grids_->region_voxel_mm();
 }
 double Bone::band_mm() const {
-  return kHalfBandVoxels * voxel_mm();
+  return std::round(static_cast<double>(grids_->phi->background()) / voxel_mm()) * voxel_mm();
 }
 const MaterialTable& Bone::materials() const {
   return grids_->materials;

@@ -32,8 +32,8 @@ constexpr double kMostIndex = 1 << 30;           // of a voxel
 constexpr double kMostMeshIndex = 1 << 17;       // where a float still tells a hundredth of a voxel
 
 /// Half the diagonal of a block of `edge` voxels, centre of first to centre of last, plus the band around it.
-double BallRadius(int edge, double h) {
-  return 0.5 * std::sqrt(3.0) * (edge - 1) * h + (kHalfBandVoxels + 1) * h;
+double BallRadius(int edge, double h, int band_voxels) {
+  return 0.5 * std::sqrt(3.0) * (edge - 1) * h + (band_voxels + 1) * h;
 }
 
 Vec3 BlockCentre(const Coord& origin, int edge, double h) {
@@ -50,7 +50,7 @@ struct Blocks {
   std::vector<Coord> mixed;
 };
 
-Blocks SortBlocks(const SolidField& solid, const Box3& box, double h) {
+Blocks SortBlocks(const SolidField& solid, const Box3& box, double h, int band_voxels) {
   const Coord first = FloorToBlock(box.lower / h, kCoarseEdge);
   const Coord last = FloorToBlock(box.upper / h, kCoarseEdge);
   std::vector<Coord> coarse;
@@ -61,15 +61,16 @@ Blocks SortBlocks(const SolidField& solid, const Box3& box, double h) {
   }
   std::vector<Blocks> found(coarse.size());
   tbb::parallel_for(std::size_t{0}, coarse.size(), [&](std::size_t n) {
-    const BlockClass whole = solid.classify(BlockCentre(coarse[n], kCoarseEdge, h), BallRadius(kCoarseEdge, h));
+    const BlockClass whole =
+        solid.classify(BlockCentre(coarse[n], kCoarseEdge, h), BallRadius(kCoarseEdge, h, band_voxels));
     if (whole == BlockClass::kOutside) return;
     for (int x = 0; x < kCoarseEdge; x += kLeafEdge) {
       for (int y = 0; y < kCoarseEdge; y += kLeafEdge) {
         for (int z = 0; z < kCoarseEdge; z += kLeafEdge) {
           const Coord origin = coarse[n].offsetBy(x, y, z);
-          const BlockClass part = whole == BlockClass::kInside
-                                      ? whole
-                                      : solid.classify(BlockCentre(origin, kLeafEdge, h), BallRadius(kLeafEdge, h));
+          const BlockClass part = whole == BlockClass::kInside ? whole
+                                                               : solid.classify(BlockCentre(origin, kLeafEdge, h),
+                                                                                BallRadius(kLeafEdge, h, band_voxels));
           if (part == BlockClass::kInside) found[n].inside.push_back(origin);
           if (part == BlockClass::kMixed) found[n].mixed.push_back(origin);
         }
@@ -124,9 +125,9 @@ std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, 
   return leaves;
 }
 
-/// Switches off what lies more than four voxels from a change of sign. Sweeping costs by active voxel, and most of a
-/// mixed block is beyond the band; a voxel in the band takes its distance from nearer ones alone.
-void KeepNearSurface(openvdb::FloatGrid& field) {
+/// Switches off what lies more than a voxel beyond the band from a change of sign. Sweeping costs by active voxel, and
+/// most of a mixed block is beyond the band; a voxel in the band takes its distance from nearer ones alone.
+void KeepNearSurface(openvdb::FloatGrid& field, int band_voxels) {
   openvdb::MaskTree near(field.tree(), false, openvdb::TopologyCopy());
   openvdb::tree::LeafManager<openvdb::MaskTree> near_leaves(near);
   const FloatTree& values = field.constTree();
@@ -146,7 +147,7 @@ void KeepNearSurface(openvdb::FloatGrid& field) {
     }
   });
   // Leaves that become all active may turn into tiles.
-  openvdb::tools::dilateActiveValues(near, kHalfBandVoxels + 1, openvdb::tools::NN_FACE_EDGE);
+  openvdb::tools::dilateActiveValues(near, band_voxels + 1, openvdb::tools::NN_FACE_EDGE);
   openvdb::tree::LeafManager<FloatTree> leaves(field.tree());
   leaves.foreach ([&near](FloatLeaf& leaf, std::size_t) {
     const auto* mask = near.probeConstLeaf(leaf.origin());
@@ -175,7 +176,11 @@ bool IsNear(const Accessor& phi, const Vec3& centre_W, double h, double region_h
   return false;
 }
 
-void CheckBox(const Box3& box, double voxel_mm) {
+void CheckBox(const Box3& box, const BuildOptions& options) {
+  const double voxel_mm = options.voxel_mm;
+  if (options.band_voxels < 2 || options.band_voxels > 8) {
+    throw Error(fmt::format("a band of {} voxels is out of range; valid range 2 to 8", options.band_voxels));
+  }
   if (!(voxel_mm >= 0.02 && voxel_mm <= 4)) {
     throw Error(fmt::format("a voxel of {} mm is out of range; valid range 0.02 to 4 mm", voxel_mm));
   }
@@ -216,13 +221,13 @@ std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<
 
 Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials) {
   const double h = options.voxel_mm;
-  CheckBox(box, h);
+  CheckBox(box, options);
   Bone bone;
   Bone::Grids& grids = bone.grids();
-  grids.phi = MakePhiGrid(h);
+  grids.phi = MakePhiGrid(h, options.band_voxels);
   grids.materials = std::move(materials);
 
-  const Blocks blocks = SortBlocks(solid, box, h);
+  const Blocks blocks = SortBlocks(solid, box, h, options.band_voxels);
   Progress progress(options.progress, 0.05, 0.7, blocks.mixed.size());
   auto leaves = EvaluateBlocks(solid, blocks.mixed, h, progress);
   const float band = grids.phi->background();
@@ -236,7 +241,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
     field->setTransform(grids.phi->transformPtr());
     for (auto& leaf : leaves) field->tree().addLeaf(leaf.release());
     AddInsideTiles(field->tree(), blocks.inside, -1.0f);
-    KeepNearSurface(*field);
+    KeepNearSurface(*field, options.band_voxels);
     const auto distance = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
     if (!distance) throw Error("the surface could not be turned into a distance field: nothing lies inside");
     std::vector<FloatLeaf*> solved;
@@ -263,10 +268,10 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
   }
   Box3 box;
   for (const Vec3& p : mesh.points) box.Include(p);
-  CheckBox(box, options.voxel_mm);
+  CheckBox(box, options);
   Bone bone;
   Bone::Grids& grids = bone.grids();
-  grids.phi = MakePhiGrid(options.voxel_mm);
+  grids.phi = MakePhiGrid(options.voxel_mm, options.band_voxels);
   grids.materials = std::move(materials);
   std::vector<openvdb::Vec3s> points(mesh.points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -287,8 +292,9 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
   }
   const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
   // The adapter's points are in index space; distances come out in world units.
-  auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
-      adapter, grids.phi->transform(), static_cast<float>(kHalfBandVoxels), static_cast<float>(kHalfBandVoxels));
+  auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, grids.phi->transform(),
+                                                               static_cast<float>(options.band_voxels),
+                                                               static_cast<float>(options.band_voxels));
   grids.phi->setTree(grid->treePtr());
   FinishLevelSet(*grids.phi);
   if (bone.empty()) throw Error("the surface encloses nothing at this voxel size");
@@ -296,6 +302,20 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
   SetRegions(bone, region, options.region_voxel_mm);
   if (options.progress) options.progress(1.0);
   return bone;
+}
+
+void RoundDistances(Bone& bone, int precision_bits) {
+  if (precision_bits >= 24) return;
+  // Veltkamp's splitting, as removal does it.
+  const float splitter = static_cast<float>(1 << (24 - precision_bits)) + 1;
+  openvdb::tree::LeafManager<FloatTree> leaves(bone.grids().phi->tree());
+  leaves.foreach ([splitter](FloatLeaf& leaf, std::size_t) {
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+      const float value = leaf.getValue(i);
+      const float split = value * splitter;
+      leaf.setValueOnly(i, split - (split - value));
+    }
+  });
 }
 
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm) {

@@ -32,6 +32,7 @@ struct BuildOptions {
   double voxel_mm = 0.2;                 // 0.02 to 4
   double region_voxel_mm = 0.2;          // of the region grid
   std::function<void(double)> progress;  // called with 0..1, from one thread; may be empty
+  int band_voxels = 3;                   // half width of the level set's band, 2 to 8; files hold 3 only
 };
 
 /// Voxelises a solid within `box` (which it must not touch: leave at least 4 voxels around it).
@@ -43,6 +44,10 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
 /// The same from a closed surface; the region function as above. Throws Error when the mesh is open.
 Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
                       const BuildOptions& options, MaterialTable materials);
+
+/// Keeps so many bits (4 to 24) of the significands of the distances, to nearest, as a coarser number format would: for
+/// comparison.
+void RoundDistances(Bone& bone, int precision_bits);
 
 /// Replaces the region grid: asks `region` again for every region voxel at or near the bone. Thread-safe function.
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm);

@@ -29,7 +29,7 @@ struct Bone::Grids {
   double region_voxel_mm() const { return region->voxelSize()[0]; }
 };
 
-openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm);
+openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm, int band_voxels = kHalfBandVoxels);
 openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm);
 /// Clamps to the band, switches off what lies beyond it, and merges uniform leaves into tiles.
 void FinishLevelSet(openvdb::FloatGrid& grid);

@@ -1,4 +1,5 @@
 #include "contact/faces.h"
+#include "tool/shape.h"
 
 #include <algorithm>
 #include <cmath>

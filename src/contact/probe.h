@@ -8,10 +8,6 @@
 
 namespace kerf {
 
-/// A bound of how far any point of a ball of radius `reach_mm` about the tool's origin moves from one pose to another,
-/// mm. Tick-safe.
-double CalcTravel(const Pose& from, const Pose& to, double reach_mm);
-
 /// A trilinear interpolation of distances changes by at most this per mm.
 inline constexpr double kSteepest = 1.7320508;
 

@@ -77,7 +77,7 @@ void CoupledSimulation::State::Release() {
 }
 
 /// Takes the tool as far towards the handle as there is surely no bone.
-CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInput& in) {
+CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInput& in, CoupledOutput& out) {
   const double margin_mm = kMarginVoxels * h;
   if (clearance.IsNear(X_WT, margin_mm)) return Flight::kNear;
   const double way_mm = clearance.bound_mm() - margin_mm;
@@ -85,6 +85,7 @@ CoupledSimulation::State::Flight CoupledSimulation::State::Fly(const CoupledInpu
   const bool there = travel_mm <= way_mm;
   if (effects.Holds({X_WT, in.X_WH})) return Flight::kNear;
   if (!there && way_mm < kStepVoxels * h) return Flight::kNear;  // no further than by a step
+  CutWaiting(out);
   Release();
   EndSlab();
   X_WT = there ? in.X_WH : Interpolate(X_WT, in.X_WH, way_mm / travel_mm);
@@ -283,6 +284,92 @@ void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) con
   }
 }
 
+/// The handle moves first, with the tool held; then the tool follows.
+void CoupledSimulation::State::MoveHandle(const Pose& X_to, CoupledOutput& out) {
+  const double stored_mJ = coupling_mJ + contact_mJ;
+  coupling_mJ = coupling.CalcEnergy(X_WT, X_to);
+  out.hand_mJ += coupling_mJ + contact_mJ - stored_mJ;
+  X_WH = X_to;
+}
+
+/// The tool goes as far as it gets towards the handle in in.dt_s, in as many sub-steps as that takes. False: it lags
+/// behind.
+bool CoupledSimulation::State::Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums,
+                                      CoupledOutput& out) {
+  const auto enter = [observer](TickStage stage) {
+    if (observer) observer->Enter(stage);
+  };
+  bool reached = false;
+  double left_s = in.dt_s;
+  while (!reached) {
+    if (out.substeps == max_substeps) {
+      out.status |= kCoupledSubstepsUsedUp;
+      return false;
+    }
+    // 2 near: through air the tool goes with the handle
+    enter(TickStage::kNear);
+    const Flight flight = Fly(in, out);
+    if (flight == Flight::kThere) {
+      if (out.substeps == 0) out.status |= kCoupledAsleep;
+      sums.f_damper_W = sums.tau_damper_W = Vec3(0);
+      return true;
+    }
+    ++out.substeps;
+    if (flight == Flight::kUnderWay) continue;
+
+    // 3 engage: what the tool meets where it is
+    enter(TickStage::kEngage);
+    Engage(in, left_s);
+
+    const double before_mJ = CalcBalance(out);
+    // 4 solve: the motion that coupling and bone agree on
+    enter(TickStage::kSolve);
+    const bool free = problem.empty();
+    if (free) {
+      const Vec3 v = problem.coupling.x_mm / left_s;
+      const Vec3 w = problem.coupling.theta_rad / left_s;
+      Release();
+      u = {v.x, v.y, v.z, w.x, w.y, w.z};
+    } else {
+      const StepSolution solution = solver.Solve(problem, u, shape.reach_mm, params.max_iterations);
+      u = solution.u;
+      out.iterations = std::max(out.iterations, solution.iterations);
+      if (!solution.converged) out.status |= kCoupledIterationsUsedUp;
+    }
+    const double share = CalcStepShare(u, left_s);
+    const double time_s = share * left_s;
+    reached = share == 1;
+    const Pose X_next = free && reached ? in.X_WH : Advance(X_WT, u, time_s, coupling.p_TC_mm());
+    const Pose X_from = X_WT;
+
+    // 5 remove: what the edge sweeps on the way
+    enter(TickStage::kRemove);
+    if (in.rpm == 0) {
+      CutWaiting(out);
+    } else if (looked_share == 0) {
+      CutWaiting(out);
+      path.Record(X_WT, kStepVoxels * h);
+    } else {
+      const Cutter::Result cut = paced.Cut(X_WT, X_next);
+      out.removed_mm3 += cut.removed_mm3;
+      if (cut.out_of_leaves) {
+        out.status |= kCoupledLeavesUsedUp;
+        u = {};
+        return false;
+      }
+    }
+    AddUp(time_s, sums, out);
+    Move(X_next, share);
+    if (!free && effects.wants_solved()) {
+      EffectSolved solved{X_from, X_WT, edge, &faces, problem, u, share, time_s, in.rpm, {}};
+      effects.Solved(solved);
+    }
+    if (!free) Reserve(before_mJ - CalcBalance(out));
+    left_s -= time_s;
+  }
+  return true;
+}
+
 CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* observer) {
   State& s = *state_;
   CoupledInput in = asked;
@@ -310,86 +397,29 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   s.effects.Begin(begin);
   in.rpm = begin.rpm;
   if (in.rpm == 0) out.status |= kCoupledSpindleStopped;
-  // The handle moves first, with the tool held; then the tool follows.
   const double stored_mJ = s.coupling_mJ + s.contact_mJ;
-  s.coupling_mJ = s.coupling.CalcEnergy(s.X_WT, in.X_WH);
-  out.hand_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
-  s.X_WH = in.X_WH;
+  const Pose X_from = s.X_WH;
   s.StepFidelity(in, out);
   s.problem.passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
 
   State::Sums sums;
-  bool reached = false;
-  double left_s = in.dt_s;
   const int max_substeps =
-      s.fidelity == Fidelity::kFull ? s.params.max_substeps : std::max(1, s.params.max_substeps / 4);
-  while (!reached) {
-    if (out.substeps == max_substeps) {
-      out.status |= kCoupledSubstepsUsedUp;
-      break;
-    }
-    // 2 near: through air the tool goes with the handle
-    enter(TickStage::kNear);
-    const State::Flight flight = s.Fly(in);
-    if (flight == State::Flight::kThere) {
-      if (out.substeps == 0) out.status |= kCoupledAsleep;
-      sums.f_damper_W = sums.tau_damper_W = Vec3(0);
-      reached = true;
-      break;
-    }
-    ++out.substeps;
-    if (flight == State::Flight::kUnderWay) continue;
-
-    // 3 engage: what the tool meets where it is
-    enter(TickStage::kEngage);
-    s.Engage(in, left_s);
-
-    const double before_mJ = s.CalcBalance(out);
-    // 4 solve: the motion that coupling and bone agree on
-    enter(TickStage::kSolve);
-    const bool free = s.problem.empty();
-    if (free) {
-      const Vec3 v = s.problem.coupling.x_mm / left_s;
-      const Vec3 w = s.problem.coupling.theta_rad / left_s;
-      s.Release();
-      s.u = {v.x, v.y, v.z, w.x, w.y, w.z};
+      (s.fidelity == Fidelity::kFull ? s.params.max_substeps : std::max(1, s.params.max_substeps / 4)) +
+      s.params.substeps - 1;
+  s.paced.BeginTick();
+  bool reached = true;
+  CoupledInput part = in;
+  part.dt_s = in.dt_s / s.params.substeps;
+  for (int i = 1; i <= s.params.substeps && reached; ++i) {
+    if (i < s.params.substeps) {
+      part.X_WH = Interpolate(X_from, in.X_WH, static_cast<double>(i) / s.params.substeps);
     } else {
-      const StepSolution solution = s.solver.Solve(s.problem, s.u, s.shape.reach_mm, s.params.max_iterations);
-      s.u = solution.u;
-      out.iterations = std::max(out.iterations, solution.iterations);
-      if (!solution.converged) out.status |= kCoupledIterationsUsedUp;
+      part.X_WH = in.X_WH;
     }
-    const double share = s.CalcStepShare(s.u, left_s);
-    const double time_s = share * left_s;
-    reached = share == 1;
-    const Pose X_next = free && reached ? in.X_WH : Advance(s.X_WT, s.u, time_s, s.coupling.p_TC_mm());
-    const Pose X_from = s.X_WT;
-
-    // 5 remove: what the edge sweeps on the way
-    enter(TickStage::kRemove);
-    if (in.rpm == 0) {
-      // nothing
-    } else if (s.looked_share == 0) {
-      s.path.Record(s.X_WT, kStepVoxels * s.h);
-    } else {
-      const auto cut = s.cutter.Cut(s.X_WT, X_next);
-      out.removed_mm3 += cut.removed_mm3;
-      if (cut.out_of_leaves) {
-        out.status |= kCoupledLeavesUsedUp;
-        s.u = {};
-        reached = false;
-        break;
-      }
-    }
-    s.AddUp(time_s, sums, out);
-    s.Move(X_next, share);
-    if (!free && s.effects.wants_solved()) {
-      EffectSolved solved{X_from, s.X_WT, s.edge, &s.faces, s.problem, s.u, share, time_s, in.rpm, {}};
-      s.effects.Solved(solved);
-    }
-    if (!free) s.Reserve(before_mJ - s.CalcBalance(out));
-    left_s -= time_s;
+    s.MoveHandle(part.X_WH, out);
+    reached = s.Follow(part, max_substeps, observer, sums, out);
   }
+  if (!reached) s.MoveHandle(in.X_WH, out);
 
   // 6 effects, of the whole tick
   const double mean = sums.time_s > 0 ? 1 / sums.time_s : 0;
@@ -414,6 +444,8 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
 bool CoupledSimulation::SetDown(const Pose& X_WT) {
   if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return false;
   State& s = *state_;
+  CoupledOutput unused;
+  s.CutWaiting(unused);
   s.X_WT = s.Local(X_WT);
   s.last = {};
   s.last.X_WT = X_WT;
@@ -425,6 +457,7 @@ bool CoupledSimulation::SetDown(const Pose& X_WT) {
   s.EndSlab();
   s.path.Forget();
   s.teeth = 0;
+  s.paced.Forget();
   s.cutter.Lift();
   s.coupling_mJ = s.coupling.CalcEnergy(s.X_WT, s.X_WH);
   return true;

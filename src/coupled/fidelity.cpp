@@ -60,6 +60,13 @@ void CoupledSimulation::State::StepFidelity(const CoupledInput& in, CoupledOutpu
   out.fidelity = is_slab ? Fidelity::kSlab : stride == 2 ? Fidelity::kCoarse : Fidelity::kFull;
 }
 
+/// Removes what waits for its turn (CoupledParams::carve_interval_ticks).
+void CoupledSimulation::State::CutWaiting(CoupledOutput& out) {
+  const Cutter::Result cut = paced.Flush(X_WT);
+  out.removed_mm3 += cut.removed_mm3;
+  if (cut.out_of_leaves) out.status |= kCoupledLeavesUsedUp;
+}
+
 /// Removes some of what the slab has passed.
 void CoupledSimulation::State::CutPath(CoupledOutput& out) {
   Pose from, to;
@@ -76,8 +83,12 @@ void CoupledSimulation::State::CutPath(CoupledOutput& out) {
   cutter.Lift();
 }
 
-/// Removes all that the slab has passed. Not for the tick.
+/// Removes all that waits or that the slab has passed. Not for the tick.
 void CoupledSimulation::State::FinishPath() {
+  while (paced.Flush(X_WT).out_of_leaves) {
+    field.Refill(std::max(params.spare_leaves, 1024));
+    cutter.Refill();
+  }
   if (path.forgotten()) return;
   path.Record(X_WT, 0);
   CoupledOutput unused;

@@ -31,6 +31,9 @@ void CheckParams(const CoupledParams& p) {
   CheckRange("edge_samples_per_pitch", p.edge_samples_per_pitch, 1, 256);
   CheckRange("max_iterations", p.max_iterations, 1, 1000);
   CheckRange("max_substeps", p.max_substeps, 1, 4096);
+  CheckRange("substeps", p.substeps, 1, 64);
+  CheckRange("carve_interval_ticks", p.carve_interval_ticks, 1, 64);
+  CheckRange("precision_bits", p.precision_bits, 4, 24);
   CheckRange("spare_leaves", p.spare_leaves, 0, 1 << 24);
 }
 

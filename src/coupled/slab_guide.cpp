@@ -5,6 +5,7 @@
 
 #include "contact/probe.h"
 #include "removal/cutter.h"
+#include "tool/shape.h"
 
 namespace kerf {
 namespace {

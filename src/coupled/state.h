@@ -15,7 +15,7 @@
 #include "effects/plan.h"
 #include "kerf/coupled.h"
 #include "proximity/clearance.h"
-#include "removal/cutter.h"
+#include "removal/paced_cutter.h"
 #include "tool/shape.h"
 
 namespace kerf {
@@ -37,7 +37,9 @@ struct CoupledSimulation::State {
         coupling(params.coupling),
         edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
         faces(field, shape, params.tool, params.coupling.p_TC_mm),
-        cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal, CountOldLeaves(field, params)),
+        cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal, CountOldLeaves(field, params),
+               params.precision_bits),
+        paced(cutter, params.tool, shape.reach_mm, h, params.carve_interval_ticks),
         clearance(field, params.tool),
         slab(is_disc ? std::get<DiscSaw>(params.tool) : DiscSaw{}, params.coupling.p_TC_mm, params.slab_reading),
         effects(params.effects,
@@ -72,6 +74,7 @@ struct CoupledSimulation::State {
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   Pose World(const Pose& X) const { return {X.R_AB, X.p_AB + field.p_WF_mm()}; }
   void StepFidelity(const CoupledInput& in, CoupledOutput& out);
+  void CutWaiting(CoupledOutput& out);
   void CutPath(CoupledOutput& out);
   void FinishPath();
   void EndSlab() {
@@ -81,8 +84,10 @@ struct CoupledSimulation::State {
   void Release();
   /// Through air; what came of it.
   enum class Flight { kNear, kUnderWay, kThere };
-  Flight Fly(const CoupledInput& in);
+  Flight Fly(const CoupledInput& in, CoupledOutput& out);
   void Engage(const CoupledInput& in, double time_s);
+  void MoveHandle(const Pose& X_to, CoupledOutput& out);
+  bool Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums, CoupledOutput& out);
   double CalcStepShare(const Twist& motion, double time_s) const;
   void AddUp(double time_s, Sums& sums, CoupledOutput& out);
   void Move(const Pose& X_next, double share);
@@ -105,6 +110,7 @@ struct CoupledSimulation::State {
   Edge edge;
   Faces faces;
   Cutter cutter;
+  PacedCutter paced;
   Clearance clearance;
   StepProblem problem;
   SlabGuide slab;

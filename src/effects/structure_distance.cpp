@@ -4,6 +4,7 @@
 
 #include "contact/probe.h"
 #include "effects/structures.h"
+#include "tool/shape.h"
 
 namespace kerf {
 namespace {

@@ -18,6 +18,7 @@
 
 #include "effects/effects.h"
 #include "kerf/error.h"
+#include "tool/shape.h"
 
 namespace kerf {
 namespace {

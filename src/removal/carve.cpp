@@ -244,6 +244,9 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
   alignas(64) float lost[kPair] = {};
   const V band = Splat(s.band);
   const V per_voxel = Splat(1 / s.voxel);
+  // Veltkamp's splitting: the upper bits of a significand, to nearest.
+  const bool rounds = s.precision_bits < 24;
+  const V splitter = Splat(static_cast<float>(1 << (24 - s.precision_bits)) + 1);
   std::uint64_t pairs = (active | active >> 1) & 0x5555555555555555u;
   for (; pairs != 0; pairs &= pairs - 1) {
     const int row = std::countr_zero(pairs);
@@ -255,6 +258,10 @@ CarveLoss Carve(const CarveStep& s, const std::array<float, 3>& corner, float* H
                             hn::Add(OfRows(rows[2], row, part), hn::Load(kFloats, s.along[2] + part)));
       if (s.whole_voxels) {
         depth = hn::Mul(hn::Add(hn::Floor(hn::Mul(depth, per_voxel)), Splat(0.5f)), Splat(s.voxel));
+      }
+      if (rounds) {
+        const V split = hn::Mul(depth, splitter);
+        depth = hn::Sub(split, hn::Sub(split, depth));
       }
       float* HWY_RESTRICT voxels = values + kRow * row + part;
       const V old = hn::LoadU(kFloats, voxels);

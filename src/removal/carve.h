@@ -14,6 +14,7 @@ namespace kerf {
 struct CarveStep {
   bool ball = false;          // else a disc, whose `back` has no z
   bool whole_voxels = false;  // phi in steps of a voxel
+  int precision_bits = 24;    // of phi's significand that are kept, 4 to 24: all of a float's
   bool new_only = false;      // leave out what the step before has carved as far: it ended where this one begins
   float radius = 0;
   float half_thickness = 0;  // of a disc

@@ -44,11 +44,13 @@ EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm) {
 }  // namespace
 
 struct Cutter::State {
-  State(BoneField& the_field, const Tool& tool, CutWith with, bool the_whole_voxels, int old_leaves)
+  State(BoneField& the_field, const Tool& tool, CutWith with, bool the_whole_voxels, int old_leaves,
+        int the_precision_bits)
       : field(the_field),
         h(field.voxel_mm()),
         zone(MakeZone(tool, field, with)),
         whole_voxels(the_whole_voxels),
+        precision_bits(the_precision_bits),
         leaves(field, MakeEdgeZone(zone, h)),
         ledger(field, old_leaves) {}
 
@@ -60,6 +62,7 @@ struct Cutter::State {
   double h;
   EdgeZone zone;
   bool whole_voxels;
+  int precision_bits;
   EdgeLeaves leaves;
   Ledger ledger;
   std::optional<Pose> X_last;    // where the last cut ended, if nothing was left out
@@ -72,8 +75,8 @@ double CalcKerfWidth(const DiscSaw& disc, double voxel_mm) {
   return std::max(disc.thickness_mm, kLeastKerfVoxels * voxel_mm);
 }
 
-Cutter::Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels, int old_leaves)
-    : state_(std::make_unique<State>(field, tool, with, whole_voxels, old_leaves)) {}
+Cutter::Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels, int old_leaves, int precision_bits)
+    : state_(std::make_unique<State>(field, tool, with, whole_voxels, old_leaves, precision_bits)) {}
 Cutter::~Cutter() = default;
 Cutter::Cutter(Cutter&&) noexcept = default;
 Cutter& Cutter::operator=(Cutter&&) noexcept = default;
@@ -153,7 +156,7 @@ Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
 }
 
 void Cutter::State::CutPiece(const Pose& X_from, const Pose& X_to, bool new_only, Result& result) {
-  const Sweep sweep(zone, X_from, X_to, h, kFlankTolerance * h, new_only, whole_voxels);
+  const Sweep sweep(zone, X_from, X_to, h, kFlankTolerance * h, new_only, whole_voxels, precision_bits);
   effort.listed_anew |= leaves.Update(X_to, sweep.length_mm, !new_only && zone.depth_mm == kAll);
   LeafList& list = leaves.list();
   effort.listed_leaves += static_cast<int>(list.size());

@@ -33,8 +33,9 @@ class Cutter {
   /// The field must outlive the cutter. `old_leaves`: how many leaves of the bone's first surface can be cut into
   /// before their old values must be accounted for (Refill(), CalcRemovedByRegion(); 2 kB each; leaves of pure bone
   /// need none). `whole_voxels`: phi goes in steps of a voxel, as where a voxel is there or not: to show what that does
-  /// to the force. Allocates.
-  Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels = false, int old_leaves = 4096);
+  /// to the force. `precision_bits`: of the significand of what is written, 4 to 24, as fewer would be kept. Allocates.
+  Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels = false, int old_leaves = 4096,
+         int precision_bits = 24);
   ~Cutter();
   Cutter(Cutter&&) noexcept;
   Cutter& operator=(Cutter&&) noexcept;

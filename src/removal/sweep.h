@@ -82,7 +82,7 @@ inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridI
 /// to the caller, who keeps it small by sub-steps.
 struct Sweep {
   Sweep(const EdgeZone& the_zone, const Pose& X_from, const Pose& the_X_to, double the_voxel_mm,
-        double the_flank_slack_mm, bool new_only, bool whole_voxels)
+        double the_flank_slack_mm, bool new_only, bool whole_voxels, int precision_bits)
       : zone(the_zone),
         X_to(the_X_to),
         voxel_mm(the_voxel_mm),
@@ -95,6 +95,7 @@ struct Sweep {
 
     step.ball = zone.ball;
     step.whole_voxels = whole_voxels;
+    step.precision_bits = precision_bits;
     step.new_only = new_only;
     step.radius = static_cast<float>(zone.radius_mm);
     step.half_thickness = static_cast<float>(zone.half_thickness_mm);

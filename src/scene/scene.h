@@ -90,6 +90,8 @@ struct SceneSimulation {
   SceneMode mode = SceneMode::kVoxel;
   double rate_hz = 1000;
   int rim_samples_per_pitch = 8;
+  int substeps = 1;
+  int carve_interval_ticks = 1;
 };
 
 /// Where the slab's depths and materials come from.

@@ -150,6 +150,9 @@ void Describe(SceneSimulation& p, V&& visit) {
   p.mode = mode == "slab" ? SceneMode::kSlab : SceneMode::kVoxel;
   visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks a second of simulated time");
   visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256}, "how finely the rim looks for bone");
+  visit("substeps", p.substeps, Range{1, 64}, "each tick is worked out in at least so many steps");
+  visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64},
+        "bone is removed every so many ticks, or when the tool has gone a quarter of a voxel");
 }
 
 template <typename V>

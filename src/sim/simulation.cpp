@@ -10,7 +10,7 @@
 #include "contact/edge.h"
 #include "effects/plan.h"
 #include "kerf/error.h"
-#include "removal/cutter.h"
+#include "removal/paced_cutter.h"
 #include "tool/shape.h"
 
 namespace kerf {
@@ -41,6 +41,7 @@ struct Simulation::State {
         field(bone, kSpareLeaves),
         edge(field, bone, params.tool, shape, Vec3(0)),
         cutter(field, params.tool, CutWith::kWholeTool),
+        paced(cutter, params.tool, shape.reach_mm, field.voxel_mm(), params.carve_interval_ticks),
         effects(params.effects, {bone, field, params.tool, shape, edge, nullptr, Vec3(0), field.p_WF_mm()}),
         X_WT(Local(X_WT_start)) {
     met.law = MakeToothForce(params.law, params.tool);
@@ -53,6 +54,7 @@ struct Simulation::State {
   /// Within the tick all poses are those of the field's frame F, which stands for W.
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   TickOutput Repeat() const;
+  void CutRest(const Pose& X_to);
   EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
   void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s, EdgeLoad& load);
 
@@ -64,6 +66,7 @@ struct Simulation::State {
   StepProblem met;              // what the teeth meet
   double angle_between_points;  // neighbours on the edge, rad
   Cutter cutter;
+  PacedCutter paced;
   EffectPlan effects;
   Pose X_WT;        // last good pose
   TickOutput last;  // what the last tick gave
@@ -76,6 +79,14 @@ TickOutput Simulation::State::Repeat() const {
   out.removed_mm3 = 0;
   out.status = kTickNoTime;
   return out;
+}
+
+/// What waits to be removed is removed, up to where the tool is.
+void Simulation::State::CutRest(const Pose& X_to) {
+  while (paced.Flush(X_to).out_of_leaves) {
+    field.Refill(kSpareLeaves);
+    cutter.Refill();
+  }
 }
 
 /// Mean force over many tooth passages while the tool moves with velocity `v_T_mm_per_s`, not turning but about its
@@ -136,6 +147,10 @@ Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_
   if (params.rim_samples_per_pitch < 1 || params.rim_samples_per_pitch > 256) {
     throw Error("rim_samples_per_pitch is out of range; valid range 1 to 256");
   }
+  if (params.substeps < 1 || params.substeps > 64) throw Error("substeps is out of range; valid range 1 to 64");
+  if (params.carve_interval_ticks < 1 || params.carve_interval_ticks > 64) {
+    throw Error("carve_interval_ticks is out of range; valid range 1 to 64");
+  }
   if (!IsValid(X_WT_start)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
   if (!IsInWorld(X_WT_start.p_AB)) {
     throw Error(fmt::format("the tool's start lies beyond {} mm from the world's origin", kWorldReach_mm));
@@ -153,14 +168,17 @@ EffectPlan& Simulation::effects() {
   return state_->effects;
 }
 const Bone& Simulation::bone() const {
+  state_->CutRest(state_->X_WT);
   state_->field.Settle();
   return state_->bone;
 }
 Bone Simulation::TakeBone() && {
+  state_->CutRest(state_->X_WT);
   state_->field.Settle();
   return std::move(state_->bone);
 }
 std::array<double, 256> Simulation::CalcRemovedByRegion() {
+  state_->CutRest(state_->X_WT);
   std::array<double, 256> mm3 = state_->cutter.CalcRemovedByRegion();
   for (std::size_t id = 0; id < mm3.size(); ++id) mm3[id] -= state_->taken_out_mm3[id];
   return mm3;
@@ -192,6 +210,7 @@ void Simulation::ClearChanged() {
 
 bool Simulation::SetDown(const Pose& X_WT) {
   if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return false;
+  state_->CutRest(state_->X_WT);
   state_->X_WT = state_->Local(X_WT);
   state_->last = {};
   state_->effects.Reset();
@@ -217,18 +236,20 @@ TickOutput Simulation::Tick(const TickInput& in) {
   s.effects.Begin(begin);
   const double passes_per_s = s.shape.passes_per_turn * std::abs(begin.rpm) / 60;
   if (passes_per_s == 0) {
+    s.CutRest(X_from);
     out.status = kTickSpindleStopped;
     EffectEnd end{in.dt_s, in.rpm, 0, s.X_WT, true, 0, 0, 0};
     s.effects.End(end);
     s.last = out;
     return out;
   }
-  double substeps = CountSubsteps(X_from, X_to, s.params.tool, s.field.voxel_mm());
+  double substeps = std::max<double>(s.params.substeps, CountSubsteps(X_from, X_to, s.params.tool, s.field.voxel_mm()));
   if (substeps > kMaxSubsteps) {
     out.status |= kTickSubstepsLimited;
     substeps = kMaxSubsteps;
   }
 
+  s.paced.BeginTick();
   // 2 engage and 3 remove, in turn, so that each sub-step meets the bone that the one before has left
   const double dt_s = in.dt_s / substeps;
   const Vec3 p_TG_mm = CalcGrip(s.params.tool);
@@ -250,11 +271,11 @@ TickOutput Simulation::Tick(const TickInput& in) {
     for (std::size_t id = 0; id < thrust_by_region_N.size(); ++id) {
       thrust_by_region_N[id] += load.thrust_by_region_N[id];
     }
-    Cutter::Result cut = s.cutter.Cut(X_a, X_b);
+    Cutter::Result cut = s.paced.Cut(X_a, X_b);
     out.removed_mm3 += cut.removed_mm3;
     while (cut.out_of_leaves) {
       Refill();
-      cut = s.cutter.Cut(X_a, X_b);
+      cut = s.paced.Cut(X_a, X_b);
       out.removed_mm3 += cut.removed_mm3;
     }
     X_a = X_b;

@@ -40,4 +40,8 @@ struct ToolShape {
 ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm,
                         double stopped_margin_mm);
 
+/// A bound of how far any point of a ball of radius `reach_mm` about the tool's origin moves from one pose to another,
+/// mm. Tick-safe.
+double CalcTravel(const Pose& from, const Pose& to, double reach_mm);
+
 }  // namespace kerf
