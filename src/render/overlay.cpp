@@ -123,6 +123,20 @@ void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width,
   AddFlat(*polygons.MakeData(), colour, 1);
 }
 
+void Overlay::AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& colour) {
+  OverlayPoint middle{0, 0};
+  for (const OverlayPoint& corner : corners) {
+    middle.column += corner.column / static_cast<double>(corners.size());
+    middle.row += corner.row / static_cast<double>(corners.size());
+  }
+  // Triangles: what is not convex is not filled rightly as one polygon.
+  Polygons polygons(height_, supersampling_, padding_);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    polygons.Add({middle, corners[(i + 1) % corners.size()], corners[i]});
+  }
+  AddFlat(*polygons.MakeData(), colour, 1);
+}
+
 void Overlay::AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour) {
   Polygons polygons(height_, supersampling_, padding_);
   for (const OverlayPoint& centre : centres) polygons.AddDisc(centre, 0.5 * diameter, 24);

@@ -47,6 +47,8 @@ class Overlay {
   /// A line of `width` pixels with round joins.
   void AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour);
   void AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour);
+  /// Filled; corners in order, star-shaped about their mean.
+  void AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& colour);
 
  private:
   void AddFlat(vtkPolyData& data, const Rgb8& colour, double opacity);

@@ -9,10 +9,13 @@
 #include <array>
 #include <cmath>
 
+#include "files/files.h"
 #include "kerf/error.h"
 #include "render/offscreen.h"
 #include "render/overlay.h"
-#include "report/ticks.h"
+#include "report/label_places.h"
+#include "report/plot_canvas.h"
+#include "report/plot_scale.h"
 
 namespace kerf {
 namespace {
@@ -29,65 +32,6 @@ Rgb8 MixWithWhite(const Rgb8& colour, double white) {
   Rgb8 mixed{};
   for (std::size_t i = 0; i < 3; ++i) mixed[i] = static_cast<std::uint8_t>(colour[i] + white * (255 - colour[i]) + 0.5);
   return mixed;
-}
-
-// One axis: from data to a share of the axes' box, 0 to 1.
-class Scale {
- public:
-  Scale() = default;
-  Scale(double lower, double upper, bool log) : lower_(lower), upper_(upper), log_(log) {}
-  double lower() const { return lower_; }
-  double upper() const { return upper_; }
-  bool log() const { return log_; }
-  bool Takes(double value) const { return std::isfinite(value) && (!log_ || value > 0); }
-  double operator()(double value) const {
-    if (log_) return std::log(value / lower_) / std::log(upper_ / lower_);
-    return (value - lower_) / (upper_ - lower_);
-  }
-  std::vector<Tick> MakeTicks(int count) const {
-    return log_ ? CalcLogTicks(lower_, upper_) : CalcLinearTicks(lower_, upper_, count);
-  }
-
- private:
-  double lower_ = 0;
-  double upper_ = 1;
-  bool log_ = false;
-};
-
-struct Extent {
-  double lower = std::numeric_limits<double>::infinity();
-  double upper = -std::numeric_limits<double>::infinity();
-  void Include(double value) {
-    lower = std::min(lower, value);
-    upper = std::max(upper, value);
-  }
-};
-
-// `tight`: the axis ends where the data end.
-// `headroom`: share of the range that stays free above the data.
-Scale MakeScale(const PlotAxis& axis, const Extent& data, bool tight, double headroom, const char* name) {
-  double lower = axis.lower.value_or(data.lower);
-  double upper = axis.upper.value_or(data.upper);
-  if (!std::isfinite(lower) || !std::isfinite(upper)) {
-    throw Error(fmt::format("a plot needs at least one finite{} value along {}", axis.log ? " positive" : "", name));
-  }
-  if (axis.log) {
-    if (!(lower > 0)) throw Error(fmt::format("a logarithmic axis can't begin at {} along {}", lower, name));
-    if (!axis.lower && !tight) lower /= 1.3;
-    if (!axis.upper && !tight) upper *= 1.3;
-    if (!(upper > lower * 1.0001)) lower /= 2, upper *= 2;
-    return {lower, upper, true};
-  }
-  // Quantities that begin near nothing are shown from nothing on.
-  if (!axis.lower && !tight && lower > 0 && lower < 0.5 * upper) lower = 0;
-  const double span = upper - lower;
-  if (!axis.upper && !tight) upper += headroom * span;
-  if (!axis.lower && !tight && lower < 0) lower -= 0.08 * span;
-  if (!(upper - lower > 1e-9 * std::max(std::abs(lower), std::abs(upper)))) {
-    const double room = lower == 0 ? 1 : 0.5 * std::abs(lower);
-    lower -= room, upper += room;
-  }
-  return {lower, upper, false};
 }
 
 // Cuts the segment a-b to the box; false when nothing of it lies inside (after Liang and Barsky, 1984).
@@ -118,8 +62,8 @@ bool ClipToBox(const PlotFrame& box, OverlayPoint& a, OverlayPoint& b) {
 
 class PlotDrawing {
  public:
-  PlotDrawing(const PlotSpec& spec, vtkRenderer& renderer)
-      : spec_(spec), overlay_(renderer, spec.height, kSupersampling), unit_(std::clamp(spec.height / 720.0, 0.5, 8.0)) {
+  PlotDrawing(const PlotSpec& spec, PlotCanvas& canvas)
+      : spec_(spec), canvas_(canvas), unit_(std::clamp(spec.height / 720.0, 0.5, 8.0)) {
     const double words = std::clamp(spec.text_scale, 0.5, 3.0) * unit_;
     text_ = static_cast<int>(std::round(18 * words));
     small_ = static_cast<int>(std::round(16 * words));
@@ -145,7 +89,9 @@ class PlotDrawing {
     DrawBands();
     DrawAxes(y_ticks, right_ticks);
     DrawBandLabels();
+    DrawLines();
     for (std::size_t i = 0; i < spec_.series.size(); ++i) DrawSeries(spec_.series[i], ColourOf(i));
+    DrawPointLabels();
     DrawNotes();
     return frame_;
   }
@@ -157,7 +103,7 @@ class PlotDrawing {
   Rgb8 ColourOf(std::size_t i) const { return spec_.series[i].colour.value_or(kPalette[i % kPalette.size()]); }
 
   void MakeScales() {
-    Extent x, y, right;
+    PlotExtent x, y, right;
     const auto takes = [](const PlotAxis& axis, double value) {
       return std::isfinite(value) && (!axis.log || value > 0);
     };
@@ -175,17 +121,17 @@ class PlotDrawing {
       }
     }
     const double headroom = spec_.bands.empty() ? 0.08 : 0.16;  // the bands' labels stand there
-    x_ = MakeScale(spec_.x, x, true, 0, "x");
+    x_ = MakePlotScale(spec_.x, x, true, 0, "x");
     // A plot may have all its curves on the right.
     if (!(y.lower <= y.upper) && has_right_) y = right;
-    y_ = MakeScale(spec_.y, y, false, headroom, "y");
-    if (has_right_) right_ = MakeScale(spec_.y_right, right, false, headroom, "the right y");
+    y_ = MakePlotScale(spec_.y, y, false, headroom, "y");
+    if (has_right_) right_ = MakePlotScale(spec_.y_right, right, false, headroom, "the right y");
   }
 
   double WidestText(const std::vector<Tick>& ticks) const {
     double widest = 0;
     for (const Tick& tick : ticks) {
-      if (!tick.text.empty()) widest = std::max(widest, overlay_.MeasureText(tick.text, {small_}).width);
+      if (!tick.text.empty()) widest = std::max(widest, canvas_.MeasureText(tick.text, {small_}).width);
     }
     return widest;
   }
@@ -195,12 +141,13 @@ class PlotDrawing {
     const double edge = 24 * unit_;
     double row = edge;
     if (!spec_.title.empty()) {
-      overlay_.AddText(spec_.title, edge, row, {title_, kInk, true});
+      canvas_.AddText(spec_.title, edge, row, {title_, kInk, true});
       row += 1.45 * title_;
     }
     if (!spec_.caption.empty()) {
-      overlay_.AddText(spec_.caption, edge, row, {text_, kSoftInk});
-      row += 1.65 * text_;
+      canvas_.AddText(spec_.caption, edge, row, {text_, kSoftInk});
+      const auto lines = 1 + std::count(spec_.caption.begin(), spec_.caption.end(), '\n');
+      row += (0.5 + 1.15 * static_cast<double>(lines)) * text_;
     }
     double column = edge;
     bool any = false;
@@ -208,15 +155,16 @@ class PlotDrawing {
       const PlotSeries& series = spec_.series[i];
       if (series.label.empty()) continue;
       const double sample = 1.6 * text_;
-      const double width = sample + 0.5 * text_ + overlay_.MeasureText(series.label, {text_}).width;
+      const double width = sample + 0.5 * text_ + canvas_.MeasureText(series.label, {text_}).width;
       if (any && column + width > spec_.width - edge) column = edge, row += 1.5 * text_;
       any = true;
       const double middle = row + 0.55 * text_;
       if (series.width > 0) {
-        AddLine({{column, middle}, {column + sample, middle}}, series, std::max(3.0, series.width), ColourOf(i));
+        canvas_.AddLine({{column, middle}, {column + sample, middle}}, std::max(3.0, series.width) * unit_, ColourOf(i),
+                        series.dash * unit_);
       }
-      AddMarkers({{column + 0.5 * sample, middle}}, series, ColourOf(i));
-      overlay_.AddText(series.label, column + sample + 0.5 * text_, row, {text_, kInk});
+      AddMarkers({{column + 0.5 * sample, middle}}, {}, series, ColourOf(i));
+      canvas_.AddText(series.label, column + sample + 0.5 * text_, row, {text_, kInk});
       column += width + 1.8 * text_;
     }
     return any ? row + 1.3 * text_ : row;
@@ -246,8 +194,8 @@ class PlotDrawing {
     for (const PlotBand& band : spec_.bands) {
       const Stretch stretch = VisibleBand(band);
       if (stretch.right > stretch.left) {
-        overlay_.AddBox(stretch.left, frame_.top, stretch.right - stretch.left, frame_.bottom - frame_.top,
-                        MixWithWhite(band.colour, 0.7));
+        canvas_.AddBox(stretch.left, frame_.top, stretch.right - stretch.left, frame_.bottom - frame_.top,
+                       MixWithWhite(band.colour, 0.7), 1);
       }
     }
   }
@@ -257,12 +205,12 @@ class PlotDrawing {
       const Stretch stretch = VisibleBand(band);
       const double middle = 0.5 * (stretch.left + stretch.right);
       const double room = stretch.right - stretch.left - 0.5 * small_;
-      const Overlay::Size size = overlay_.MeasureText(band.label, {small_});
+      const Overlay::Size size = canvas_.MeasureText(band.label, {small_});
       const double top = frame_.top + 0.5 * small_;
       if (size.width <= room) {
-        overlay_.AddText(band.label, middle, top, {small_, kInk, false, Align::kCentre});
+        canvas_.AddText(band.label, middle, top, {small_, kInk, false, Align::kCentre});
       } else if (size.height <= room) {
-        overlay_.AddText(band.label, middle - 0.5 * size.height, top, {small_, kInk, false, Align::kRight, true});
+        canvas_.AddText(band.label, middle - 0.5 * size.height, top, {small_, kInk, false, Align::kRight, true});
       }
     }
   }
@@ -273,49 +221,53 @@ class PlotDrawing {
     const bool quiet_background = spec_.bands.empty();
     for (const Tick& tick : x_ticks) {
       const double column = Column(x_(tick.value));
-      if (quiet_background) overlay_.AddPolyline({{column, frame_.top}, {column, frame_.bottom}}, thin, kGrid);
+      if (quiet_background) canvas_.AddLine({{column, frame_.top}, {column, frame_.bottom}}, thin, kGrid, 0);
     }
     for (const Tick& tick : y_ticks) {
       const double row = Row(y_(tick.value));
-      overlay_.AddPolyline({{frame_.left, row}, {frame_.right, row}}, thin, kGrid);
+      canvas_.AddLine({{frame_.left, row}, {frame_.right, row}}, thin, kGrid, 0);
     }
     const double line = 1.5 * unit_;
-    overlay_.AddPolyline({{frame_.left, frame_.top}, {frame_.left, frame_.bottom}}, line, kInk);
-    overlay_.AddPolyline({{frame_.left, frame_.bottom}, {frame_.right, frame_.bottom}}, line, kInk);
-    if (has_right_) overlay_.AddPolyline({{frame_.right, frame_.top}, {frame_.right, frame_.bottom}}, line, kInk);
+    canvas_.AddLine({{frame_.left, frame_.top}, {frame_.left, frame_.bottom}}, line, kInk, 0);
+    canvas_.AddLine({{frame_.left, frame_.bottom}, {frame_.right, frame_.bottom}}, line, kInk, 0);
+    if (has_right_) canvas_.AddLine({{frame_.right, frame_.top}, {frame_.right, frame_.bottom}}, line, kInk, 0);
 
     const auto tick_length = [&](const Tick& tick) { return (tick.text.empty() ? 4 : 7) * unit_; };
     for (const Tick& tick : x_ticks) {
       const double column = Column(x_(tick.value));
-      overlay_.AddPolyline({{column, frame_.bottom}, {column, frame_.bottom + tick_length(tick)}}, line, kInk);
-      overlay_.AddText(tick.text, column, frame_.bottom + 10 * unit_, {small_, kInk, false, Align::kCentre});
+      canvas_.AddLine({{column, frame_.bottom}, {column, frame_.bottom + tick_length(tick)}}, line, kInk, 0);
+      canvas_.AddText(tick.text, column, frame_.bottom + 10 * unit_, {small_, kInk, false, Align::kCentre});
     }
     for (const Tick& tick : y_ticks) {
       const double row = Row(y_(tick.value));
-      overlay_.AddPolyline({{frame_.left - tick_length(tick), row}, {frame_.left, row}}, line, kInk);
-      overlay_.AddText(tick.text, frame_.left - 11 * unit_, row - 0.42 * small_, {small_, kInk, false, Align::kRight});
+      canvas_.AddLine({{frame_.left - tick_length(tick), row}, {frame_.left, row}}, line, kInk, 0);
+      canvas_.AddText(tick.text, frame_.left - 11 * unit_, row - 0.42 * small_, {small_, kInk, false, Align::kRight});
     }
     for (const Tick& tick : right_ticks) {
       const double row = Row(right_(tick.value));
-      overlay_.AddPolyline({{frame_.right, row}, {frame_.right + tick_length(tick), row}}, line, kInk);
-      overlay_.AddText(tick.text, frame_.right + 11 * unit_, row - 0.42 * small_, {small_, kInk});
+      canvas_.AddLine({{frame_.right, row}, {frame_.right + tick_length(tick), row}}, line, kInk, 0);
+      canvas_.AddText(tick.text, frame_.right + 11 * unit_, row - 0.42 * small_, {small_, kInk});
     }
     const double middle_row = 0.5 * (frame_.top + frame_.bottom);
-    overlay_.AddText(spec_.x.label, 0.5 * (frame_.left + frame_.right), spec_.height - 24 * unit_ - text_,
-                     {text_, kInk, false, Align::kCentre});
-    overlay_.AddText(spec_.y.label, 24 * unit_, middle_row, {text_, kInk, false, Align::kCentre, true});
+    canvas_.AddText(spec_.x.label, 0.5 * (frame_.left + frame_.right), spec_.height - 24 * unit_ - text_,
+                    {text_, kInk, false, Align::kCentre});
+    canvas_.AddText(spec_.y.label, 24 * unit_, middle_row, {text_, kInk, false, Align::kCentre, true});
     if (has_right_) {
-      overlay_.AddText(spec_.y_right.label, spec_.width - 24 * unit_ - 1.1 * text_, middle_row,
-                       {text_, kInk, false, Align::kCentre, true});
+      canvas_.AddText(spec_.y_right.label, spec_.width - 24 * unit_ - 1.1 * text_, middle_row,
+                      {text_, kInk, false, Align::kCentre, true});
     }
   }
 
   void DrawSeries(const PlotSeries& series, const Rgb8& colour) {
-    const Scale& y = series.right_axis ? right_ : y_;
+    const PlotScale& y = series.right_axis ? right_ : y_;
     std::vector<OverlayPoint> markers;
+    std::vector<OverlayPoint> limits;
     std::vector<OverlayPoint> line;
     const auto finish_line = [&] {
-      if (line.size() > 1) AddLine(line, series, series.width, colour);
+      if (line.size() > 1) {
+        canvas_.AddLine(line, series.width * unit_, colour, series.dash * unit_);
+        for (std::size_t i = 0; i + 1 < line.size(); ++i) drawn_lines_.emplace_back(line[i], line[i + 1]);
+      }
       line.clear();
     };
     bool has_last = false;
@@ -329,7 +281,10 @@ class PlotDrawing {
       const OverlayPoint p{Column(x_(series.x[i])), Row(y(series.y[i]))};
       const bool inside = p.column >= frame_.left - 1e-6 && p.column <= frame_.right + 1e-6 &&
                           p.row >= frame_.top - 1e-6 && p.row <= frame_.bottom + 1e-6;
-      if (inside) markers.push_back(p);
+      if (inside) {
+        (i < series.at_most.size() && series.at_most[i] ? limits : markers).push_back(p);
+        if (series.marker > 0) TakeMark(p, series, i, colour);
+      }
       if (has_last && series.width > 0) {
         // Steps too small to be seen are passed over; long logs have many.
         const bool is_end = i + 1 == series.x.size();
@@ -352,89 +307,163 @@ class PlotDrawing {
       has_last = true;
     }
     finish_line();
-    AddMarkers(markers, series, colour);
+    AddMarkers(markers, limits, series, colour);
   }
 
-  // Through the points, dashed when the series asks for it.
-  void AddLine(const std::vector<OverlayPoint>& points, const PlotSeries& series, double width, const Rgb8& colour) {
-    if (series.dash <= 0) return overlay_.AddPolyline(points, width * unit_, colour);
-    const double dash = std::max(1.0, series.dash * unit_);
-    double walked = 0;  // of the present dash or gap
-    bool on = true;
-    std::vector<OverlayPoint> stroke{points.front()};
-    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
-      const OverlayPoint& a = points[i];
-      const OverlayPoint& b = points[i + 1];
-      const double length = std::hypot(b.column - a.column, b.row - a.row);
-      double at = 0;
-      while (length - at >= dash - walked) {
-        at += dash - walked;
-        walked = 0;
-        const double t = at / length;
-        const OverlayPoint p{a.column + t * (b.column - a.column), a.row + t * (b.row - a.row)};
-        if (on) {
-          stroke.push_back(p);
-          overlay_.AddPolyline(stroke, width * unit_, colour);
-        }
-        on = !on;
-        stroke = {p};
-      }
-      walked += length - at;
-      if (on) stroke.push_back(b);
+  // Keeps the mark's place free of words, and its own words for when all marks are known.
+  void TakeMark(const OverlayPoint& at, const PlotSeries& series, std::size_t i, const Rgb8& colour) {
+    const double side = series.marker * unit_;
+    marks_.push_back({at.column - 0.5 * side, at.row - 0.5 * side, side, side});
+    if (i >= series.point_labels.size() || series.point_labels[i].empty()) return;
+    // Darker than the curve, so that thin strokes have the contrast of thick ones.
+    const Rgb8 dark{static_cast<std::uint8_t>(0.75 * colour[0]), static_cast<std::uint8_t>(0.75 * colour[1]),
+                    static_cast<std::uint8_t>(0.75 * colour[2])};
+    const TextStyle style{small_, dark};
+    labels_.push_back({series.point_labels[i], style});
+    wishes_.push_back({at, 0.5 * side + 3 * unit_, canvas_.MeasureText(series.point_labels[i], style)});
+  }
+
+  // `limits`: where the truth may lie anywhere below.
+  void AddMarkers(const std::vector<OverlayPoint>& centres, const std::vector<OverlayPoint>& limits,
+                  const PlotSeries& series, const Rgb8& colour) {
+    if (series.marker <= 0) return;
+    MarkerStyle style{series.shape, series.marker * unit_, colour};
+    canvas_.AddMarkers(centres, style);
+    style.hollow = true;
+    for (const OverlayPoint& p : limits) {
+      const double down = 1.8 * series.marker * unit_;
+      const double wing = 0.35 * series.marker * unit_;
+      const double thin = std::max(1.0, 1.3 * unit_);
+      canvas_.AddLine({p, {p.column, p.row + down}}, thin, colour, 0);
+      canvas_.AddLine(
+          {{p.column - wing, p.row + down - wing}, {p.column, p.row + down}, {p.column + wing, p.row + down - wing}},
+          thin, colour, 0);
     }
-    if (on && stroke.size() > 1) overlay_.AddPolyline(stroke, width * unit_, colour);
+    canvas_.AddMarkers(limits, style);
   }
 
-  void AddMarkers(const std::vector<OverlayPoint>& centres, const PlotSeries& series, const Rgb8& colour) {
-    if (series.marker > 0) overlay_.AddDiscs(centres, series.marker * unit_, colour);
+  void DrawLines() {
+    for (const PlotLine& line : spec_.lines) {
+      const PlotScale& scale = line.vertical ? x_ : y_;
+      if (!scale.Takes(line.at)) continue;
+      const double share = scale(line.at);
+      if (share < 0 || share > 1) continue;
+      const TextStyle style{small_, line.colour, false, Align::kRight, line.vertical};
+      const Overlay::Size size = canvas_.MeasureText(line.label, style);
+      const double gap = 4 * unit_;
+      const double at = line.vertical ? Column(share) : Row(share);
+      if (line.vertical) {
+        canvas_.AddLine({{at, frame_.top}, {at, frame_.bottom}}, 1.5 * unit_, line.colour, line.dash * unit_);
+        canvas_.AddText(line.label, at - size.width - gap, frame_.top + gap, style);
+        words_.push_back({at - size.width - gap, frame_.top + gap, size.width, size.height});
+        drawn_lines_.push_back({{at, frame_.top}, {at, frame_.bottom}});
+      } else {
+        canvas_.AddLine({{frame_.left, at}, {frame_.right, at}}, 1.5 * unit_, line.colour, line.dash * unit_);
+        canvas_.AddText(line.label, frame_.right - gap, at - size.height - gap, style);
+        words_.push_back({frame_.right - gap - size.width, at - size.height - gap, size.width, size.height});
+        drawn_lines_.push_back({{frame_.left, at}, {frame_.right, at}});
+      }
+    }
+  }
+
+  void DrawPointLabels() {
+    if (wishes_.empty()) return;
+    LabelObstacles obstacles;
+    obstacles.frame = {frame_.left, frame_.top, frame_.right - frame_.left, frame_.bottom - frame_.top};
+    obstacles.boxes = marks_;
+    obstacles.boxes.insert(obstacles.boxes.end(), words_.begin(), words_.end());
+    obstacles.lines = drawn_lines_;
+    const std::vector<LabelBox> places = PlaceLabels(wishes_, obstacles);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const LabelBox& box = places[i];
+      // The way from the mark to the nearest point of the words, where they do not stand beside it.
+      const OverlayPoint& at = wishes_[i].at;
+      const OverlayPoint near{std::clamp(at.column, box.left, box.left + box.width),
+                              std::clamp(at.row, box.top, box.top + box.height)};
+      if (std::hypot(near.column - at.column, near.row - at.row) > 2 * wishes_[i].reach) {
+        canvas_.AddLine({at, near}, std::max(1.0, 0.8 * unit_), labels_[i].style.colour, 0);
+      }
+      canvas_.AddBox(box.left - unit_, box.top - unit_, box.width + 2 * unit_, box.height + 2 * unit_, {255, 255, 255},
+                     0.7);
+    }
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      canvas_.AddText(labels_[i].text, places[i].left, places[i].top, labels_[i].style);
+    }
   }
 
   void DrawNotes() {
     for (const PlotNote& note : spec_.notes) {
       if (!x_.Takes(note.x) || !y_.Takes(note.y)) continue;
       const TextStyle style{text_, note.colour.value_or(kInk), note.bold, note.align};
-      const Overlay::Size size = overlay_.MeasureText(note.text, style);
+      const Overlay::Size size = canvas_.MeasureText(note.text, style);
       const double column = Column(x_(note.x));
       const double top = Row(y_(note.y)) - 0.5 * size.height;
       const double before = note.align == Align::kLeft ? 0 : note.align == Align::kCentre ? 0.5 : 1;
       const double rim = 0.15 * text_;
-      overlay_.AddBox(column - before * size.width - rim, top - rim, size.width + 2 * rim, size.height + 2 * rim,
-                      {255, 255, 255}, 0.8);
-      overlay_.AddText(note.text, column, top, style);
+      canvas_.AddBox(column - before * size.width - rim, top - rim, size.width + 2 * rim, size.height + 2 * rim,
+                     {255, 255, 255}, 0.8);
+      canvas_.AddText(note.text, column, top, style);
     }
   }
 
   const PlotSpec& spec_;
-  Overlay overlay_;
+  PlotCanvas& canvas_;
   double unit_;
   int text_;
   int small_;
   int title_;
-  Scale x_, y_, right_;
+  PlotScale x_, y_, right_;
   bool has_right_ = false;
   PlotFrame frame_{};
+  struct PointLabel {
+    std::string text;
+    TextStyle style;
+  };
+  std::vector<PointLabel> labels_;
+  std::vector<LabelWish> wishes_;  // of labels_
+  std::vector<LabelBox> marks_;
+  std::vector<LabelBox> words_;
+  std::vector<std::pair<OverlayPoint, OverlayPoint>> drawn_lines_;
 };
 
-}  // namespace
-
-Image RenderPlot(const PlotSpec& spec, PlotFrame* frame) {
+void CheckSize(const PlotSpec& spec) {
   constexpr int kSmallest = 200;
   constexpr int kLargest = 8192;
   if (std::min(spec.width, spec.height) < kSmallest || std::max(spec.width, spec.height) > kLargest) {
     throw Error(fmt::format("a plot of {} x {} pixels can't be drawn; each side must be {} to {}", spec.width,
                             spec.height, kSmallest, kLargest));
   }
+}
+
+}  // namespace
+
+Image RenderPlot(const PlotSpec& spec, PlotFrame* frame) {
+  CheckSize(spec);
   OffscreenWindow offscreen(spec.width * kSupersampling, spec.height * kSupersampling);
   const vtkNew<vtkRenderer> renderer;
   renderer->SetBackground(1, 1, 1);
   offscreen.window().AddRenderer(renderer);
-  const PlotFrame drawn = PlotDrawing(spec, *renderer).Draw();
+  PixelCanvas canvas(*renderer, spec.height, kSupersampling);
+  const PlotFrame drawn = PlotDrawing(spec, canvas).Draw();
   if (frame != nullptr) *frame = drawn;
   return offscreen.Draw(kSupersampling);
 }
 
 void WritePlot(const PlotSpec& spec, const std::string& path) {
   WritePng(RenderPlot(spec), path);
+}
+
+std::string FormatPlotSvg(const PlotSpec& spec, PlotFrame* frame) {
+  CheckSize(spec);
+  const vtkNew<vtkRenderer> renderer;
+  SvgCanvas canvas(*renderer, spec.width, spec.height, kSupersampling);
+  const PlotFrame drawn = PlotDrawing(spec, canvas).Draw();
+  if (frame != nullptr) *frame = drawn;
+  return canvas.Finish(spec.title);
+}
+
+void WritePlotSvg(const PlotSpec& spec, const std::string& path) {
+  WriteTextFile(path, FormatPlotSvg(spec));
 }
 
 }  // namespace kerf

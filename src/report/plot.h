@@ -1,4 +1,4 @@
-// Plots of curves as PNG, drawn by VTK without a display.
+// Plots of curves: as PNG, drawn by VTK without a display, or as SVG.
 #pragma once
 
 #include <optional>
@@ -8,6 +8,7 @@
 #include "mesh/meshfile.h"
 #include "render/image.h"
 #include "render/overlay.h"
+#include "report/plot_canvas.h"
 
 namespace kerf {
 
@@ -21,6 +22,18 @@ struct PlotSeries {
   double marker = 0;           // diameter in pixels; 0: no markers
   bool right_axis = false;
   double dash = 0;  // pixels of a dash, and of the gap after it; 0: an unbroken line
+  Marker shape = Marker::kDisc;
+  std::vector<bool> at_most{};              // empty, or for each point: the truth is there or below; a hollow mark
+  std::vector<std::string> point_labels{};  // empty, or for each point: words beside it, where there is room
+};
+
+/// A line across the axes' box, with words at its end.
+struct PlotLine {
+  bool vertical = false;
+  double at = 0;  // data
+  std::string label;
+  Rgb8 colour{85, 92, 102};
+  double dash = 6;  // as of PlotSeries
 };
 
 struct PlotAxis {
@@ -53,14 +66,15 @@ struct PlotSpec {
   int width = 1280;  // 200 to 8192 pixels
   int height = 720;
   std::string title;
-  std::string caption;  // smaller, below the title
+  std::string caption;  // smaller, below the title; lines end in '\n'
   PlotAxis x;
   PlotAxis y;
   PlotAxis y_right;  // drawn when a series asks for it
   std::vector<PlotSeries> series;
   std::vector<PlotBand> bands;
   std::vector<PlotNote> notes;
-  double text_scale = 1;  // 0.5 to 3: for words that are read from afar
+  std::vector<PlotLine> lines;  // those that the axes show
+  double text_scale = 1;        // 0.5 to 3: for words that are read from afar
 };
 
 /// Where data lie in the plot's picture, in pixels from the top left; for tests and for what is drawn over it.
@@ -72,5 +86,8 @@ struct PlotFrame {
 /// Throws Error when there is no finite point, x and y differ in length, or this machine can't draw.
 Image RenderPlot(const PlotSpec& spec, PlotFrame* frame = nullptr);
 void WritePlot(const PlotSpec& spec, const std::string& path);
+/// The same picture as SVG, in which words are words. Throws Error as RenderPlot, but needs nothing of the machine.
+std::string FormatPlotSvg(const PlotSpec& spec, PlotFrame* frame = nullptr);
+void WritePlotSvg(const PlotSpec& spec, const std::string& path);
 
 }  // namespace kerf
