@@ -56,7 +56,8 @@ struct PercentilesColumns {
   const char* prefix;
   Percentiles CostFigures::*value;
 };
-inline constexpr std::array<PercentilesColumns, 1> kPercentilesColumns{{{"tick_", &CostFigures::tick}}};
+inline constexpr std::array<PercentilesColumns, 2> kPercentilesColumns{
+    {{"tick_", &CostFigures::tick}, {"undisturbed_", &CostFigures::undisturbed}}};
 struct PercentileColumn {
   const char* name;
   double Percentiles::*value;

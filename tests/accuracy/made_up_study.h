@@ -40,6 +40,7 @@ inline CaseRecord MakeCase(Holding holding, const std::string& path, const std::
   CostFigures costs;
   costs.ticks = 100000;
   costs.tick = {100000, 0.6 * p99_us, p99_us, 1.4 * p99_us, 3 * p99_us};
+  costs.undisturbed = {99000, 0.59 * p99_us, 0.95 * p99_us, 1.2 * p99_us, 2 * p99_us};
   costs.misses_per_million = p99_us > 700 ? 120 : 0;
   costs.memory_MB = 80;
   costs.setup_s = 0.4;

@@ -11,7 +11,6 @@
 
 #include "accuracy/made_up_study.h"
 #include "accuracy/study_columns.h"
-#include "files/files.h"
 #include "support/folder.h"
 
 namespace kerf {
@@ -22,10 +21,10 @@ using test::MessageOf;
 using ::testing::HasSubstr;
 
 void Write(const StudyResults& study, const std::string& folder) {
-  WriteTextFile(folder + "/cases.csv", FormatCasesCsv(study));
-  WriteTextFile(folder + "/cases_times.csv", FormatTimesCsv(study));
-  WriteTextFile(folder + "/references.csv", FormatReferencesCsv(study));
-  WriteTextFile(folder + "/study.json", FormatStudyJson(study, {}));
+  test::WriteBytes(folder + "/cases.csv", FormatCasesCsv(study));
+  test::WriteBytes(folder + "/cases_times.csv", FormatTimesCsv(study));
+  test::WriteBytes(folder + "/references.csv", FormatReferencesCsv(study));
+  test::WriteBytes(folder + "/study.json", FormatStudyJson(study, {}));
 }
 
 // All four texts hold every figure, each in its shortest exact form: equal texts are equal studies.
@@ -95,8 +94,10 @@ TEST(StudyCsv, OddWordsAndNumbersSurvive) {
     RC_ASSERT(again.cases.at(0).value == flat(record.value));
     RC_ASSERT(again.cases.at(0).why == flat(record.why));
     RC_ASSERT(again.cases.at(0).force_hash == record.force_hash);
+    const ErrorFigures read = again.cases.at(0).errors.value();
     for (const ErrorColumn& column : kErrorColumns) {
-      RC_ASSERT(again.cases.at(0).errors.value().*column.value == errors.*column.value);
+      const double value = read.*column.value;
+      RC_ASSERT(value == errors.*column.value);
     }
     RC_ASSERT(again.cases.at(0).errors->breakthrough_ms == errors.breakthrough_ms);
     RC_ASSERT(!again.cases.at(0).costs);
@@ -133,7 +134,6 @@ TEST(StudyCsv, DamageIsToldInASentenceWithFileAndLine) {
     test::WriteBytes(folder.file(name), text);
     return MessageOf([&] { ReadStudyResults(folder.path()); });
   };
-  EXPECT_THAT(message_after("cases.csv", "path-x-law", "hand-x-default"), HasSubstr("cases.csv:2:"));
   EXPECT_THAT(message_after("cases.csv", "\npath-x-law-other,path", "\nhand-x-default-,path"),
               HasSubstr("cases.csv:3: the case \"hand-x-default-\" is there twice"));
   EXPECT_THAT(message_after("cases.csv", ",hand,", ",foot,"),
@@ -156,6 +156,7 @@ TEST(StudyCsv, DamageIsToldInASentenceWithFileAndLine) {
               HasSubstr("study.json: \"seconds\" = "));
   EXPECT_THAT(message_after("study.json", "\"title\"", "\"tilte\""), HasSubstr("study.json: \"title\" is missing"));
   EXPECT_THAT(message_after("study.json", "\"name\": \"\",", "\"name\": \"\""), HasSubstr("this is not JSON"));
+  Write(study, folder.path());
   std::filesystem::remove(folder.file("cases.csv"));
   EXPECT_THAT(MessageOf([&] { ReadStudyResults(folder.path()); }), HasSubstr("cases.csv"));
 }
