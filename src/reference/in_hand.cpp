@@ -1,0 +1,231 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "kerf/error.h"
+#include "reference/check.h"
+#include "reference/least_motion.h"
+#include "reference/reference.h"
+#include "reference/rim.h"
+
+namespace kerf {
+namespace {
+
+using namespace reference;
+
+// What the walls of a kerf give, as stiff an area of the flat as in the simulation: 3000 N/mm for a point that stands
+// for 1.4 mm x 1.4 mm.
+constexpr double kWall_N_per_mm3 = 3000 / (1.4 * 1.4);
+constexpr double kCreep_mm_per_s = 0.02;  // of a law with a force at the smallest bite
+constexpr double kWayInATick_mm = 0.1;    // of the tool's points in a step, times the steps of a tick
+
+/// On both flats.
+struct FlatPoint {
+  double x = 0, y = 0;
+  double area_mm2 = 0;
+};
+
+std::vector<FlatPoint> MakeFlat(double radius_mm, double spacing_mm) {
+  std::vector<FlatPoint> points;
+  const int rings = std::max(1, static_cast<int>(std::ceil(radius_mm / spacing_mm)));
+  const double width = radius_mm / rings;
+  for (int ring = 0; ring < rings; ++ring) {
+    const double r = (ring + 0.5) * width;
+    const int count = std::max(6, static_cast<int>(std::ceil(2 * kPi * r / spacing_mm)));
+    for (int i = 0; i < count; ++i) {
+      const double angle = 2 * kPi * (i + 0.5 * (ring % 2)) / count;
+      points.push_back({r * std::cos(angle), r * std::sin(angle), 2 * kPi * r * width / count});
+    }
+  }
+  return points;
+}
+
+class HeldTool {
+ public:
+  HeldTool(ExactSolid solid, const ReferenceParams& params, const Pose& X_W)
+      : params_(params),
+        bone_(std::move(solid), params.saw),
+        flat_(MakeFlat(params.saw.radius_mm() - params.fineness.edge_mm, params.fineness.flat_spacing_mm)),
+        flux_(params.saw, params.fineness.rim_points, 1, false),
+        reach_mm_(std::hypot(params.saw.radius_mm(), 0.5 * params.saw.thickness_mm)),
+        most_way_mm_(std::min(kWayInATick_mm / params.fineness.steps_per_tick, 0.25 * params.fineness.edge_mm)),
+        X_T_(X_W),
+        X_H_(X_W) {
+    const ReferenceCoupling& c = params.coupling;
+    problem_.spring = {c.stiffness_N_per_mm, c.max_force_N};
+    problem_.damper = {c.damping_Ns_per_mm, c.max_force_N};
+    problem_.torsion = {c.torsion_Nmm_per_rad, c.max_torque_Nmm};
+    problem_.torsion_damper = {c.torsion_damping_Nmms, c.max_torque_Nmm};
+    problem_.law = MakeToothForce(params.law, params.saw);
+    problem_.passes_per_s = params.saw.teeth * std::abs(params.rpm) / 60;
+    problem_.ramp_mm_per_s = problem_.law(1e-9, 1e4) > 1e-3 * problem_.law(1e-3, 1e4) ? kCreep_mm_per_s : 0;
+  }
+
+  /// Means of thrust and teeth, times time, are added to `sums`.
+  struct Sums {
+    double thrust_Ns = 0;
+    double teeth_s = 0;
+  };
+
+  /// The handle goes to X_H in `step_s`; the tool follows.
+  void Follow(const Pose& X_H, double step_s, Sums& sums) {
+    const Vec3& p_TC = params_.coupling.p_TC_mm;
+    const Vec3 v_H_W = (X_H.Point(p_TC) - X_H_.Point(p_TC)) / step_s;
+    const Vec3 w_H_W = X_H_.Vector(TurnBetween(X_H_.R_AB, X_H.R_AB)) / step_s;
+    X_H_ = X_H;
+    f_damper_W_ = Vec3(0);
+    double left_s = step_s;
+    for (int n = 0; n < kMostParts; ++n) {
+      // Through air the tool goes with the handle.
+      const double way_mm = glm::length(X_H.p_AB - X_T_.p_AB);
+      if (bone_.solid().distance_mm(X_T_.p_AB) > 2 * (2 * reach_mm_ + way_mm)) {
+        X_T_ = X_H;
+        u_ = {};
+        f_damper_W_ = Vec3(0);
+        return;
+      }
+      SetUp(v_H_W, w_H_W, left_s);
+      const bool free = problem_.cuts.empty() && problem_.walls.empty();
+      u_ = free ? Join(problem_.x_mm / left_s, problem_.theta_rad / left_s) : FindLeast(problem_, u_, reach_mm_).u;
+      const double share = CalcShare(left_s);
+      const double time_s = share * left_s;
+      AddUp(time_s, free, sums);
+      Move(share == 1 && free ? X_H : Advanced(time_s), time_s);
+      if (share == 1) return;
+      left_s -= time_s;
+    }
+  }
+
+  Vec3 CalcForceOnHand() const {
+    const Vec3& p_TC = params_.coupling.p_TC_mm;
+    return problem_.spring.Pull(X_T_.Point(p_TC) - X_H_.Point(p_TC)) - f_damper_W_;
+  }
+  const Pose& X_WT() const { return X_T_; }
+  double removed_mm3() const { return removed_mm3_; }
+  ExactBone TakeBone() && { return std::move(bone_); }
+
+ private:
+  static constexpr int kMostParts = 100000;  // of a step
+
+  /// What coupling and bone make of the tool where it is.
+  void SetUp(const Vec3& v_H_W, const Vec3& w_H_W, double time_s) {
+    const Vec3& p_TC = params_.coupling.p_TC_mm;
+    problem_.tau_s = time_s;
+    problem_.x_mm = X_T_.InverseVector(X_H_.Point(p_TC) - X_T_.Point(p_TC));
+    problem_.theta_rad = TurnBetween(X_T_.R_AB, X_H_.R_AB);
+    problem_.v_H = X_T_.InverseVector(v_H_W);
+    problem_.w_H = X_T_.InverseVector(w_H_W);
+    FindCuts();
+    FindWalls();
+  }
+
+  void FindCuts() {
+    problem_.cuts.clear();
+    const DiscSaw& saw = params_.saw;
+    const Circle ahead{saw.radius_mm() + params_.fineness.look_ahead_mm, 0, true};
+    FindPieces(bone_, saw, X_T_, ahead, 0, 2 * kPi, params_.fineness.rim_points, pieces_);
+    for (const Piece& piece : pieces_) {
+      const double angle = 0.5 * (piece.from_rad + piece.to_rad);
+      const Vec3 e(std::cos(angle), std::sin(angle), 0);
+      const Vec3 r = saw.radius_mm() * e - params_.coupling.p_TC_mm;
+      problem_.cuts.push_back({Join(e, glm::cross(r, e)), saw.teeth / (2 * kPi) * (piece.to_rad - piece.from_rad),
+                               piece.E_star_MPa(angle)});
+    }
+  }
+
+  void FindWalls() {
+    problem_.walls.clear();
+    const double half_mm = 0.5 * params_.saw.thickness_mm;
+    const ExactSolid& solid = bone_.solid();
+    for (const FlatPoint& point : flat_) {
+      // The distance function may rise twice as fast as the distance.
+      if (solid.distance_mm(X_T_.Point({point.x, point.y, 0})) > 2 * (half_mm + most_way_mm_)) continue;
+      double depth_mm[2];
+      for (const int side : {0, 1}) {
+        depth_mm[side] = -bone_.Distance(X_T_.Point({point.x, point.y, side == 0 ? -half_mm : half_mm}));
+      }
+      // In a bent kerf both walls press; what they have in common moves nothing.
+      const double squeeze = std::max(0.0, std::min(depth_mm[0], depth_mm[1]));
+      for (const int side : {0, 1}) {
+        const double depth = depth_mm[side] - squeeze;
+        if (depth <= -most_way_mm_) continue;
+        const Vec3 n(0, 0, side == 0 ? -1 : 1);
+        const Vec3 r = Vec3(point.x, point.y, side == 0 ? -half_mm : half_mm) - params_.coupling.p_TC_mm;
+        problem_.walls.push_back({Join(n, glm::cross(r, n)), depth, kWall_N_per_mm3 * point.area_mm2});
+      }
+    }
+  }
+
+  Pose Advanced(double time_s) const {
+    const Vec3& p_TC = params_.coupling.p_TC_mm;
+    const Vec3 C_W = X_T_.Point(p_TC) + X_T_.Vector(time_s * Upper(u_));
+    Pose X{Turn(X_T_.R_AB, time_s * Lower(u_)), Vec3(0)};
+    X.p_AB = C_W - X.Vector(p_TC);
+    return X;
+  }
+
+  /// Of the motion, how much before it is looked at again: no point of the disc goes further than most_way_mm_.
+  double CalcShare(double time_s) const {
+    const Pose X = Advanced(time_s);
+    const double way_mm = glm::length(X.p_AB - X_T_.p_AB) + glm::length(Lower(u_)) * time_s * reach_mm_;
+    return std::min(1.0, most_way_mm_ / std::max(way_mm, 1e-12));
+  }
+
+  void AddUp(double time_s, bool free, Sums& sums) {
+    f_damper_W_ = free ? Vec3(0) : X_T_.Vector(problem_.damper.Pull(problem_.v_H - Upper(u_)));
+    for (const Cut& cut : problem_.cuts) {
+      double speed = 0;
+      for (int i = 0; i < 6; ++i) speed += cut.along[i] * u_[i];
+      sums.teeth_s += time_s * cut.teeth;
+      sums.thrust_Ns += time_s * cut.teeth * problem_.CalcTooth(speed, cut.E_star_MPa);
+    }
+  }
+
+  void Move(const Pose& X_next, double time_s) {
+    const Vec3 w = TurnBetween(X_T_.R_AB, X_next.R_AB) / time_s;
+    const Pose X_middle = Between(X_T_, X_next, 0.5);
+    const Vec3 v = X_middle.InverseVector(X_next.p_AB - X_T_.p_AB) / time_s;
+    removed_mm3_ += time_s * flux_.Calc(bone_, X_middle, v, w);
+    bone_.Sweep(X_T_, X_next, params_.fineness.edge_mm);
+    X_T_ = X_next;
+  }
+
+  ReferenceParams params_;
+  ExactBone bone_;
+  std::vector<FlatPoint> flat_;
+  Flux flux_;
+  double reach_mm_;
+  double most_way_mm_;
+  Pose X_T_, X_H_;
+  MotionProblem problem_;
+  std::vector<Piece> pieces_;
+  Six u_{};
+  Vec3 f_damper_W_{0};  // on the tool
+  double removed_mm3_ = 0;
+};
+
+}  // namespace
+
+ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WH) {
+  reference::Check(params, X_WH);
+  if (params.rpm == 0) throw Error("the reference has no tool in a hand with its spindle stopped");
+  HeldTool tool(std::move(solid), params, X_WH[0]);
+  const int steps = params.fineness.steps_per_tick;
+  std::vector<ReferenceTick> ticks;
+  for (std::size_t k = 1; k < X_WH.size(); ++k) {
+    HeldTool::Sums sums;
+    for (int i = 1; i <= steps; ++i) {
+      tool.Follow(Between(X_WH[k - 1], X_WH[k], static_cast<double>(i) / steps), params.tick_s / steps, sums);
+    }
+    ReferenceTick tick;
+    tick.X_WT = tool.X_WT();
+    tick.f_W_N = tool.CalcForceOnHand();
+    tick.thrust_sum_N = sums.thrust_Ns / params.tick_s;
+    tick.engaged_teeth = sums.teeth_s / params.tick_s;
+    tick.removed_mm3 = tool.removed_mm3();
+    ticks.push_back(tick);
+  }
+  return {std::move(ticks), std::move(tool).TakeBone()};
+}
+
+}  // namespace kerf
