@@ -23,5 +23,6 @@ void AddModelCommand(CLI::App& app);
 void AddSceneCommand(CLI::App& app);
 void AddSlabCommand(CLI::App& app);
 void AddStabilityCommand(CLI::App& app);
+void AddStudyCommand(CLI::App& app);
 
 }  // namespace kerf::cli

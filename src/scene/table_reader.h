@@ -26,6 +26,8 @@ class TableReader {
   void operator()(const char* key, std::string& value, const Choices& choices, const char* meaning);
   void operator()(const char* key, std::string& value, TextLimit limit, const char* meaning);
 
+  /// What stands at the key, whatever it is, for the caller to judge; nullptr when absent.
+  const TomlNode* Node(const char* key) { return Take(key); }
   /// The sub-table, or nullptr when absent or not a table (noted).
   const TomlNode* Table(const char* key);
   /// The tables of `[[key]]`; empty when absent or not that (noted).

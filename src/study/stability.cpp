@@ -13,8 +13,8 @@
 #include "kerf/error.h"
 #include "scene/doubts.h"
 #include "session/make_bone.h"
+#include "session/work_list.h"
 #include "stability/held_tool.h"
-#include "study/work_list.h"
 
 namespace kerf {
 namespace {

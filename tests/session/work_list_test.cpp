@@ -1,4 +1,4 @@
-#include "study/work_list.h"
+#include "session/work_list.h"
 
 #include <gtest/gtest.h>
 
