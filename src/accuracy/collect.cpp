@@ -33,6 +33,17 @@ auto ReadOrWarn(Read&& read, const std::function<void(const std::string&)>& warn
   }
 }
 
+CaseRecord RecordOf(const PlannedCase& c) {
+  CaseRecord record;
+  record.id = c.id;
+  record.holding = c.holding;
+  record.path = c.path;
+  record.knob = c.knob;
+  record.value = c.value;
+  record.number = NumberOf(c.value);
+  return record;
+}
+
 /// Adds what one kind of work found to the case's record.
 void AddWork(CaseRecord& record, const WorkRecord& work) {
   if (work.errors) record.errors = work.errors;
@@ -66,13 +77,7 @@ StudyResults CollectResults(const StudyFolder& folder, const VariantFunction& va
   std::set<std::string> references;
   std::set<std::string> cpus;
   for (const PlannedCase& c : plan.cases) {
-    CaseRecord record;
-    record.id = c.id;
-    record.holding = c.holding;
-    record.path = c.path;
-    record.knob = c.knob;
-    record.value = c.value;
-    record.number = NumberOf(c.value);
+    CaseRecord record = RecordOf(c);
     bool any = false;
     for (const CaseWork work : {CaseWork::kErrors, CaseWork::kCosts}) {
       if (!c.Has(work)) continue;
@@ -89,20 +94,8 @@ StudyResults CollectResults(const StudyFolder& folder, const VariantFunction& va
       record.why = "not run";
     }
     if (record.state == CaseState::kOmitted && record.why == kNotOffered) continue;
-    results.cases.push_back(record);
+    results.cases.push_back(std::move(record));
     references.insert(c.reference);
-    if (c.knob != "default") continue;
-    for (const KnobSweep& sweep : spec.knobs) {
-      const bool swept = std::any_of(plan.cases.begin(), plan.cases.end(), [&](const PlannedCase& other) {
-        return other.path == c.path && other.holding == c.holding && other.knob == sweep.knob;
-      });
-      if (!swept) continue;
-      record.knob = sweep.knob;
-      record.value = ValueOf(spec.base, sweep.knob);
-      record.number = NumberOf(record.value);
-      record.id = fmt::format("{}.{}.{}-{}", c.path, ToString(c.holding), sweep.knob, record.value);
-      results.cases.push_back(record);
-    }
   }
   for (const std::string& name : references) {
     const auto kept = ReadOrWarn([&] { return folder.ReadReference(name); }, warn);

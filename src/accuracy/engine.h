@@ -44,8 +44,8 @@ struct StudyRunOutcome {
 /// study's or can't be written.
 StudyRunOutcome RunStudy(const StudySpec& spec, const StudyWork& work, const StudyRunOptions& options);
 
-/// What the folder's records say, those of the base settings again under each knob's base value, so that every curve
-/// passes through them. Cases without a record are kOmitted. Damaged records count as none, and are warned of.
+/// What the folder's records say. Cases without a record are kOmitted. Damaged records count as none, and are warned
+/// of.
 StudyResults CollectResults(const StudyFolder& folder, const VariantFunction& variant_of,
                             const std::function<void(const std::string&)>& warn);
 

@@ -105,11 +105,11 @@ bool AgreeInAllButTimes(const WorkRecord& a, const WorkRecord& b) {
 
 bool StudyFolder::HasDescription() const {
   std::error_code ignored;
-  return fs::exists(fs::path(path_) / "study.json", ignored);
+  return fs::exists(fs::path(path_) / "plan.json", ignored);
 }
 
 StudyDescription StudyFolder::ReadDescription() const {
-  return ReadJson((fs::path(path_) / "study.json").string(), kMaxDescriptionBytes, [](const std::string& text) {
+  return ReadJson((fs::path(path_) / "plan.json").string(), kMaxDescriptionBytes, [](const std::string& text) {
     const Json json = Json::parse(text);
     CheckSchema(json);
     StudyDescription d;
@@ -141,7 +141,7 @@ void StudyFolder::WriteDescription(const StudyDescription& d) const {
             {"machine", ToJson(d.machine)}};
   if (d.shard) json["shard"] = ToString(*d.shard);
   for (const char* name : {"cases", "references"}) MakeFolder((fs::path(path_) / name).string());
-  WriteTextFile((fs::path(path_) / "study.json").string(), json.dump(1) + "\n");
+  WriteTextFile((fs::path(path_) / "plan.json").string(), json.dump(1) + "\n");
 }
 
 std::string StudyFolder::FileOf(const std::string& id, CaseWork work) const {
@@ -202,7 +202,7 @@ std::vector<std::string> StudyFolder::ListShards() const {
   std::vector<std::string> folders;
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(path_, none)) {
-    if (entry.path().filename().string().starts_with("shard-") && fs::exists(entry.path() / "study.json", none)) {
+    if (entry.path().filename().string().starts_with("shard-") && fs::exists(entry.path() / "plan.json", none)) {
       folders.push_back(entry.path().string());
     }
   }

@@ -1,6 +1,6 @@
 // The folder of a study: its description, and a file for each record, so that what is done is never done again.
 //
-//   OUT/study.json             what it is, made by which program on which machine
+//   OUT/plan.json              what it is, made by which program on which machine
 //   OUT/cases/ID.errors.json   a record each, written at once
 //   OUT/cases/ID.costs.json
 //   OUT/references/NAME.json   what is said of a reference; NAME.ref is the reference itself
@@ -47,7 +47,7 @@ struct KeptReference {
   ReferenceRecord record;
 };
 
-/// What study.json holds.
+/// What plan.json holds.
 struct StudyDescription {
   StudySpec spec;
   std::uint64_t plan_hash = 0;

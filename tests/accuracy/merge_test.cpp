@@ -56,7 +56,7 @@ class StudyMerge : public ::testing::Test {
 
 TEST_F(StudyMerge, ShardsTogetherAreTheStudy) {
   const std::set<std::string> whole = RunWhole();
-  for (const int count : {1, 3, 8, 40}) {
+  for (const int count : {1, 3, 20}) {
     const std::string out = "out_" + std::to_string(count);
     RunShards(out, count);
     const MergeOutcome outcome = Merge({}, out);
@@ -97,7 +97,7 @@ TEST_F(StudyMerge, LostShardIsNamedWithItsCases) {
       CollectResults(StudyFolder(folder_.file("out")), test::MakeQuickWork(log_).variant_of, {});
   std::size_t omitted = 0;
   for (const CaseRecord& c : results.cases) omitted += c.state == CaseState::kOmitted ? 1 : 0;
-  EXPECT_GE(omitted, lost.size());
+  EXPECT_EQ(omitted, lost.size());
   RunShard("out", 2, 4);
   EXPECT_THAT(Merge({}, "out").missing, IsEmpty());
   EXPECT_EQ(test::ReadAllRecords(folder_.file("out")), RunWhole());
@@ -156,7 +156,7 @@ TEST_F(StudyMerge, ContradictionIsAnErrorThatNamesBothAndWritesNothing) {
   const std::string message = Fault({folder_.file("a"), again}, "out");
   EXPECT_THAT(message, HasSubstr(folder_.file("a") + "/shard-0-of-2/cases/" + id + ".errors.json and " +
                                  changed.FileOf(id, CaseWork::kErrors) + " contradict each other"));
-  EXPECT_FALSE(fs::exists(folder_.file("out/study.json")));
+  EXPECT_FALSE(fs::exists(folder_.file("out/plan.json")));
   // Times may differ: the first is kept.
   record.force_hash ^= 1;
   record.seconds += 1;
@@ -204,8 +204,8 @@ TEST_F(StudyMerge, WhatIsNoShardIsRefused) {
   EXPECT_THAT(Fault({folder_.file("empty")}, "out"), HasSubstr("empty: holds no shard of a study"));
   EXPECT_THAT(Fault({}, "out"), HasSubstr("holds no shard of a study"));
   const std::string a = RunShard("a", 0, 1);
-  test::WriteBytes(a + "/study.json", "{\"schema\": 1}");
-  EXPECT_THAT(Fault({a}, "out"), HasSubstr("study.json: is damaged"));
+  test::WriteBytes(a + "/plan.json", "{\"schema\": 1}");
+  EXPECT_THAT(Fault({a}, "out"), HasSubstr("plan.json: is damaged"));
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ struct QuickWorkLog {
 inline const std::vector<std::string> kQuickPaths{"entry", "slot", "idle", "absent"};
 
 /// The path "absent" is left out. `before`: called before each of the works, with its number from 0.
-inline StudyWork MakeQuickWork(QuickWorkLog& log, std::function<void(int)> before = {}) {
+inline StudyWork MakeQuickWork(QuickWorkLog& log, const std::function<void(int)>& before = {}) {
   StudyWork work;
   work.make_paths = [](const std::vector<std::string>& names) {
     StudyPathList list;
