@@ -12,6 +12,7 @@
 #include "kerf/effects.h"
 #include "kerf/force.h"
 #include "kerf/geometry.h"
+#include "kerf/observe.h"
 #include "kerf/paper.h"
 #include "kerf/tool.h"
 
@@ -121,14 +122,6 @@ struct CoupledOutput {
   int iterations = 0;  // most in one sub-step
   Fidelity fidelity = Fidelity::kFull;
   std::uint32_t status = kCoupledOk;
-};
-
-/// Told when a part of the tick begins, so that others can time it; the tick itself has no clock.
-enum class TickStage : std::uint8_t { kAccept, kNear, kEngage, kSolve, kRemove, kPublish, kEnd };
-class TickObserver {
- public:
-  virtual ~TickObserver() = default;
-  virtual void Enter(TickStage stage) noexcept = 0;
 };
 
 /// The bone, the tool in it and the coupling.

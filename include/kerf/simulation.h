@@ -9,6 +9,7 @@
 #include "kerf/effects.h"
 #include "kerf/force.h"
 #include "kerf/geometry.h"
+#include "kerf/observe.h"
 #include "kerf/tool.h"
 
 namespace kerf {
@@ -66,7 +67,7 @@ class Simulation {
 
   /// Moves the tool to in.X_WT and cuts what it sweeps. Deterministic: the same calls give the same bits. Allocates
   /// only where Refill() has been put off for thousands of leaves.
-  TickOutput Tick(const TickInput& in);
+  TickOutput Tick(const TickInput& in, TickObserver* observer = nullptr);
 
   /// Lifts the tool out and sets it down at X_WT, cutting nothing on the way. False, and nothing done, for a bad pose.
   bool SetDown(const Pose& X_WT);

@@ -39,7 +39,10 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
     fmt::print("  system    {} {}\n", s.grants.scheduling, s.grants.memory);
     PrintTimes(s.tick);
     PrintTimes(s.lateness);
-    for (const LoopTimeSummary& stage : s.stages) PrintTimes(stage);
+    for (const LoopTimeSummary& stage : s.stages) {
+      if (!s.costs || stage.name == "exchange") PrintTimes(stage);
+    }
+    if (s.costs) fmt::print("{}", FormatCostTable(*s.costs));
   }
   fmt::print("  device    {} in the hand {}: {:.3g} N on the device for 1 N in the simulation\n", s.device, s.hand,
              s.force.scale);
@@ -77,6 +80,8 @@ void Run(Options& options) {
     CheckLoopInputsStay(scene, options.scene, options.folder);
     MakeFolder(options.folder);  // before the long work
   }
+  const auto note = std::make_shared<std::string>();
+  options.loop.costs.live = [note](const std::string& line) { *note = line; };
   options.loop.stop = &CatchInterrupt();
   options.loop.keep_bones = !options.folder.empty();
   LoopSummary summary;
@@ -89,6 +94,7 @@ void Run(Options& options) {
         bar = std::make_unique<ProgressBar>(now);
         stage = now;
       }
+      bar->SetNote(now == "cutting" ? *note : "");
       bar->Show(fraction);
     };
     summary = RunLoop(scene, options.loop, show);
@@ -123,14 +129,19 @@ void AddLoopCommand(CLI::App& app) {
       "-o,--output", options->folder,
       "Folder for report, JSON, forces, and as [output] asks bone, pieces and pictures; made when missing; without "
       "it none are written");
-  command->add_flag("--virtual", options->loop.virtual_time,
-                    "Without the clock and without threads, as fast as it goes: the same bits each time");
+  CLI::Option* without_clock =
+      command->add_flag("--virtual", options->loop.virtual_time,
+                        "Without the clock and without threads, as fast as it goes: the same bits each time");
   command
       ->add_option(
           "--burn-us", options->loop.burn_us,
           "Burn so many microseconds in each tick of the middle third (half of it in coarse ticks, a tenth in slab "
           "ticks), to see [loop] degrade work; 0 to 100000")
       ->check(CLI::Range(0.0, 1e5));
+  command
+      ->add_flag("--costs", options->loop.costs.costs,
+                 "Time each effect too, and show what a tick costs: live behind the progress bar, and as a table")
+      ->excludes(without_clock);
   command->add_flag("--json", options->json, "Print the summary as JSON");
   command->callback([options] { Run(*options); });
 }

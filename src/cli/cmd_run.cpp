@@ -19,6 +19,7 @@ struct Options {
   std::string scene;
   std::string folder = "out";
   bool json = false;
+  bool costs = false;
 };
 
 void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& folder) {
@@ -51,6 +52,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print("  ticks     {} in {:.1f} s, {:.0f} a second; each p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us\n",
              s.ticks, s.ticks_wall_s, s.ticks_wall_s > 0 ? static_cast<double>(s.ticks) / s.ticks_wall_s : 0,
              s.times.p50_us, s.times.p99_us, s.times.p999_us, s.times.max_us);
+  if (s.costs) fmt::print("{}", FormatCostTable(*s.costs));
   fmt::print("  state     {:016x} before, {:016x} after\n", s.hash_before, s.hash_after);
   fmt::print("  results   {}/:", folder);
   for (const std::string& file : s.files) fmt::print(" {}", file);
@@ -95,6 +97,9 @@ class StageBars {
       stage_ = now;
     }
     bar_->Show(fraction);
+  }
+  void SetNote(const std::string& note) {
+    if (bar_) bar_->SetNote(note);
   }
 
  private:
@@ -163,7 +168,8 @@ void Run(const Options& options) {
   {
     StageBars bars;
     summary =
-        RunScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
+        RunScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
+                 {options.costs, [&](const std::string& line) { bars.SetNote(line); }});
   }
   for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
   for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
@@ -194,6 +200,8 @@ void AddRunCommand(CLI::App& app) {
   command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')")->required();
   command->add_option("-o,--output", options->folder, "Folder for the results; made when missing")
       ->capture_default_str();
+  command->add_flag("--costs", options->costs,
+                    "Time each stage of the ticks and each effect: live behind the progress bar, and as a table");
   command->add_flag("--json", options->json, "Print the summary as JSON");
   command->callback([options] { Run(*options); });
 }

@@ -15,6 +15,11 @@ ProgressBar::~ProgressBar() {
   if (shown_) std::fputs("\r\x1b[K", stderr);
 }
 
+void ProgressBar::SetNote(std::string note) {
+  const std::lock_guard lock(mutex_);
+  note_ = std::move(note);
+}
+
 void ProgressBar::Show(double fraction) {
   if (!terminal_) return;
   const std::lock_guard lock(mutex_);
@@ -29,8 +34,8 @@ void ProgressBar::Show(double fraction) {
   const int filled = static_cast<int>(fraction * kWidth + 0.5);
   const std::string left =
       fraction > 0.01 ? fmt::format("{:.0f} s left", elapsed_s * (1 - fraction) / fraction) : std::string("...");
-  fmt::print(stderr, "\r\x1b[K{} [{:#>{}}{:.>{}}] {:3.0f} %  {}", title_, "", filled, "", kWidth - filled,
-             100 * fraction, left);
+  fmt::print(stderr, "\r\x1b[K{} [{:#>{}}{:.>{}}] {:3.0f} %  {}  {}", title_, "", filled, "", kWidth - filled,
+             100 * fraction, left, note_);
   std::fflush(stderr);
 }
 

@@ -14,6 +14,8 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
+  /// Stands behind the bar from the next Show() on. Any thread.
+  void SetNote(std::string note);
   /// `fraction` 0 to 1. Any thread.
   void Show(double fraction);
 
@@ -21,6 +23,7 @@ class ProgressBar {
   using Clock = std::chrono::steady_clock;
   std::mutex mutex_;
   std::string title_;
+  std::string note_;
   bool terminal_;
   bool shown_ = false;
   Clock::time_point start_ = Clock::now();

@@ -21,8 +21,8 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
     entries_.push_back(Entry{info, info->make(choice->values(), with_plan), channel_count_});
     Effect* effect = entries_.back().effect.get();
     channel_count_ += info->channels.size();
-    const auto list = [&](EffectHook hook, std::vector<Effect*>& effects) {
-      if ((info->hooks & hook) != 0) effects.push_back(effect);
+    const auto list = [&](EffectHook hook, std::vector<Called>& called) {
+      if ((info->hooks & hook) != 0) called.push_back({effect, entries_.size() - 1});
     };
     list(kEffectBegin, begin_);
     list(kEffectHolds, holds_);
@@ -30,13 +30,13 @@ EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) :
     list(kEffectSolved, solved_);
     list(kEffectEnd, end_);
   }
-  for (const Effect* effect : solved_) reads_teeth_ = reads_teeth_ || effect->reads_teeth();
+  for (const Called& called : solved_) reads_teeth_ = reads_teeth_ || called.effect->reads_teeth();
   if (reads_teeth_) teeth_.reserve(setup.edge.size());
 }
 
 void EffectPlan::Solved(EffectSolved& solved) {
   if (reads_teeth_) FindTeeth(solved);
-  for (Effect* effect : solved_) effect->Solved(solved);
+  ForEach(solved_, [&](Effect& effect) { effect.Solved(solved); });
 }
 
 void EffectPlan::FindTeeth(EffectSolved& solved) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "effects/effect.h"
+#include "kerf/observe.h"
 
 namespace kerf {
 
@@ -19,22 +20,22 @@ class EffectPlan {
 
   // ---- in the tick
   void Begin(EffectBegin& begin) {
-    for (Effect* effect : begin_) effect->Begin(begin);
+    ForEach(begin_, [&](Effect& effect) { effect.Begin(begin); });
   }
   bool Holds(const EffectFlight& flight) {
     bool holds = false;
-    for (Effect* effect : holds_) holds = effect->Holds(flight) || holds;
+    ForEach(holds_, [&](Effect& effect) { holds = effect.Holds(flight) || holds; });
     return holds;
   }
   void Engage(const EffectStep& step, StepProblem& problem) {
-    for (Effect* effect : engage_) effect->Engage(step, problem);
+    ForEach(engage_, [&](Effect& effect) { effect.Engage(step, problem); });
   }
   bool wants_solved() const { return !solved_.empty(); }
   bool wants_steps() const { return !engage_.empty() || wants_solved(); }
   /// Fills `solved.teeth` when one of them reads it.
   void Solved(EffectSolved& solved);
   void End(EffectEnd& end) {
-    for (Effect* effect : end_) effect->End(end);
+    ForEach(end_, [&](Effect& effect) { effect.End(end); });
   }
   void Release() {
     for (const Entry& entry : entries_) entry.effect->Release();
@@ -43,7 +44,9 @@ class EffectPlan {
     for (const Entry& entry : entries_) entry.effect->Reset();
   }
 
-  // ---- any time
+  // ---- any time but within a tick
+  /// Is told of each effect's work; null: nobody is.
+  void set_observer(TickObserver* observer) { observer_ = observer; }
   struct Entry {
     const EffectInfo* info;
     std::unique_ptr<Effect> effect;
@@ -61,11 +64,24 @@ class EffectPlan {
   std::size_t CalcMemoryBytes() const;
 
  private:
+  struct Called {
+    Effect* effect;
+    std::size_t place;  // in entries_
+  };
+  template <typename Call>
+  void ForEach(const std::vector<Called>& list, Call&& call) {
+    for (const Called& called : list) {
+      if (observer_ != nullptr) observer_->EnterEffect(called.place);
+      call(*called.effect);
+      if (observer_ != nullptr) observer_->LeaveEffect();
+    }
+  }
   void FindTeeth(EffectSolved& solved);
 
   std::vector<Entry> entries_;
   std::vector<const EffectInfo*> left_out_;
-  std::vector<Effect*> begin_, holds_, engage_, solved_, end_;
+  std::vector<Called> begin_, holds_, engage_, solved_, end_;
+  TickObserver* observer_ = nullptr;
   std::size_t channel_count_ = 0;
   const ToolShape* shape_;
   bool reads_teeth_ = false;

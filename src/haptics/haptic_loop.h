@@ -87,6 +87,9 @@ class HapticLoop {
   HapticLoop(const HapticLoop&) = delete;
   HapticLoop& operator=(const HapticLoop&) = delete;
 
+  /// Times each effect too, in stages(); before the loop begins.
+  void Watch(EffectPlan& plan) { stages_.Watch(plan); }
+
   /// Starts the loop's thread and the watchdog's; returns when the system has said what it grants. Once.
   void Start();
   /// Waits for the tick under way, makes the force zero, and ends the threads. Any number of times.
@@ -114,6 +117,7 @@ class HapticLoop {
   const LogHistogram& lateness() const { return lateness_; }
   const LogHistogram& exchange_times() const { return exchange_times_; }  // logging and sending, part of the tick
   const LogHistogram& stage_times(TickStage stage) const { return stages_.times(stage); }
+  const StageTimer& stages() const { return stages_; }
   long watchdog_trips() const { return watchdog_ ? watchdog_->trips() : watchdog_trips_; }
 
   // ---- after the end (or, for the grants, after Start())

@@ -4,8 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "core/log_histogram.h"
+#include "effects/plan.h"
 #include "haptics/loop_clock.h"
 #include "kerf/coupled.h"
 
@@ -27,6 +30,16 @@ class StageTimer final : public TickObserver {
     if (now_ < kTickStages) entered_[now_] = true;
     since_ns_ = now_ns;
   }
+  /// From here on each effect of the plan is timed too. Not in the tick.
+  void Watch(EffectPlan& plan) {
+    effects_ = std::vector<EffectTime>(plan.entries().size());
+    plan.set_observer(this);
+  }
+  void EnterEffect(std::size_t effect) noexcept override {
+    effect_ = effect;
+    effect_since_ns_ = clock_.Now();
+  }
+  void LeaveEffect() noexcept override { effects_[effect_].spent_ns += clock_.Now() - effect_since_ns_; }
   /// The tick is over.
   void Finish() noexcept {
     if (now_ < kTickStages) Enter(TickStage::kEnd);
@@ -35,8 +48,12 @@ class StageTimer final : public TickObserver {
       spent_ns_[i] = 0;
       entered_[i] = false;
     }
+    for (EffectTime& effect : effects_) effect.times.Add(std::exchange(effect.spent_ns, 0));
   }
   const LogHistogram& times(TickStage stage) const { return times_[static_cast<std::size_t>(stage)]; }
+  /// Of the plan's effects that are watched, within the stages' times; a tick in which it does nothing counts.
+  std::size_t effect_count() const { return effects_.size(); }
+  const LogHistogram& effect_times(std::size_t effect) const { return effects_[effect].times; }
 
  private:
   LoopClock& clock_;
@@ -45,6 +62,13 @@ class StageTimer final : public TickObserver {
   std::array<std::int64_t, kTickStages> spent_ns_{};
   std::array<bool, kTickStages> entered_{};
   std::array<LogHistogram, kTickStages> times_;
+  struct EffectTime {
+    std::int64_t spent_ns = 0;  // in this tick
+    LogHistogram times;
+  };
+  std::vector<EffectTime> effects_;
+  std::size_t effect_ = 0;
+  std::int64_t effect_since_ns_ = 0;
 };
 
 }  // namespace kerf

@@ -281,6 +281,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"tick_bars_us", bars(s.tick_bars)},
       {"warnings", s.warnings},
       {"files", s.files}};
+  if (s.costs) json["costs"] = CostsJson(*s.costs);
   if (!s.effects.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);
   if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, !s.virtual_time);

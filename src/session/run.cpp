@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <memory>
 #include <span>
 #include <utility>
 
@@ -15,6 +16,7 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kTicksBetweenRefills = 1024;
+constexpr std::chrono::milliseconds kBetweenLines(250);
 
 /// Rounding left over from turning a vector reads as zero.
 Vec3 WithoutNoise(Vec3 v) {
@@ -25,7 +27,7 @@ Vec3 WithoutNoise(Vec3 v) {
 }  // namespace
 
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
-                  const std::function<void(double)>& progress) {
+                  const std::function<void(double)>& progress, const CostOptions& costs) {
   using Clock = std::chrono::steady_clock;
   RunResult result;
   const std::size_t total = path.CountTicks(rate_hz);
@@ -35,6 +37,13 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
 
   Simulation simulation(std::move(bone), params, path.CalcPose(0, 0));
   const EffectPlan& effects = std::as_const(simulation).effects();
+  std::unique_ptr<StageCostMeter> meter;
+  if (costs.costs) {
+    meter = std::make_unique<StageCostMeter>(1e6 / rate_hz);
+    meter->Watch(simulation.effects());
+  }
+  TickObserver* const observer = meter ? &meter->observer() : nullptr;
+  Clock::time_point line_at = Clock::now();
   result.effects = EffectRecord(effects);
   result.files = EffectFiles(effects, total, true);
   std::vector<double> channels(effects.channel_count());
@@ -81,8 +90,9 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       TickRecord record;
       record.X_WT = path.CalcPose(segment, end_s);
       const Clock::time_point before = Clock::now();
-      record.out = simulation.Tick({record.X_WT, dt_s, rpm});
+      record.out = simulation.Tick({record.X_WT, dt_s, rpm}, observer);
       times_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - before).count());
+      if (meter) meter->Finish(times_us.back());
       touched = touched || record.out.engaged_teeth > 0;
       if (touched) travel_mm += glm::length(record.X_WT.p_AB - X_WT.p_AB);
       record.time_s = time_s = end_s;
@@ -101,10 +111,15 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
         result.files.Take(time_s, dt_s, record.X_WT, channels);
       }
       if (k % kTicksBetweenRefills == 0) simulation.Refill();
+      if (meter && costs.live && k % 64 == 0 && Clock::now() - line_at > kBetweenLines) {
+        costs.live(FormatCostLine(meter->Make(effects)));
+        line_at = Clock::now();
+      }
       if (progress && k % 64 == 0) progress(static_cast<double>(result.ticks.size()) / static_cast<double>(total));
     }
   }
   result.wall_s = std::chrono::duration<double>(Clock::now() - start).count();
+  if (meter) result.costs = meter->Make(effects);
   result.times = CalcTickTimes(std::move(times_us));
   result.removed_mm3_by_region = simulation.CalcRemovedByRegion();
   for (const double mm3 : result.removed_mm3_by_region) result.removed_mm3 += mm3;

@@ -13,6 +13,7 @@
 #include "session/effect_record.h"
 #include "session/fragments_report.h"
 #include "session/heat_report.h"
+#include "session/stage_costs.h"
 
 namespace kerf {
 
@@ -41,6 +42,7 @@ struct RunResult {
   std::array<double, 256> removed_mm3_by_region{};
   double removed_mm3 = 0;
   TickTimes times;
+  std::optional<StageCosts> costs;
   double wall_s = 0;  // of the ticks alone
   std::optional<HeatReport> heat;
   std::optional<FragmentsReport> fragments;
@@ -49,7 +51,7 @@ struct RunResult {
 
 /// Runs all ticks of `path`. `progress` gets 0..1; may be empty. Throws Error for parameters out of range.
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
-                  const std::function<void(double)>& progress);
+                  const std::function<void(double)>& progress, const CostOptions& costs = {});
 
 /// Nearest-rank percentiles; all 0 for none.
 TickTimes CalcTickTimes(std::vector<double> microseconds);

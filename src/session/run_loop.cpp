@@ -328,6 +328,10 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   VirtualClock stands_still;
   LoopClock& clock = options.virtual_time ? static_cast<LoopClock&>(stands_still) : monotonic;
   HapticLoop loop(body, device, clock, MakeLoopParams(scene.loop, options));
+  if (options.costs.costs) loop.Watch(simulation.effects());
+  const auto make_costs = [&] {
+    return MakeStageCosts(loop.tick_times(), loop.stages(), simulation.effects(), 1e6 * period_s);
+  };
   BoneMirror mirror(std::move(copy), loop.leaves());
   FragmentsDriver fragments(simulation.effects());
   PieceExchange exchange;
@@ -341,16 +345,21 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (fragments.takes_out()) body.set_pieces(&exchange);
   Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, options.seconds * scene.loop.rate_hz, s);
   const auto stopped = [&] { return options.stop != nullptr && options.stop->load(); };
-  const auto read = [&](double share) {
-    recorder.Drain(loop);
-    s.leaves_sent += mirror.Update();
-    show("cutting", share);
-  };
-
   auto began = std::chrono::steady_clock::now();
   const auto elapsed_s = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   };
+  double line_at_s = 0;
+  const auto read = [&](double share) {
+    recorder.Drain(loop);
+    s.leaves_sent += mirror.Update();
+    show("cutting", share);
+    if (options.costs.live && options.costs.costs && elapsed_s() > line_at_s) {
+      options.costs.live(FormatCostLine(make_costs()));
+      line_at_s = elapsed_s() + 0.25;
+    }
+  };
+
   if (options.virtual_time) {
     const auto ticks = static_cast<std::int64_t>(std::llround(options.seconds * scene.loop.rate_hz));
     const std::int64_t between_looks =
@@ -395,6 +404,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   pieces.Finish(simulation, s.simulated_s, send_rest);
 
   SummarizeLoop(loop, device, s);
+  if (options.costs.costs) s.costs = make_costs();
   recorder.Finish(period_s);
   s.rounds = motion.rounds();
   s.strokes = motion.strokes();

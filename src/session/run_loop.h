@@ -17,6 +17,7 @@
 #include "session/run.h"
 #include "session/run_scene.h"
 #include "session/scene_material.h"
+#include "session/stage_costs.h"
 
 namespace kerf {
 
@@ -26,6 +27,7 @@ struct LoopOptions {
   double burn_us = 0;                       // fault injection: burnt in each tick of the middle third, 0 to 1e5
   bool keep_bones = false;                  // in the summary, for WriteLoopReport
   const std::atomic<bool>* stop = nullptr;  // ends the run early; may be null
+  CostOptions costs;                        // not without the clock
 };
 
 /// A row of forces.csv.
@@ -95,6 +97,7 @@ struct LoopSummary {
   LoopTimeSummary tick;
   LoopTimeSummary lateness;
   std::vector<LoopTimeSummary> stages;
+  std::optional<StageCosts> costs;
   std::vector<LoopBar> tick_bars;
   std::vector<LoopBar> lateness_bars;
   std::vector<FidelityStep> fidelity_steps;

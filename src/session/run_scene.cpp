@@ -108,7 +108,8 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
   CheckInputsStay(ListInputs(scene, scene_file), outputs);
 }
 
-RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress) {
+RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
+                    const CostOptions& costs) {
   const auto stage = [&](const char* name) {
     return [&progress, name](double fraction) {
       if (progress) progress(name, fraction);
@@ -121,7 +122,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   RunSummary summary;
   const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
   const double rate_hz = scene.simulation.rate_hz;
-  RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"));
+  RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"), costs);
 
   summary.hash_before = before.CalcHash();
   summary.hash_after = result.bone.CalcHash();
@@ -148,6 +149,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.simulated_s = path.duration_s();
   summary.ticks_wall_s = result.wall_s;
   summary.times = result.times;
+  summary.costs = result.costs;
   summary.voxel_mm = before.voxel_mm();
   summary.heat = std::move(result.heat);
   summary.fragments = std::move(result.fragments);
@@ -246,6 +248,7 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
   }
   json["dust"] = {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}};
   json["ticks"] = TicksJson(s);
+  if (s.costs) json["costs"] = CostsJson(*s.costs);
   json["peak_memory_MB"] = s.peak_memory_MB;
   json["files"] = s.files;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";

@@ -53,6 +53,7 @@ struct RunSummary {
   double simulated_s = 0;
   double ticks_wall_s = 0;
   TickTimes times;
+  std::optional<StageCosts> costs;
   double voxel_mm = 0;
   double bone_memory_MB = 0;
   std::optional<HeatReport> heat;
@@ -70,7 +71,8 @@ using RunProgress = std::function<void(const std::string& stage, double fraction
 /// asks: bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png, heat.png, fragments.png; what its
 /// effects leave (EffectFiles); summary.json last. Results of an earlier run in the same folder, by the list in its
 /// summary.json, are replaced or removed. Throws Error.
-RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress);
+RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
+                    const CostOptions& costs = {});
 
 /// The files that a run of the scene reads; some may be "".
 std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file);

@@ -218,18 +218,26 @@ bool Simulation::SetDown(const Pose& X_WT) {
   return true;
 }
 
-TickOutput Simulation::Tick(const TickInput& in) {
+TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
   State& s = *state_;
   TickOutput out;
+  const auto enter = [observer](TickStage stage) {
+    if (observer) observer->Enter(stage);
+  };
 
   // 1 accept
+  enter(TickStage::kAccept);
   if (!IsValid(in.X_WT) || !IsInWorld(in.X_WT.p_AB) || !std::isfinite(in.rpm) || !(in.dt_s >= 0) ||
       !std::isfinite(in.dt_s)) {
     s.last = {};
     out.status = kTickBadPose;
+    enter(TickStage::kEnd);
     return out;
   }
-  if (in.dt_s < kLeastTick_s) return s.Repeat();
+  if (in.dt_s < kLeastTick_s) {
+    enter(TickStage::kEnd);
+    return s.Repeat();
+  }
   const Pose X_to = s.Local(in.X_WT);
   const Pose X_from = std::exchange(s.X_WT, X_to);
   EffectBegin begin{in.dt_s, in.rpm, in.rpm};
@@ -241,6 +249,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
     EffectEnd end{in.dt_s, in.rpm, 0, s.X_WT, true, 0, 0, 0};
     s.effects.End(end);
     s.last = out;
+    enter(TickStage::kEnd);
     return out;
   }
   double substeps = std::max<double>(s.params.substeps, CountSubsteps(X_from, X_to, s.params.tool, s.field.voxel_mm()));
@@ -259,6 +268,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
   Pose X_a = X_from;
   for (int i = 1; i <= static_cast<int>(substeps); ++i) {
     const Pose X_b = i == static_cast<int>(substeps) ? X_to : Interpolate(X_from, X_to, i / substeps);
+    enter(TickStage::kEngage);
     const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
     EdgeLoad load = s.CalcLoad(X_a, v_T, passes_per_s);
     if (s.effects.wants_steps()) s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, load);
@@ -271,6 +281,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
     for (std::size_t id = 0; id < thrust_by_region_N.size(); ++id) {
       thrust_by_region_N[id] += load.thrust_by_region_N[id];
     }
+    enter(TickStage::kRemove);
     Cutter::Result cut = s.paced.Cut(X_a, X_b);
     out.removed_mm3 += cut.removed_mm3;
     while (cut.out_of_leaves) {
@@ -282,6 +293,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
   }
 
   // 4 publish: means over the tick
+  enter(TickStage::kPublish);
   if (out.engaged_teeth > 0) {
     out.mean_E_MPa = E_sum_MPa / out.engaged_teeth;
     out.mean_bite_mm = bite_sum_mm / out.engaged_teeth;
@@ -297,6 +309,7 @@ TickOutput Simulation::Tick(const TickInput& in) {
   s.effects.End(end);
   if (end.f_more_W_N != Vec3(0)) out.f_T_W_N += end.f_more_W_N;
   s.last = out;
+  enter(TickStage::kEnd);
   return out;
 }
 
