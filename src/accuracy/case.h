@@ -55,6 +55,7 @@ struct StudyReference {
   ReferenceRecord record;
   double tick_s = 0.00025;           // so often it was written down
   std::vector<ReferenceTick> ticks;  // at tick_s
+  double removed_mm3 = 0;            // in all
   std::shared_ptr<const ExactBone> bone;
 };
 /// "law=..." or empty: settings with the same word share a reference.

@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
+#include "bone/build.h"
 #include "core/hash.h"
 #include "effects/heat/heat.h"
 #include "effects/plan.h"
@@ -20,9 +21,6 @@
 namespace kerf {
 namespace {
 
-// Of settings with "uniform": the paper's region 24, as scenes have it.
-constexpr double kUniform_E_MPa = 19300;
-constexpr double kUniform_nu = 0.28;
 constexpr double kLeastRate_hz = 50;
 constexpr double kMostRate_hz = 20000;
 constexpr std::size_t kTicksBetweenRefills = 1024;
@@ -92,6 +90,9 @@ class HandSubject final : public CaseSubject {
     params.coupling = path.coupling;
     params.effects = MakeEffects(settings);
     params.edge_samples_per_pitch = settings.rim_samples_per_pitch;
+    params.substeps = settings.substeps;
+    params.carve_interval_ticks = settings.carve_interval_ticks;
+    params.precision_bits = settings.precision_bits;
     params.spare_leaves = CountSpareLeaves(bone);
     return {std::move(bone), params, path.pose(Holding::kHand, 0)};
   }
@@ -128,6 +129,8 @@ class LedSubject final : public CaseSubject {
     params.tool = path.saw;
     params.law = MakeCaseLaw(path, settings);
     params.rim_samples_per_pitch = settings.rim_samples_per_pitch;
+    params.substeps = settings.substeps;
+    params.carve_interval_ticks = settings.carve_interval_ticks;
     params.effects = MakeEffects(settings);
     return {std::move(bone), params, path.pose(Holding::kPath, 0)};
   }
@@ -224,6 +227,9 @@ std::string FindOmission(const StudyPath& path, Holding holding, const StudySett
   }
   if (settings.material == "ct" && !path.use_ct) return "the bone has no CT numbers";
   if (settings.method == "coarse" && holding == Holding::kPath) return "a tool led along its path has no coarse mode";
+  if (settings.precision_bits != StudySettings{}.precision_bits && holding == Holding::kPath) {
+    return "a tool led along its path keeps its distances as whole floats";
+  }
   if (settings.method == "slab" && !FindRail(path, holding))
     return "the slab moves along one line, and this path does not";
   if (settings.method == "slab" && settings.heat_grid_mm > 0) return "the slab knows no heat";
@@ -244,6 +250,7 @@ Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings) {
   } else if (settings.material != "regions") {
     throw Error(fmt::format("there is no material \"{}\"; there are regions, uniform and ct", settings.material));
   }
+  RoundDistances(bone, settings.precision_bits);
   return bone;
 }
 

@@ -10,6 +10,10 @@
 
 namespace kerf {
 
+// Of settings with the material "uniform": the paper's region 24, as scenes have it.
+inline constexpr double kUniform_E_MPa = 19300;
+inline constexpr double kUniform_nu = 0.28;
+
 /// What a tick is given: handle (kHand) or tool (kPath) at the end of the tick, and how fast the handle went there.
 struct CaseInput {
   Pose X_W;

@@ -31,8 +31,14 @@ std::vector<Vec3> SampleReference(const StudyReference& reference, Holding holdi
 /// the two. Zeros when one side has none.
 void CalcSurfaceErrors(std::vector<double> there_mm, std::vector<double> back_mm, ErrorFigures& errors);
 
+/// How far inside its rim the reference's disc cuts, mm; 0: all of it does.
+double GetReferenceEdge_mm(Holding holding);
+
 /// Nearest rank; 0 for none.
 double CalcPercentile(std::vector<double> values, double share);
+
+/// Volume of the solid that was swept, mm^3, to about 0.2 %: what was taken, however the tool went.
+double CalcExactRemoved_mm3(const ExactBone& exact, std::span<const ReferenceTick> ticks, const DiscSaw& saw);
 
 /// Symmetric distance of the cut surface of `bone` from the exact one, into `errors`. Of the bone's surface, points
 /// that lie inside the uncut solid: elsewhere it is not cut. Of the exact one, points of the disc's outline along its

@@ -26,7 +26,7 @@ std::function<Bone(double, int)> MakeMaker(const StudyPath& path, const std::opt
                                            std::function<BlockClass(const Vec3&, double)> classify,
                                            std::function<int(const Vec3&)> region) {
   return RememberLast([solid = path.solid, materials = path.materials, bounds = path.bounds_W, part,
-                       classify = std::move(classify), region = std::move(region)](double voxel_mm, int) {
+                       classify = std::move(classify), region = std::move(region)](double voxel_mm, int band_voxels) {
     SolidField field;
     field.value = solid.distance_mm;
     field.classify = [&](const Vec3& p_W, double radius_mm) {
@@ -40,7 +40,8 @@ std::function<Bone(double, int)> MakeMaker(const StudyPath& path, const std::opt
     BuildOptions options;
     options.voxel_mm = voxel_mm;
     options.region_voxel_mm = std::max(voxel_mm, kLeastRegionVoxel_mm);
-    return MakeBone(field, bounds.Grown(5 * voxel_mm), options, materials);
+    options.band_voxels = band_voxels;
+    return MakeBone(field, bounds.Grown((band_voxels + 2) * voxel_mm), options, materials);
   });
 }
 
@@ -60,7 +61,34 @@ Box3 BonePart::CalcBounds() const {
   return bounds_W;
 }
 
-void SetMandible(StudyPath& path, std::shared_ptr<const MandibleShape> shape, const std::optional<BonePart>& part) {
+void SetBlock(StudyPath& path, const BlockParams& block, const std::function<double(const Vec3&)>& cavity) {
+  const auto distance = [block, cavity](const Vec3& p_W) {
+    const double to_block = CalcBlockDistance(block, p_W);
+    return cavity ? std::max(to_block, cavity(p_W)) : to_block;
+  };
+  const auto region = [block](const Vec3& p_W) { return CalcBlockRegion(block, p_W); };
+  path.solid = MakeSolid(distance, region, path.materials);
+  const BonePart all{block.X_WB,
+                     {{-0.5 * block.size_mm.x, -0.5 * block.size_mm.y, -block.size_mm.z},
+                      {0.5 * block.size_mm.x, 0.5 * block.size_mm.y, 0}}};
+  path.bounds_W = all.CalcBounds();
+  path.make_bone = RememberLast(
+      [distance, region, bounds = path.bounds_W, materials = path.materials](double voxel_mm, int band_voxels) {
+        // As MakeBlock() does.
+        SolidField field;
+        field.value = distance;
+        field.classify = ClassifyByDistance(distance);
+        field.region = region;
+        BuildOptions options;
+        options.voxel_mm = voxel_mm;
+        options.region_voxel_mm = voxel_mm;
+        options.band_voxels = band_voxels;
+        return MakeBone(field, bounds.Grown((band_voxels + 2) * voxel_mm), options, materials);
+      });
+}
+
+void SetMandible(StudyPath& path, const std::shared_ptr<const MandibleShape>& shape,
+                 const std::optional<BonePart>& part) {
   path.bounds_W = part ? part->CalcBounds() : shape->bounds();
   const auto region = [shape](const Vec3& p_W) { return shape->RegionAt(p_W); };
   path.solid = MakeSolid(CutOut([shape](const Vec3& p_W) { return shape->Value(p_W); }, part), region, path.materials);

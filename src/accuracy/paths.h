@@ -41,8 +41,11 @@ struct BonePart {
   Box3 CalcBounds() const;
 };
 
+/// Solid, bounds and maker of a block, less where `cavity`, a distance of the air's side, is above that of the block.
+void SetBlock(StudyPath& path, const BlockParams& block, const std::function<double(const Vec3&)>& cavity = nullptr);
 /// Solid, bounds and maker of the generic mandible, of all of it or of a part.
-void SetMandible(StudyPath& path, std::shared_ptr<const MandibleShape> shape, const std::optional<BonePart>& part);
+void SetMandible(StudyPath& path, const std::shared_ptr<const MandibleShape>& shape,
+                 const std::optional<BonePart>& part);
 /// The same of an imported bone, which is the truth: trilinear between its voxels. With its materials and, where it has
 /// CT numbers and a law is given, with E from those in cancellous bone.
 void SetImported(StudyPath& path, Bone truth, const std::optional<BonePart>& part, const std::optional<CtLaw>& law);

@@ -19,6 +19,14 @@ Pose StandAskew() {
   return {glm::angleAxis(0.5, glm::normalize(Vec3(1, 2, 0.5))), {0.337, -0.1273, 0.2191}};
 }
 
+/// Distance to a disc, mm; X_BT and p_B in one frame, whichever.
+double CalcDiscDistance(const DiscSaw& saw, const Pose& X_BT, const Vec3& p_B) {
+  const Vec3 p_T = X_BT.InversePoint(p_B);
+  const double across = std::hypot(p_T.x, p_T.y) - saw.radius_mm();
+  const double along = std::abs(p_T.z) - 0.5 * saw.thickness_mm;
+  return across > 0 && along > 0 ? std::hypot(across, along) : std::max(across, along);
+}
+
 struct BlockPlan {
   const char* title;
   Vec3 size_mm;
@@ -42,18 +50,7 @@ StudyPath MakePath(const std::string& name, const BlockPlan& plan,
         pose_B ? pose_B(holding, t_s) : CalcUprightPose(holding == Holding::kHand ? hand : tool, saw, t_s);
     return Pose{glm::normalize(X_WB.R_AB * X_BT.R_AB), X_WB.Point(X_BT.p_AB)};
   };
-  path.solid = MakeSolid([block](const Vec3& p_W) { return CalcBlockDistance(block, p_W); },
-                         [block](const Vec3& p_W) { return CalcBlockRegion(block, p_W); }, path.materials);
-  for (int corner = 0; corner < 8; ++corner) {
-    path.bounds_W.Include(
-        block.X_WB.Point({(corner & 1 ? 0.5 : -0.5) * block.size_mm.x, (corner & 2 ? 0.5 : -0.5) * block.size_mm.y,
-                          corner & 4 ? -block.size_mm.z : 0}));
-  }
-  path.make_bone = RememberLast([block, materials = path.materials](double voxel_mm, int) {
-    BlockParams params = block;
-    params.voxel_mm = voxel_mm;
-    return MakeBlock(params, materials);
-  });
+  SetBlock(path, block);
   return path;
 }
 
@@ -117,12 +114,12 @@ BlockPlan PlanBorder() {
 }
 
 BlockPlan PlanBreakthrough() {
-  return {"down through a plate 2.5 mm thick and 6 mm long, and out on the far side",
-          {6, 3, 2.5},
+  return {"down through a plate 4 mm thick and 9 mm long, and out on the far side",
+          {9, 3, 4},
           {},
-          1.8,
-          {Way(), MoveOff(-0.3, 9, 1.8), Way(), Way()},
-          {Way(), MoveOff(-0.3, 2.2, 1.8), Way(), Way()}};
+          2.5,
+          {Way(), MoveOff(-0.3, 10, 2.5), Way(), Way()},
+          {Way(), MoveOff(-0.3, 2.5, 2.5), Way(), Way()}};
 }
 
 BlockPlan PlanTilt() {
@@ -150,12 +147,23 @@ BlockPlan PlanReentry() {
 }
 
 BlockPlan PlanWorst() {
-  return {"the whole disc buried in bone, where it began",
+  return {"the whole disc buried in bone, in a kerf of its own shape, and on from there",
           {28, 3, 28},
           {},
           1.2,
           {MoveOff(-1, 10, 1.2), Way(25), Way(), Way()},
           {MoveOff(-1, 3, 1.2), Way(25), Way(), Way()}};
+}
+
+/// A disc can't come to be inside of bone but by cutting: where it begins, the bone is gone already.
+StudyPath MakeWorstPath(const std::string& name) {
+  StudyPath path = MakePath(name, PlanWorst());
+  BlockParams block;
+  block.size_mm = PlanWorst().size_mm;
+  block.X_WB = StandAskew();
+  const Pose X_WT = path.pose(Holding::kPath, 0);
+  SetBlock(path, block, [saw = path.saw, X_WT](const Vec3& p_W) { return -CalcDiscDistance(saw, X_WT, p_W); });
+  return path;
 }
 
 BlockPlan PlanFreeForm() {
@@ -180,6 +188,7 @@ std::optional<StudyPath> MakeBlockPath(const std::string& name) {
                                                                {"tilt", PlanTilt},
                                                                {"reentry", PlanReentry},
                                                                {"worst", PlanWorst}};
+  if (name == "worst") return MakeWorstPath(name);
   if (name == "free_form") {
     BlockPlan plan = PlanFreeForm();
     const auto hand = std::make_shared<const HandPath>(FreeFormHandPath());

@@ -14,24 +14,6 @@
 #include "scene/scene.h"
 
 namespace kerf {
-namespace {
-
-void SetBlock(StudyPath& path, const BlockParams& block) {
-  path.solid = MakeSolid([block](const Vec3& p_W) { return CalcBlockDistance(block, p_W); },
-                         [block](const Vec3& p_W) { return CalcBlockRegion(block, p_W); }, path.materials);
-  const BonePart all{block.X_WB,
-                     {{-0.5 * block.size_mm.x, -0.5 * block.size_mm.y, -block.size_mm.z},
-                      {0.5 * block.size_mm.x, 0.5 * block.size_mm.y, 0}}};
-  path.bounds_W = all.CalcBounds();
-  path.make_bone = RememberLast([block, materials = path.materials](double voxel_mm, int) {
-    BlockParams params = block;
-    params.voxel_mm = voxel_mm;
-    return MakeBlock(params, materials);
-  });
-}
-
-}  // namespace
-
 StudyPath MakeScenePath(const std::string& name, const std::string& scene_file) {
   const Scene scene = ReadScene(scene_file);
   StudyPath path = MakePlainPath(name, scene.title.empty() ? scene.name : scene.title);

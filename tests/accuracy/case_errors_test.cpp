@@ -1,0 +1,151 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+
+#include "accuracy/case.h"
+#include "accuracy/reference_store.h"
+#include "files/files.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kTolerance = 2e-3;
+
+/// A stretch of a built-in path: references take their time.
+StudyPath MakeStretch(const std::string& name, double from_s, double to_s) {
+  StudyPath path = MakeStudyPaths({name}, "").paths.front();
+  path.pose = [pose = path.pose, from_s](Holding holding, double t_s) { return pose(holding, from_s + t_s); };
+  path.duration_s = to_s - from_s;
+  return path;
+}
+
+std::string MakeEmptyFile(const std::string& name) {
+  const std::string file = testing::TempDir() + "kerf_" + name + ".ref";
+  std::filesystem::remove(file);
+  return file;
+}
+
+TEST(CaseErrors, FallWithTheVoxel) {
+  for (const char* name : {"entry", "plunge"}) {
+    SCOPED_TRACE(name);
+    const StudyPath path = MakeStretch(name, 0.2, 0.5);
+    for (const Holding holding : path.holdings) {
+      SCOPED_TRACE(ToString(holding));
+      StudySettings settings;
+      const StudyReference reference = MakeStudyReference(path, holding, settings, kTolerance, "", nullptr);
+      EXPECT_LE(reference.record.error_bar, kTolerance);
+      EXPECT_GT(reference.removed_mm3, 0.05);
+      const CaseOutcome fine = RunForErrors(path, holding, settings, reference);
+      settings.voxel_mm = 0.2;
+      const CaseOutcome coarse = RunForErrors(path, holding, settings, reference);
+      ASSERT_EQ(fine.state, CaseState::kDone) << fine.why;
+      ASSERT_EQ(coarse.state, CaseState::kDone) << coarse.why;
+      // Of first order or better in the voxel; the onset of contact, a quarter of a voxel early, is most of these
+      // short stretches.
+      EXPECT_LT(fine.errors->force_l2, 0.7 * coarse.errors->force_l2);
+      EXPECT_LT(fine.errors->force_l2, 0.12);
+      EXPECT_LT(fine.errors->surface_mean_mm, 0.7 * coarse.errors->surface_mean_mm);
+      EXPECT_LT(fine.errors->surface_mean_mm, 0.03);  // shallow: mostly corners, each rounded by a third of a voxel
+      EXPECT_LT(fine.errors->direction_p95_deg, 9);
+      EXPECT_LT(fine.errors->volume, coarse.errors->volume);
+    }
+  }
+}
+
+TEST(CaseErrors, IdleHasNone) {
+  const StudyPath path = MakeStretch("idle", 0, 0.2);
+  for (const Holding holding : path.holdings) {
+    const StudyReference reference = MakeStudyReference(path, holding, {}, kTolerance, "", nullptr);
+    const CaseOutcome outcome = RunForErrors(path, holding, {}, reference);
+    ASSERT_EQ(outcome.state, CaseState::kDone) << outcome.why;
+    EXPECT_EQ(outcome.errors->force_worst_N, 0);
+    EXPECT_EQ(outcome.errors->volume, 0);
+  }
+}
+
+TEST(CaseErrors, AFailureIsASentenceOfTheCase) {
+  StudyPath path = MakeStretch("idle", 0, 0.1);
+  const StudyReference reference = MakeStudyReference(path, Holding::kPath, {}, kTolerance, "", nullptr);
+  path.make_bone = [](double, int) -> Bone { throw Error("no bone today"); };
+  const CaseOutcome outcome = RunForErrors(path, Holding::kPath, {}, reference);
+  EXPECT_EQ(outcome.state, CaseState::kFailed);
+  EXPECT_EQ(outcome.why, "no bone today");
+  EXPECT_FALSE(outcome.errors);
+}
+
+TEST(StudyReference, SettingsThatDifferInNumericsShareOne) {
+  StudySettings settings;
+  EXPECT_EQ(VariantOf(settings), "");
+  settings.voxel_mm = 0.2;
+  settings.method = "slab";
+  settings.heat_grid_mm = 0.4;
+  EXPECT_EQ(VariantOf(settings), "");
+  settings.law = "edge_plus_chip";
+  EXPECT_EQ(VariantOf(settings), "law=edge_plus_chip");
+  settings.material = "uniform";
+  EXPECT_EQ(VariantOf(settings), "law=edge_plus_chip,material=uniform");
+}
+
+TEST(StudyReference, IsReadBackAsItWasAndOnlyForTheSameInput) {
+  const std::string file = MakeEmptyFile("stored");
+  const StudyPath path = MakeStretch("entry", 0.25, 0.35);
+  const StudyReference made = MakeStudyReference(path, Holding::kPath, {}, kTolerance, file, nullptr);
+  ASSERT_TRUE(std::filesystem::exists(file));
+  const auto written = std::filesystem::last_write_time(file);
+  const StudyReference read = MakeStudyReference(path, Holding::kPath, {}, kTolerance, file, nullptr);
+  EXPECT_EQ(std::filesystem::last_write_time(file), written);
+  EXPECT_EQ(read.record.input_hash, made.record.input_hash);
+  EXPECT_EQ(read.record.force_hash, made.record.force_hash);
+  EXPECT_EQ(read.record.steps_per_tick, made.record.steps_per_tick);
+  EXPECT_EQ(read.record.error_bar, made.record.error_bar);
+  EXPECT_EQ(read.record.seconds, made.record.seconds);
+  EXPECT_EQ(read.removed_mm3, made.removed_mm3);
+  ASSERT_EQ(read.ticks.size(), made.ticks.size());
+  EXPECT_EQ(read.ticks.back().f_W_N, made.ticks.back().f_W_N);
+  const CaseOutcome a = RunForErrors(path, Holding::kPath, {}, made);
+  const CaseOutcome b = RunForErrors(path, Holding::kPath, {}, read);
+  EXPECT_EQ(a.errors->force_l2, b.errors->force_l2);
+  EXPECT_EQ(a.errors->surface_max_mm, b.errors->surface_max_mm);
+
+  EXPECT_TRUE(ReadStudyReference(file, made.record.input_hash));
+  EXPECT_FALSE(ReadStudyReference(file, made.record.input_hash + 1));
+  EXPECT_FALSE(ReadStudyReference(file + ".none", made.record.input_hash));
+  // Another law or another way may not be taken for this one.
+  StudySettings law;
+  law.law = "edge_plus_chip";
+  EXPECT_NE(MakeStudyReference(path, Holding::kPath, law, kTolerance, "", nullptr).record.input_hash,
+            made.record.input_hash);
+  const StudyPath later = MakeStretch("entry", 0.26, 0.36);
+  EXPECT_NE(MakeStudyReference(later, Holding::kPath, {}, kTolerance, "", nullptr).record.input_hash,
+            made.record.input_hash);
+}
+
+TEST(StudyReference, ADamagedFileIsMadeAnewAndThatIsSaid) {
+  const std::string file = MakeEmptyFile("damaged");
+  const StudyPath path = MakeStretch("entry", 0.25, 0.3);
+  const StudyReference made = MakeStudyReference(path, Holding::kPath, {}, kTolerance, file, nullptr);
+  const std::string whole = ReadTextFile(file);
+  for (const std::size_t at : {std::size_t{3}, whole.size() / 2, whole.size() - 2}) {
+    std::string text = whole;
+    text[at] = static_cast<char>(text[at] ^ 4);
+    WriteTextFile(file, text);
+    EXPECT_THROW(ReadStudyReference(file, made.record.input_hash), Error);
+  }
+  WriteTextFile(file, whole.substr(0, whole.size() / 3));
+  const StudyReference again = MakeStudyReference(path, Holding::kPath, {}, kTolerance, file, nullptr);
+  EXPECT_THAT(again.record.note, testing::HasSubstr("damaged"));
+  EXPECT_EQ(again.record.force_hash, made.record.force_hash);
+  EXPECT_NO_THROW(ReadStudyReference(file, made.record.input_hash));
+}
+
+TEST(StudyReference, StopsWhenAsked) {
+  const std::atomic<bool> stop{true};
+  const StudyPath path = MakeStretch("idle", 0, 0.1);
+  EXPECT_THROW(MakeStudyReference(path, Holding::kPath, {}, kTolerance, "", &stop), Error);
+}
+
+}  // namespace
+}  // namespace kerf
