@@ -359,8 +359,10 @@ class PlotDrawing {
         drawn_lines_.push_back({{at, frame_.top}, {at, frame_.bottom}});
       } else {
         canvas_.AddLine({{frame_.left, at}, {frame_.right, at}}, 1.5 * unit_, line.colour, line.dash * unit_);
-        canvas_.AddText(line.label, frame_.right - gap, at - size.height - gap, style);
-        words_.push_back({frame_.right - gap - size.width, at - size.height - gap, size.width, size.height});
+        const double left = line.at_start ? frame_.left + gap : frame_.right - gap - size.width;
+        const TextStyle level{small_, line.colour};
+        canvas_.AddText(line.label, left, at - size.height - gap, level);
+        words_.push_back({left, at - size.height - gap, size.width, size.height});
         drawn_lines_.push_back({{frame_.left, at}, {frame_.right, at}});
       }
     }

@@ -33,7 +33,8 @@ struct PlotLine {
   double at = 0;  // data
   std::string label;
   Rgb8 colour{85, 92, 102};
-  double dash = 6;  // as of PlotSeries
+  double dash = 6;        // as of PlotSeries
+  bool at_start = false;  // the words of a level line stand on the left
 };
 
 struct PlotAxis {
