@@ -108,18 +108,18 @@ BlockPlan PlanGraze() {
 }
 
 BlockPlan PlanBorder() {
-  return {"through 1.5 mm of cortical into cancellous bone", {22, 3, 7},
-          {{1.5, kCortical}, {5.5, kCancellousRegion}},      1.8,
+  return {"through 1.5 mm of cortical into cancellous bone", {26, 3, 10},
+          {{1.5, kCortical}, {8.5, kCancellousRegion}},      1.8,
           {Way(), MoveOff(-0.3, 9, 1.8), Way(), Way()},      {Way(), MoveOff(-0.3, 2.2, 1.8), Way(), Way()}};
 }
 
 BlockPlan PlanBreakthrough() {
-  return {"down through a plate 4 mm thick and 9 mm long, and out on the far side",
-          {9, 3, 4},
+  return {"down through a plate 4.5 mm thick and 10 mm long, and out on the far side",
+          {10, 3, 4.5},
           {},
           2.5,
           {Way(), MoveOff(-0.3, 10, 2.5), Way(), Way()},
-          {Way(), MoveOff(-0.3, 2.5, 2.5), Way(), Way()}};
+          {Way(), MoveOff(-0.3, 2.8, 2.5), Way(), Way()}};
 }
 
 BlockPlan PlanTilt() {

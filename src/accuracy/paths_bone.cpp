@@ -101,7 +101,7 @@ StudyPath MakeMandiblePath() {
   while (shape->Value(border) < 0) border -= 0.1 * up;
   BonePart part;
   part.X_WB = {StandOn(glm::cross(marks.first_molar_out, up), -up), border};
-  part.box_B = {{-11, -2.2, -7.5}, {11, 2.2, 3}};
+  part.box_B = {{-11, -2.2, -11}, {11, 2.2, 3}};
   SetMandible(path, shape, part);
   path.duration_s = 2;
   SetMotion(path, part.X_WB, FindFirstContact(path, part.X_WB, -6, 6), 9, 2.4);
@@ -114,7 +114,7 @@ StudyPath MakeCtPath(const std::string& data_folder, const std::string& cache_fo
   // As scenes/visible_human_osteotomy.toml: behind the last tooth on the left, the disc's plane across the arch.
   BonePart part;
   part.X_WB = {StandOn({0.6, 0.8, 0}, {0, 0, 1}), {21.9, -70.05, 47}};
-  part.box_B = {{-11, -2.2, -9}, {11, 2.2, 5}};
+  part.box_B = {{-11, -2.2, -12}, {11, 2.2, 5}};
   SetImported(path, CropBone(whole, part.CalcBounds().Grown(4)), part, MakeCtLaw());
   path.duration_s = 2;
   SetMotion(path, part.X_WB, FindFirstContact(path, part.X_WB, -6, 10), 9, 2.4);

@@ -23,7 +23,7 @@ StudyPath MakeStretch(const std::string& name, double from_s, double to_s) {
 }
 
 std::string MakeEmptyFile(const std::string& name) {
-  const std::string file = testing::TempDir() + "kerf_" + name + ".ref";
+  std::string file = testing::TempDir() + "kerf_" + name + ".ref";
   std::filesystem::remove(file);
   return file;
 }

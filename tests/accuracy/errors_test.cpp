@@ -44,7 +44,7 @@ TEST(ForceErrors, OfOneTickInTwenty) {
   for (const int bad : {6, 5}) {
     auto f = MakeSeries(100, 0.001, [](double) { return Vec3(2, 0, 0); });
     const auto reference = f;
-    for (int i = 0; i < bad; ++i) f[static_cast<std::size_t>(17 * i)].x = 3;
+    for (int i = 0; i < bad; ++i) f[17 * static_cast<std::size_t>(i)].x = 3;
     const ErrorFigures errors = Compare(f, reference);
     EXPECT_NEAR(errors.force_p95, bad == 6 ? 0.5 : 0, 1e-12);
     EXPECT_NEAR(errors.force_worst, 0.5, 1e-12);
