@@ -39,4 +39,11 @@ void Check(const ReferenceParams& params, const std::vector<Pose>& poses) {
   }
 }
 
+void SettleRemoved(ReferenceRun& run) {
+  constexpr double kFinest_mm = 1.0 / 64;
+  if (run.ticks.empty() || !(run.ticks.back().removed_mm3 > 0)) return;
+  const double factor = run.bone.CalcRemoved(kFinest_mm) / run.ticks.back().removed_mm3;
+  for (ReferenceTick& tick : run.ticks) tick.removed_mm3 *= factor;
+}
+
 }  // namespace kerf::reference

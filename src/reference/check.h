@@ -1,4 +1,4 @@
-// What a reference may be asked for.
+// What a reference may be asked for, and what is done at its end.
 #pragma once
 
 #include <vector>
@@ -9,5 +9,8 @@ namespace kerf::reference {
 
 /// Throws Error naming the first figure out of range.
 void Check(const ReferenceParams& params, const std::vector<Pose>& poses);
+
+/// Stretches what the ticks say was removed, which flux has gathered, so that the last says what the bone has lost.
+void SettleRemoved(ReferenceRun& run);
 
 }  // namespace kerf::reference

@@ -177,6 +177,51 @@ bool ExactBone::IsSwept(const Vec3& p_W) const {
   return state_->FindLeast(p_W, 2 * kTie_mm, 0) <= 0;
 }
 
+double ExactBone::SweptDistance(const Vec3& p_W, double most_mm) const {
+  return state_->FindLeast(p_W, most_mm, -kInfinity);
+}
+
+namespace {
+
+/// Of a cube: how much of it was solid and is swept, by halving.
+double CalcRemovedOf(const ExactBone& bone, const Vec3& centre, double size_mm, double finest_mm) {
+  const double reach_mm = 0.5 * std::sqrt(3.0) * size_mm;
+  const double solid = bone.solid().distance_mm(centre);
+  // The solid's distance may rise twice as fast as a distance.
+  if (solid > 2 * reach_mm) return 0;
+  const double swept = bone.SweptDistance(centre, reach_mm);
+  if (swept >= reach_mm) return 0;
+  const double whole = size_mm * size_mm * size_mm;
+  if (solid < -2 * reach_mm && swept < -reach_mm) return whole;
+  if (size_mm <= finest_mm) {
+    const auto share = [size_mm](double distance) { return std::clamp(0.5 - distance / size_mm, 0.0, 1.0); };
+    return whole * share(solid) * share(swept);
+  }
+  double sum = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 side(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+    sum += CalcRemovedOf(bone, centre + 0.25 * size_mm * side, 0.5 * size_mm, finest_mm);
+  }
+  return sum;
+}
+
+}  // namespace
+
+double ExactBone::CalcRemoved(double finest_mm) const {
+  const Box3& box = state_->bounds;
+  if (box.empty()) return 0;
+  constexpr double kCoarsest_mm = 1;
+  double sum = 0;
+  for (double x = box.lower.x; x < box.upper.x; x += kCoarsest_mm) {
+    for (double y = box.lower.y; y < box.upper.y; y += kCoarsest_mm) {
+      for (double z = box.lower.z; z < box.upper.z; z += kCoarsest_mm) {
+        sum += CalcRemovedOf(*this, Vec3(x, y, z) + Vec3(0.5 * kCoarsest_mm), kCoarsest_mm, finest_mm);
+      }
+    }
+  }
+  return sum;
+}
+
 const ExactSolid& ExactBone::solid() const {
   return state_->solid;
 }

@@ -46,6 +46,11 @@ class ExactBone {
   /// Distance(p_W) < 0 but for rounding, and faster.
   bool IsBone(const Vec3& p_W) const { return solid().distance_mm(p_W) < 0 && !IsSwept(p_W); }
   bool IsSwept(const Vec3& p_W) const;
+  /// To what was swept, negative within; `most_mm` where it is no less than that, which is then known faster.
+  double SweptDistance(const Vec3& p_W, double most_mm) const;
+  /// Volume of what was swept of the solid, mm^3: cells are halved as long as a surface may go through them, down to
+  /// `finest_mm`; there, by the distance to it. Errors: of the order of finest_mm^2 for each mm of sharp edge.
+  double CalcRemoved(double finest_mm) const;
   const ExactSolid& solid() const;
   /// A box around all that was swept; lower > upper when nothing was.
   Box3 swept_bounds() const;

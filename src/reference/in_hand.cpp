@@ -16,6 +16,7 @@ using namespace reference;
 // What the walls of a kerf give, as stiff an area of the flat as in the simulation: 3000 N/mm for a point that stands
 // for 1.4 mm x 1.4 mm.
 constexpr double kWall_N_per_mm3 = 3000 / (1.4 * 1.4);
+constexpr double kDeep_mm = 0.1;          // in a wall: no spring is drawn so far
 constexpr double kCreep_mm_per_s = 0.02;  // of a law with a force at the smallest bite
 constexpr double kWayInATick_mm = 0.1;    // of the tool's points in a step, times the steps of a tick
 
@@ -46,6 +47,7 @@ class HeldTool {
       : params_(params),
         bone_(std::move(solid), params.saw),
         flat_(MakeFlat(params.saw.radius_mm() - params.fineness.edge_mm, params.fineness.flat_spacing_mm)),
+        known_mm_(2 * flat_.size(), 0.0),
         flux_(params.saw, params.fineness.rim_points, 1, false),
         reach_mm_(std::hypot(params.saw.radius_mm(), 0.5 * params.saw.thickness_mm)),
         most_way_mm_(std::min(kWayInATick_mm / params.fineness.steps_per_tick, 0.25 * params.fineness.edge_mm)),
@@ -135,23 +137,36 @@ class HeldTool {
 
   void FindWalls() {
     problem_.walls.clear();
+    // A spring is drawn by the tool's own way only: where the tool was set down in bone, walls hold it but do not push
+    // it out.
     const double half_mm = 0.5 * params_.saw.thickness_mm;
     const ExactSolid& solid = bone_.solid();
-    for (const FlatPoint& point : flat_) {
+    wall_of_.clear();
+    for (std::size_t i = 0; i < flat_.size(); ++i) {
+      const FlatPoint& point = flat_[i];
       // The distance function may rise twice as fast as the distance.
-      if (solid.distance_mm(X_T_.Point({point.x, point.y, 0})) > 2 * (half_mm + most_way_mm_)) continue;
+      if (solid.distance_mm(X_T_.Point({point.x, point.y, 0})) > 2 * (half_mm + most_way_mm_)) {
+        known_mm_[2 * i] = known_mm_[2 * i + 1] = 0;
+        continue;
+      }
       double depth_mm[2];
       for (const int side : {0, 1}) {
-        depth_mm[side] = -bone_.Distance(X_T_.Point({point.x, point.y, side == 0 ? -half_mm : half_mm}));
+        const Vec3 p_W = X_T_.Point({point.x, point.y, side == 0 ? -half_mm : half_mm});
+        depth_mm[side] = std::min(-solid.distance_mm(p_W), bone_.SweptDistance(p_W, kDeep_mm));
       }
-      // In a bent kerf both walls press; what they have in common moves nothing.
-      const double squeeze = std::max(0.0, std::min(depth_mm[0], depth_mm[1]));
+      // In a bent kerf both walls press; what they have in common moves nothing. Where no kerf is near each holds
+      // alone.
+      const double common_mm = std::max(0.0, std::min(depth_mm[0], depth_mm[1]));
+      const double squeeze = common_mm < kDeep_mm ? common_mm : 0;
       for (const int side : {0, 1}) {
-        const double depth = depth_mm[side] - squeeze;
+        double& known_mm = known_mm_[2 * i + static_cast<std::size_t>(side)];
+        const double depth = std::min(depth_mm[side] - squeeze, known_mm);
+        known_mm = 0;
         if (depth <= -most_way_mm_) continue;
         const Vec3 n(0, 0, side == 0 ? -1 : 1);
         const Vec3 r = Vec3(point.x, point.y, side == 0 ? -half_mm : half_mm) - params_.coupling.p_TC_mm;
         problem_.walls.push_back({Join(n, glm::cross(r, n)), depth, kWall_N_per_mm3 * point.area_mm2});
+        wall_of_.push_back(2 * i + static_cast<std::size_t>(side));
       }
     }
   }
@@ -179,6 +194,12 @@ class HeldTool {
       sums.teeth_s += time_s * cut.teeth;
       sums.thrust_Ns += time_s * cut.teeth * problem_.CalcTooth(speed, cut.E_star_MPa);
     }
+    for (std::size_t n = 0; n < wall_of_.size(); ++n) {
+      const Wall& wall = problem_.walls[n];
+      double speed = 0;
+      for (int i = 0; i < 6; ++i) speed += wall.along[i] * u_[i];
+      known_mm_[wall_of_[n]] = std::max(0.0, wall.depth_mm + time_s * speed);
+    }
   }
 
   void Move(const Pose& X_next, double time_s) {
@@ -193,6 +214,8 @@ class HeldTool {
   ReferenceParams params_;
   ExactBone bone_;
   std::vector<FlatPoint> flat_;
+  std::vector<double> known_mm_;      // how far the spring of each is drawn, lower and upper flat in turn
+  std::vector<std::size_t> wall_of_;  // which of these each of the problem's walls is
   Flux flux_;
   double reach_mm_;
   double most_way_mm_;
@@ -225,7 +248,9 @@ ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params,
     tick.removed_mm3 = tool.removed_mm3();
     ticks.push_back(tick);
   }
-  return {std::move(ticks), std::move(tool).TakeBone()};
+  ReferenceRun run{std::move(ticks), std::move(tool).TakeBone()};
+  reference::SettleRemoved(run);
+  return run;
 }
 
 }  // namespace kerf

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <utility>
 
-#include "kerf/error.h"
 #include "reference/check.h"
 #include "reference/reference.h"
 #include "reference/rim.h"
@@ -86,6 +85,7 @@ ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params,
     tick.removed_mm3 = removed_mm3;
     run.ticks.push_back(tick);
   }
+  reference::SettleRemoved(run);
   return run;
 }
 

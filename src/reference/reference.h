@@ -1,6 +1,13 @@
 // The cut worked out slowly and independently of the simulation: no grid, all in double precision. The bone is a
 // formula less the exact places where the disc has been; the rim is an integral. Against this the simulation's errors
 // are measured.
+//
+// It is the limit of the model (docs/physics.md, docs/tick.md) for voxels, samples and steps of no size, without
+// effects. With the simulation it shares the force laws and the tool's figures, which are the model and not a way of
+// working it out (their closed forms are spelt out again in the tests), and nothing else: not the engagement, nor the
+// sweep, nor the solver. What in the simulation is a voxel's is a length here that tends to 0: the look-ahead, and the
+// zone of the rim that cuts in a hand. What that zone takes sideways (a disc set down in bone, a hand that trembles
+// across the kerf) goes with its width in both.
 #pragma once
 
 #include <functional>
@@ -48,7 +55,9 @@ struct ReferenceTick {
   Vec3 f_W_N{0};  // on a path: on the tool, mean over the tick; in a hand: on the hand, at the end of the tick
   double thrust_sum_N = 0;
   double engaged_teeth = 0;
-  double removed_mm3 = 0;  // since the start
+  // Since the start. In the last tick what the bone has lost, ExactBone::CalcRemoved(); before it in proportion to the
+  // flux of uncut bone through rim and (on a path) flats, which misses where a flat takes a strip narrower than a mm/2.
+  double removed_mm3 = 0;
 };
 
 struct ReferenceRun {

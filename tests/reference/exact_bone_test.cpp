@@ -93,5 +93,34 @@ TEST(ExactBone, BoundsHoldAllThatWasSweptAndAirIsLeftOut) {
   EXPECT_NEAR(glm::length(box.upper - Vec3(kR + 1, 0.125, kR)), 0, 1e-9);
 }
 
+/// Of the segment 1 mm high, 9.17 mm long, what lies within the block's 8 mm.
+double SegmentArea8() {
+  constexpr int kIntervals = 10000;
+  double area = 0;
+  for (int i = 0; i < kIntervals; ++i) {
+    const double x = -4 + 8 * (i + 0.5) / kIntervals;
+    area += 8.0 / kIntervals * (std::sqrt(kR * kR - x * x) - (kR - 1));
+  }
+  return area;
+}
+
+TEST(ExactBone, RemovedVolumesAreTheClosedForms) {
+  // Askew, so that no cell lies along a wall. A slot right through, a plunge, both at once.
+  const Pose X_WB{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, -0.5))), {3, 4, 5}};
+  const auto at = [&](double x, double z) { return Times(X_WB, Upright({x, 0, z})); };
+  ExactBone slot(Block(X_WB, {8, 4, 12}), kSaw);
+  slot.Sweep(at(-16, 4 + kR), at(16, 4 + kR), 0);
+  EXPECT_NEAR(slot.CalcRemoved(1.0 / 32), 8 * 2 * 0.25, 1e-3 * 4);
+  slot.Sweep(at(0, 4 + kR), at(0, 3 + kR), 0);  // 1 mm deeper: a segment
+  EXPECT_NEAR(slot.CalcRemoved(1.0 / 32), 4 + 0.25 * SegmentArea8(), 1e-3 * 4);
+  ExactBone plunge(Block(X_WB, {40, 4, 12}), kSaw);
+  plunge.Sweep(at(0, 7 + kR), at(0, 4 + kR), 0);
+  const double expected = SegmentArea(kR, 2) * 0.25;
+  const double coarse = plunge.CalcRemoved(1.0 / 8) - expected;
+  const double fine = plunge.CalcRemoved(1.0 / 32) - expected;
+  EXPECT_LT(std::abs(fine), 1e-3 * expected);
+  EXPECT_LT(std::abs(fine), 0.3 * std::abs(coarse));
+}
+
 }  // namespace
 }  // namespace kerf

@@ -216,6 +216,18 @@ TEST(ReferenceInHand, MovesWithEverything) {
   }
 }
 
+TEST(ReferenceInHand, SetDownInBoneItIsHeldAndNotThrown) {
+  // Buried whole where it begins, nearer to one face than to the other; the handle rests, then pulls along the spindle.
+  std::vector<Pose> poses(60, Upright({0, 0.4, -15}));
+  for (int i = 0; i < 60; ++i) poses.push_back(Upright({0, 0.4 + 0.01 * i, -15}));
+  const ReferenceRun run = RunReferenceInHand(Block(kBelow, {60, 3, 30}), Params("hertz_chip", 2), poses);
+  for (std::size_t k = 0; k < run.ticks.size(); ++k) {
+    // 1 N on 380 mm2 of wall of 1500 N/mm3: 2e-6 mm.
+    EXPECT_NEAR(run.ticks[k].X_WT.p_AB.y, 0.4, 1e-5);
+    EXPECT_NEAR(run.ticks[k].f_W_N.y, -(poses[k + 1].p_AB.y - 0.4), 1e-4);
+  }
+}
+
 TEST(ReferenceInHand, StoppedIsRefused) {
   ReferenceParams params = Params("hertz_chip", 4);
   params.rpm = 0;
