@@ -7,6 +7,7 @@
 
 #include "accuracy/knobs.h"
 #include "accuracy/pareto.h"
+#include "accuracy/settings.h"
 
 namespace kerf {
 namespace {
@@ -84,24 +85,11 @@ bool ChoosesPhysics(const std::string& knob) {
 }
 
 std::string DefaultValueOf(const std::string& knob) {
-  const StudySettings s;
-  if (knob == "law") return s.law;
-  if (knob == "material") return s.material;
-  if (knob == "method") return s.method;
-  return fmt::format("{}", DefaultNumberOf(knob));
+  return ValueOf(StudySettings{}, knob);
 }
 
 double DefaultNumberOf(const std::string& knob) {
-  const StudySettings s;
-  if (knob == "voxel_mm") return s.voxel_mm;
-  if (knob == "rim_samples_per_pitch") return s.rim_samples_per_pitch;
-  if (knob == "substeps") return s.substeps;
-  if (knob == "rate_hz") return s.rate_hz;
-  if (knob == "carve_interval_ticks") return s.carve_interval_ticks;
-  if (knob == "precision_bits") return s.precision_bits;
-  if (knob == "heat_grid_mm") return s.heat_grid_mm;
-  if (knob == "band_voxels") return s.band_voxels;
-  return 0;
+  return FindKnob(knob).numeric ? std::stod(DefaultValueOf(knob)) : 0;
 }
 
 const ReferenceRecord* FindReference(const StudyResults& study, const CaseRecord& record) {

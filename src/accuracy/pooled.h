@@ -46,7 +46,7 @@ struct PooledSetting {
 
 /// The knob decides what is simulated, not how exactly: its settings have references of their own or none that is fair.
 bool ChoosesPhysics(const std::string& knob);
-/// The shipped value of a knob.
+/// The shipped value of a knob, as a number 0 where it is a word. Throws Error for a name that is no knob's.
 std::string DefaultValueOf(const std::string& knob);
 double DefaultNumberOf(const std::string& knob);
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "accuracy/knobs.h"
 #include "accuracy/study_columns.h"
 #include "accuracy/study_csv.h"
 #include "core/csv.h"
@@ -143,6 +144,11 @@ std::vector<std::string> HeaderOf(const std::string& csv) {
   return names;
 }
 
+bool IsKnob(const std::string& name) {
+  const std::vector<Knob>& knobs = StudyKnobs();
+  return std::any_of(knobs.begin(), knobs.end(), [&](const Knob& knob) { return knob.name == name; });
+}
+
 void ReadCases(const std::string& folder, StudyResults& study, std::map<std::string, std::size_t>& index) {
   const std::string file = folder + "/cases.csv";
   const std::vector<std::string> names = HeaderOf(FormatCasesCsv({}));
@@ -153,6 +159,9 @@ void ReadCases(const std::string& folder, StudyResults& study, std::map<std::str
     record.holding = row.ParseHolding();
     record.path = row.Text();
     record.knob = row.Text();
+    if (record.knob != "default" && !IsKnob(record.knob)) {
+      place.Fail(fmt::format("there is no knob {}; is the study of a newer kerf?", Quote(record.knob)));
+    }
     record.value = row.Text();
     record.number = row.Number();
     record.state = row.ParseState();
@@ -251,6 +260,10 @@ void ReadJson(const std::string& folder, StudyResults& study) {
   study.paths = Get<std::vector<std::string>>(all, "paths", file);
   study.path_titles = Get<std::map<std::string, std::string>>(all, "path_titles", file);
   study.knobs = Get<std::vector<std::string>>(all, "knobs", file);
+  for (const std::string& knob : study.knobs) {
+    if (!IsKnob(knob))
+      throw Error(fmt::format("{}: there is no knob {}; is the study of a newer kerf?", file, Quote(knob)));
+  }
 }
 
 }  // namespace

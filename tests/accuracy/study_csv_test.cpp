@@ -138,6 +138,7 @@ TEST(StudyCsv, DamageIsToldInASentenceWithFileAndLine) {
               HasSubstr("cases.csv:3: the case \"hand-x-default-\" is there twice"));
   EXPECT_THAT(message_after("cases.csv", ",hand,", ",foot,"),
               HasSubstr("cases.csv:2: holding = \"foot\" is neither \"hand\" nor \"path\""));
+  EXPECT_THAT(message_after("cases.csv", ",law,", ",lwa,"), HasSubstr("cases.csv:3: there is no knob \"lwa\""));
   EXPECT_THAT(message_after("cases.csv", ",done,", ",gone,"), HasSubstr("cases.csv:2: state = \"gone\""));
   EXPECT_THAT(message_after("cases.csv", ",0.05,", ",O.05,"), HasSubstr("\"O.05\" is not a number"));
   EXPECT_THAT(message_after("cases.csv", ",0.02,", ",0.03,"),
