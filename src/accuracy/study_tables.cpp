@@ -17,7 +17,7 @@ void Add(std::string& text, fmt::format_string<Args...> format, Args&&... args) 
 }
 
 /// Words in a cell: a bar would end it, a line break the table.
-std::string Cell(std::string text) {
+std::string Cell(const std::string& text) {
   std::string cell;
   for (const char c : text) {
     if (c == '|') cell += '\\';
