@@ -131,14 +131,14 @@ std::vector<std::vector<std::size_t>> SplitPlan(const StudyPlan& plan, int count
   std::vector<std::vector<std::size_t>> shards(static_cast<std::size_t>(count));
   double before = 0;
   for (const auto& [reference, members] : groups) {
-    double extra = kReferenceWeight;
+    // Every shard that has a part of them works it out: it is shared evenly.
+    const double share = kReferenceWeight / static_cast<double>(members.size());
     for (const std::size_t i : members) {
       const PlannedCase& c = plan.cases[i];
-      const double weight = extra + c.errors_weight + (c.costs ? c.costs_weight : 0);
+      const double weight = share + c.errors_weight + (c.costs ? c.costs_weight : 0);
       const auto shard = static_cast<std::size_t>((before + 0.5 * weight) / whole * count);
       shards[std::min(shard, shards.size() - 1)].push_back(i);
       before += weight;
-      extra = 0;
     }
   }
   return shards;

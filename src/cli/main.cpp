@@ -67,6 +67,7 @@ int RunProgram(int argc, char** argv) {
   kerf::cli::AddMaterialsCommand(app);
   kerf::cli::AddSlabCommand(app);
   kerf::cli::AddStabilityCommand(app);
+  kerf::cli::AddStudyCommand(app);
 
   try {
     app.parse(argc, argv);
