@@ -24,5 +24,6 @@ void AddSceneCommand(CLI::App& app);
 void AddSlabCommand(CLI::App& app);
 void AddStabilityCommand(CLI::App& app);
 void AddStudyCommand(CLI::App& app);
+void AddTuneCommand(CLI::App& app);
 
 }  // namespace kerf::cli

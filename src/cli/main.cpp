@@ -68,6 +68,7 @@ int RunProgram(int argc, char** argv) {
   kerf::cli::AddSlabCommand(app);
   kerf::cli::AddStabilityCommand(app);
   kerf::cli::AddStudyCommand(app);
+  kerf::cli::AddTuneCommand(app);
 
   try {
     app.parse(argc, argv);

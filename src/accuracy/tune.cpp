@@ -1,0 +1,262 @@
+#include "accuracy/tune.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "accuracy/case_run.h"
+#include "accuracy/settings.h"
+#include "bonefile/bonefile.h"
+#include "kerf/error.h"
+#include "scene/schema.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::array<double, 9> kVoxels_mm = {0.4, 0.3, 0.2, 0.15, 0.125, 0.1, 0.08, 0.0667, 0.05};
+constexpr double kLeastVoxelOfMandible_mm = 0.1;  // finer, a whole one takes gigabytes
+constexpr double kHopeless = 2;                   // times the budget: finer voxels would only be slower
+constexpr double kReferenceTolerance = 0.005;
+constexpr double kBeforeContact_s = 0.05;
+constexpr int kMostAgain = 3;
+
+/// When the tool, led along the path, first touches the bone: by points of its rim and its middle, each 2 ms.
+double FindContact(const StudyPath& path, Holding holding) {
+  constexpr double kStep_s = 0.002;
+  constexpr int kPoints = 48;
+  for (double t_s = 0; t_s < path.duration_s; t_s += kStep_s) {
+    const Pose X_WT = path.pose(holding, t_s);
+    for (int i = 0; i < kPoints; ++i) {
+      const double angle = 2 * 3.14159265358979323846 * i / kPoints;
+      const Vec3 rim_T = path.saw.radius_mm() * Vec3(std::cos(angle), std::sin(angle), 0);
+      for (const double share : {1.0, 0.5, 0.0}) {
+        if (path.solid.distance_mm(X_WT.Point(share * rim_T)) < 0) return t_s;
+      }
+    }
+  }
+  return path.duration_s;
+}
+
+StudyPath CutOut(const StudyPath& path, double from_s, double to_s) {
+  StudyPath part = path;
+  part.duration_s = to_s - from_s;
+  part.pose = [pose = path.pose, from_s](Holding holding, double t_s) { return pose(holding, from_s + t_s); };
+  return part;
+}
+
+double VoxelOf(const Scene& scene) {
+  return scene.bone.source == BoneSource::kMandible ? scene.bone.mandible.voxel_mm : scene.bone.block.voxel_mm;
+}
+
+void CheckRange(const char* what, double value, double lower, double upper) {
+  if (value >= lower && value <= upper) return;
+  throw Error(fmt::format("{} = {:g} is out of range; valid range {:g} to {:g}", what, value, lower, upper));
+}
+
+/// Measures candidates, each once.
+class Measuring {
+ public:
+  Measuring(const StudyPath& whole, const StudyPath& stretch, const StudyReference& reference,
+            const TuneOptions& options, TuneResult& result)
+      : whole_(whole), stretch_(stretch), reference_(reference), options_(options), result_(result) {}
+
+  TuneCandidate Measure(const StudySettings& settings) const {
+    if (options_.stop != nullptr && options_.stop->load()) throw Error("stopped; the scene is as it was");
+    TuneCandidate candidate{settings, RunForErrors(stretch_, result_.holding, settings, reference_)};
+    if (candidate.outcome.state != CaseState::kDone) return candidate;
+    CaseOutcome costs = RunForCosts(whole_, result_.holding, settings, options_.ticks, options_.core);
+    if (costs.state != CaseState::kDone) {
+      candidate.outcome.state = costs.state;
+      candidate.outcome.why = costs.why;
+    }
+    candidate.outcome.costs = std::move(costs.costs);
+    return candidate;
+  }
+  /// Its place among the candidates.
+  std::size_t Try(const StudySettings& settings) {
+    for (std::size_t i = 0; i < result_.candidates.size(); ++i) {
+      if (ShowSettings(result_.candidates[i].settings) == ShowSettings(settings)) return i;
+    }
+    if (options_.progress) {
+      options_.progress("measuring settings", static_cast<double>(result_.candidates.size()) / expected_);
+    }
+    result_.candidates.push_back(Measure(settings));
+    return result_.candidates.size() - 1;
+  }
+  void Expect(std::size_t candidates) { expected_ = static_cast<double>(std::max<std::size_t>(1, candidates)); }
+
+ private:
+  const StudyPath& whole_;
+  const StudyPath& stretch_;
+  const StudyReference& reference_;
+  const TuneOptions& options_;
+  TuneResult& result_;
+  double expected_ = 1;
+};
+
+std::vector<double> VoxelsToTry(const Scene& scene, const TuneOptions& options) {
+  if (scene.bone.source == BoneSource::kFile) return {};  // the file's own
+  std::vector<double> voxels(options.voxels_mm);
+  if (voxels.empty()) voxels.assign(kVoxels_mm.begin(), kVoxels_mm.end());
+  if (scene.bone.source == BoneSource::kMandible) {
+    std::erase_if(voxels, [](double voxel_mm) { return voxel_mm < kLeastVoxelOfMandible_mm; });
+  }
+  std::sort(voxels.rbegin(), voxels.rend());
+  return voxels;
+}
+
+/// The other settings about one that looks good, one changed at a time.
+std::vector<StudySettings> Neighbours(const StudySettings& settings) {
+  std::vector<StudySettings> all;
+  for (const int samples : {2, 4, 8, 16, 32}) {
+    all.push_back(settings);
+    all.back().rim_samples_per_pitch = samples;
+  }
+  for (const int substeps : {1, 2, 4}) {
+    all.push_back(settings);
+    all.back().substeps = substeps;
+  }
+  for (const int interval : {1, 2, 4}) {
+    all.push_back(settings);
+    all.back().carve_interval_ticks = interval;
+  }
+  return all;
+}
+
+}  // namespace
+
+double TuneCandidate::CalcError(double reference_bar) const {
+  return outcome.errors ? std::max(outcome.errors->force_p95, reference_bar) : std::numeric_limits<double>::infinity();
+}
+
+StudySettings SettingsOf(const Scene& scene, Holding holding) {
+  StudySettings settings;
+  settings.voxel_mm = VoxelOf(scene);
+  settings.rim_samples_per_pitch = scene.simulation.rim_samples_per_pitch;
+  settings.substeps = scene.simulation.substeps;
+  settings.carve_interval_ticks = scene.simulation.carve_interval_ticks;
+  settings.rate_hz = holding == Holding::kHand ? scene.loop.rate_hz : scene.simulation.rate_hz;
+  settings.law = scene.force.name();
+  if (scene.material.kind == MaterialKind::kUniform) settings.material = "uniform";
+  if (scene.material.kind == MaterialKind::kCt) settings.material = "ct";
+  return settings;
+}
+
+std::optional<std::size_t> ChooseCandidate(const std::vector<TuneCandidate>& candidates, const TuneOptions& options,
+                                           double reference_bar) {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const TuneCandidate& c = candidates[i];
+    if (!c.done()) continue;
+    if (options.budget_us && c.p99_us() > *options.budget_us) continue;
+    if (options.error && c.CalcError(reference_bar) > *options.error) continue;
+    if (!best) {
+      best = i;
+      continue;
+    }
+    const TuneCandidate& b = candidates[*best];
+    const double error = c.CalcError(reference_bar), best_error = b.CalcError(reference_bar);
+    // With an error to keep, more accuracy than that is not asked for.
+    const bool better = options.error ? c.p99_us() < b.p99_us()
+                                      : error < best_error || (error == best_error && c.p99_us() < b.p99_us());
+    if (better) best = i;
+  }
+  return best;
+}
+
+TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
+  if (!options.budget_us && !options.error) throw Error("give a budget in us, an error, or both");
+  if (options.budget_us) CheckRange("the budget in us", *options.budget_us, 1, 1e6);
+  if (options.error) CheckRange("the error", *options.error, 1e-4, 1);
+  CheckRange("seconds", options.seconds, 0.2, 60);
+  for (const double voxel_mm : options.voxels_mm) CheckRange("a voxel in mm", voxel_mm, 0.02, 4);
+  const Scene scene = ReadScene(scene_file);
+  if (scene.simulation.mode == SceneMode::kSlab) {
+    throw Error(fmt::format("{}: [simulation] mode = \"slab\" has no voxels to tune", scene_file));
+  }
+  TuneResult result;
+  result.scene = scene_file;
+  result.holding = options.holding;
+  result.machine = LookAtMachine();
+  const auto show = [&](const char* stage, double fraction) {
+    if (options.progress) options.progress(stage, fraction);
+  };
+  show("reading the scene", 0);
+  const StudyPath whole = MakeScenePath("scene", scene_file);
+  StudySettings own = SettingsOf(scene, options.holding);
+  if (scene.bone.source == BoneSource::kFile) {
+    own.voxel_mm = ReadBone(scene.bone.file).voxel_mm();
+  }
+  result.rate_hz = own.rate_hz;
+  const double contact_s = FindContact(whole, options.holding);
+  if (contact_s >= whole.duration_s) throw Error(fmt::format("{}: the tool meets no bone on its path", scene_file));
+  result.from_s = std::max(0.0, contact_s - kBeforeContact_s);
+  result.to_s = std::min(whole.duration_s, result.from_s + options.seconds);
+  if (result.to_s < whole.duration_s) {
+    result.notes.push_back(fmt::format(
+        "errors are those of {:.2f} to {:.2f} s of the path, which goes on to {:.2f} s; times are of all of it",
+        result.from_s, result.to_s, whole.duration_s));
+  }
+  if (!scene.effects.empty()) {
+    result.notes.emplace_back(
+        "the scene's effects are not in these times: add what 'kerf effects SCENE' measures of them");
+  }
+  const StudyPath stretch = CutOut(whole, result.from_s, result.to_s);
+  show("working out the reference", 0);
+  const StudyReference reference =
+      MakeStudyReference(stretch, options.holding, own, kReferenceTolerance, "", options.stop);
+  result.reference = reference.record;
+  const double bar = reference.record.error_bar;
+
+  Measuring measuring(whole, stretch, reference, options, result);
+  const std::vector<double> voxels = VoxelsToTry(scene, options);
+  measuring.Expect(1 + voxels.size() + 2 * (Neighbours(own).size() - 3));
+  measuring.Try(own);
+  for (const double voxel_mm : voxels) {
+    StudySettings settings = own;
+    settings.voxel_mm = voxel_mm;
+    const TuneCandidate& candidate = result.candidates[measuring.Try(settings)];
+    if (options.budget_us && candidate.p99_us() > kHopeless * *options.budget_us) break;
+  }
+  if (scene.bone.source == BoneSource::kFile) {
+    result.notes.emplace_back("the bone is a file, so its voxels stay as they are; 'kerf import --voxel' makes others");
+  }
+  // About the best of the voxels, and about the best that there is then.
+  for (int round = 0; round < 2; ++round) {
+    const std::optional<std::size_t> best = ChooseCandidate(result.candidates, options, bar);
+    const StudySettings about = best ? result.candidates[*best].settings : own;
+    for (const StudySettings& settings : Neighbours(about)) measuring.Try(settings);
+  }
+  // What was measured may have been luck: measured anew it must hold, or the next best is taken.
+  std::vector<TuneCandidate> left = result.candidates;
+  for (int attempt = 0; attempt < kMostAgain && !result.keeps; ++attempt) {
+    const std::optional<std::size_t> best = ChooseCandidate(left, options, bar);
+    if (!best) break;
+    show("measuring the choice anew", static_cast<double>(attempt) / kMostAgain);
+    result.chosen = best;
+    result.again = measuring.Measure(left[*best].settings);
+    result.keeps = ChooseCandidate({*result.again}, options, bar).has_value();
+    if (!result.keeps) left[*best].outcome.costs.reset();
+  }
+  return result;
+}
+
+std::vector<SceneEdit> EditsFor(const Scene& scene, Holding holding, const StudySettings& settings) {
+  const StudySettings own = SettingsOf(scene, holding);
+  std::vector<SceneEdit> edits;
+  const auto edit = [&](const char* table, const char* knob) {
+    if (ValueOf(own, knob) != ValueOf(settings, knob)) edits.push_back({table, knob, ValueOf(settings, knob)});
+  };
+  const std::string_view model = ToString(scene.bone.source);
+  if (!model.empty()) edit(fmt::format("bone.{}", model).c_str(), "voxel_mm");
+  edit("simulation", "rim_samples_per_pitch");
+  edit("simulation", "substeps");
+  edit("simulation", "carve_interval_ticks");
+  return edits;
+}
+
+}  // namespace kerf

@@ -1,0 +1,70 @@
+// `kerf tune`: the settings for a scene on this machine, the most accurate within a time or the cheapest within an
+// error.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "accuracy/case.h"
+#include "scene/edit_scene.h"
+#include "scene/scene.h"
+
+namespace kerf {
+
+struct TuneOptions {
+  Holding holding = Holding::kHand;
+  std::optional<double> budget_us;  // of a tick's p99
+  std::optional<double> error;      // of force_p95: 0.035
+  double seconds = 4;               // of the path from the first contact on, in which errors are measured, 0.2 to 60
+  std::uint64_t ticks = 20000;      // that a candidate's times are measured over, at least
+  std::optional<int> core;          // that they are held to
+  std::vector<double> voxels_mm;    // to try; empty: those that suit the tool
+  const std::atomic<bool>* stop = nullptr;
+  std::function<void(const std::string& stage, double fraction)> progress;
+};
+
+struct TuneCandidate {
+  StudySettings settings;
+  CaseOutcome outcome;  // errors and costs
+  /// Errors below what the reference itself may be off by are all the same.
+  double CalcError(double reference_bar) const;
+  double p99_us() const { return outcome.costs ? outcome.costs->tick.p99_us : 0; }
+  bool done() const { return outcome.errors && outcome.costs; }
+};
+
+struct TuneResult {
+  std::string scene;
+  Holding holding = Holding::kHand;
+  double rate_hz = 0;
+  MachineState machine;
+  ReferenceRecord reference;
+  double from_s = 0;  // the stretch of the path in which errors were measured
+  double to_s = 0;
+  std::vector<TuneCandidate> candidates;  // in the order in which they were measured; the scene's own is the first
+  std::optional<std::size_t> chosen;      // none: nothing fulfils what was asked
+  std::optional<TuneCandidate> again;     // the chosen one, measured anew
+  bool keeps = false;                     // what was asked, measured anew
+  std::vector<std::string> notes;
+};
+
+/// The settings that the scene has now.
+StudySettings SettingsOf(const Scene& scene, Holding holding);
+/// Which of the candidates fulfils what is asked: within the budget the least error (of equals the cheapest), or within
+/// the error the cheapest. None: nothing does.
+std::optional<std::size_t> ChooseCandidate(const std::vector<TuneCandidate>& candidates, const TuneOptions& options,
+                                           double reference_bar);
+/// Throws Error: for a scene that this is not for (slab mode, a ball), for options out of range.
+TuneResult Tune(const std::string& scene_file, const TuneOptions& options);
+
+/// What the chosen settings change in the scene's file; empty when it has them already.
+std::vector<SceneEdit> EditsFor(const Scene& scene, Holding holding, const StudySettings& settings);
+/// For the note above the edit, one line.
+std::string DescribeEvidence(const TuneResult& result, const TuneOptions& options);
+/// All candidates with their figures.
+std::string FormatTuneTable(const TuneResult& result);
+std::string FormatTuneJson(const TuneResult& result, const TuneOptions& options);
+
+}  // namespace kerf

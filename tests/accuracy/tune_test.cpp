@@ -1,0 +1,123 @@
+// What settings are chosen from what was measured, and that the choice keeps what was asked.
+#include "accuracy/tune.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <rapidcheck/gtest.h>
+
+#include <filesystem>
+
+#include "files/files.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+TuneCandidate Made(double error, double p99_us) {
+  TuneCandidate c;
+  c.outcome.errors.emplace();
+  c.outcome.errors->force_p95 = error;
+  c.outcome.costs.emplace();
+  c.outcome.costs->tick.p99_us = p99_us;
+  return c;
+}
+
+TuneOptions Asked(std::optional<double> budget_us, std::optional<double> error) {
+  TuneOptions options;
+  options.budget_us = budget_us;
+  options.error = error;
+  return options;
+}
+
+TEST(ChooseCandidate, TakesTheMostAccurateWithinTheTimeOrTheCheapestWithinTheError) {
+  const std::vector<TuneCandidate> all = {Made(0.10, 10), Made(0.05, 40), Made(0.02, 80), Made(0.01, 300),
+                                          Made(0.02, 70)};
+  EXPECT_EQ(ChooseCandidate(all, Asked(100, {}), 0), 4u);
+  EXPECT_EQ(ChooseCandidate(all, Asked(50, {}), 0), 1u);
+  EXPECT_EQ(ChooseCandidate(all, Asked(5, {}), 0), std::nullopt);
+  EXPECT_EQ(ChooseCandidate(all, Asked({}, 0.05), 0), 1u);
+  EXPECT_EQ(ChooseCandidate(all, Asked(75, 0.02), 0), 4u);
+  EXPECT_EQ(ChooseCandidate(all, Asked(60, 0.02), 0), std::nullopt);
+  // Below what the reference may be off by itself all errors are the same, and the cheaper is taken.
+  EXPECT_EQ(ChooseCandidate(all, Asked(1000, {}), 0.02), 4u);
+  // What was not measured whole is not chosen.
+  std::vector<TuneCandidate> failed = {Made(0.01, 1)};
+  failed[0].outcome.costs.reset();
+  EXPECT_EQ(ChooseCandidate(failed, Asked(1000, {}), 0), std::nullopt);
+}
+
+RC_GTEST_PROP(ChooseCandidate, NothingThatFulfilsWhatIsAskedIsBetter, ()) {
+  const auto errors = *rc::gen::container<std::vector<int>>(rc::gen::inRange(1, 50));
+  std::vector<TuneCandidate> all;
+  for (const int e : errors) all.push_back(Made(0.01 * e, *rc::gen::inRange(1, 50)));
+  const bool by_error = *rc::gen::arbitrary<bool>();
+  const double bound = *rc::gen::inRange(1, 50);
+  const TuneOptions options = by_error ? Asked({}, 0.01 * bound) : Asked(bound, {});
+  const auto chosen = ChooseCandidate(all, options, 0);
+  for (const TuneCandidate& c : all) {
+    if (by_error ? c.CalcError(0) > 0.01 * bound : c.p99_us() > bound) continue;
+    RC_ASSERT(chosen.has_value());
+    if (by_error) RC_ASSERT(all[*chosen].p99_us() <= c.p99_us());
+    if (!by_error) RC_ASSERT(all[*chosen].CalcError(0) <= c.CalcError(0));
+  }
+  if (chosen && by_error) RC_ASSERT(all[*chosen].CalcError(0) <= 0.01 * bound);
+  if (chosen && !by_error) RC_ASSERT(all[*chosen].p99_us() <= bound);
+}
+
+constexpr const char* kScene = R"([bone]
+model = "block"
+[bone.block]
+size_x_mm = 12
+size_y_mm = 3
+size_z_mm = 6
+voxel_mm = 0.3
+[[path.stroke]]
+start_mm = [0, 0, 11.2]
+end_mm = [0, 0, 9.7]
+feed_mm_per_s = 2
+disc_normal = [0, 1, 0]
+)";
+
+class TuneTest : public testing::Test {
+ protected:
+  TuneTest() : file_(testing::TempDir() + "kerf_tune_test.toml") { WriteTextFile(file_, kScene); }
+  ~TuneTest() override { std::filesystem::remove(file_); }
+  std::string file_;
+};
+
+TEST_F(TuneTest, ChoosesWhatKeepsTheErrorWhenItIsMeasuredAnew) {
+  TuneOptions options = Asked(1e6, 0.05);  // any time will do: this is no test of the machine
+  options.ticks = 1000;
+  options.seconds = 0.6;
+  options.voxels_mm = {0.2, 0.1};
+  const TuneResult result = Tune(file_, options);
+  ASSERT_TRUE(result.chosen);
+  ASSERT_TRUE(result.keeps);
+  EXPECT_LE(result.again->CalcError(result.reference.error_bar), 0.05);
+  // The same settings give the same bits, so the error is the same.
+  const TuneCandidate& chosen = result.candidates[*result.chosen];
+  EXPECT_EQ(chosen.outcome.force_hash, result.again->outcome.force_hash);
+  EXPECT_EQ(chosen.outcome.errors->force_p95, result.again->outcome.errors->force_p95);
+  EXPECT_LT(result.reference.error_bar, 0.02);
+  // Written into the scene it is read back.
+  const Scene scene = ParseScene(kScene, file_);
+  const std::string edited = EditScene(kScene, file_, EditsFor(scene, options.holding, result.again->settings),
+                                       DescribeEvidence(result, options));
+  const StudySettings now = SettingsOf(ParseScene(edited, file_), options.holding);
+  EXPECT_EQ(now.voxel_mm, result.again->settings.voxel_mm);
+  EXPECT_EQ(now.rim_samples_per_pitch, result.again->settings.rim_samples_per_pitch);
+  EXPECT_EQ(now.substeps, result.again->settings.substeps);
+  EXPECT_EQ(now.carve_interval_ticks, result.again->settings.carve_interval_ticks);
+  EXPECT_THAT(FormatTuneJson(result, options), testing::HasSubstr("\"keeps\": true"));
+}
+
+TEST_F(TuneTest, SaysWhatIsOutOfRange) {
+  EXPECT_THROW(Tune(file_, Asked({}, {})), Error);
+  EXPECT_THROW(Tune(file_, Asked(0.5, {})), Error);
+  EXPECT_THROW(Tune(file_, Asked({}, 2)), Error);
+  EXPECT_THROW(Tune(file_ + ".none", Asked(100, {})), Error);
+}
+
+}  // namespace
+}  // namespace kerf
