@@ -1,9 +1,9 @@
 // kerf study as a user runs it.
 #include <fcntl.h>
 #include <gmock/gmock.h>
-#include <signal.h>
 
 #include <chrono>
+#include <csignal>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -44,9 +44,9 @@ class Study : public test::ProgramTest {
     std::map<std::string, std::string> records;
     if (!fs::exists(folder_ / folder / "cases")) return records;
     for (const auto& entry : fs::directory_iterator(folder_ / folder / "cases")) {
-      const std::string name = idle.path().filename().string();
+      const std::string name = entry.path().filename().string();
       if (name.starts_with('.')) continue;
-      auto json = nlohmann::json::parse(test::Slurp(idle.path()));
+      auto json = nlohmann::json::parse(test::Slurp(entry.path()));
       for (const char* key : {"seconds", "costs"}) json.erase(key);
       records[name] = json.dump();
     }
@@ -69,7 +69,7 @@ class Study : public test::ProgramTest {
       std::size_t n = 0;
       std::error_code none;
       for (const auto& entry : fs::directory_iterator(folder_ / folder / "cases", none)) {
-        if (!idle.path().filename().string().starts_with('.')) ++n;
+        if (!entry.path().filename().string().starts_with('.')) ++n;
       }
       return n;
     };
