@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Holds every #include of include/ and src/ against docs/layers.txt.
+"""Holds every #include of include/ and src/ against docs/layers.txt, and the names of types that headers define against each other:
+one program has all of them, so that two of one name would be one to the linker.
 
-    tools/check_layers.py [ROOT]      exit 1 and a line for each include that goes against the table
+    tools/check_layers.py [ROOT]      exit 1 and a line for each include that goes against the table, and for each name given twice
     tools/check_layers.py --self-test plants violations in a small tree and checks that each is caught
 """
 
@@ -11,6 +12,7 @@ import sys
 import tempfile
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+TYPE = re.compile(r"^(?:class|struct|enum class|enum|union) (\w+)\b(?!::)[^;\n]*$", re.MULTILINE)
 LINKS = re.compile(r"^kerf_folder\((\w+)(?:\s+DEPENDS((?:\s+[a-z]+)+))?", re.MULTILINE)
 
 LIBRARIES = [
@@ -96,10 +98,25 @@ def check_link_graph(root, folders):
     return faults
 
 
+def check_names(root):
+    """Types at the left margin of headers; those of namespaces within kerf's are told apart by the namespace's name."""
+    faults = []
+    seen = {}
+    for path in sorted(p for top in ("include", "src") for p in (root / top).rglob("*.h")):
+        text = path.read_text(encoding="utf-8")
+        within = re.search(r"^namespace (kerf::\w+|(?!kerf\b)\w+) {", text, re.MULTILINE)
+        where = path.relative_to(root)
+        for name in TYPE.findall(text):
+            first = seen.setdefault((within and within.group(1), name), where)
+            if first != where:
+                faults.append(f"{where}: {name} is defined in {first} too")
+    return faults
+
+
 def check(root):
     folders = read_table((root / "docs/layers.txt").read_text(encoding="utf-8"))
     owner_of_public = {header: f.name for f in folders.values() for header in f.public}
-    faults = check_link_graph(root, folders)
+    faults = check_link_graph(root, folders) + check_names(root)
 
     def folder_of(path):
         parts = path.relative_to(root).parts
@@ -170,6 +187,9 @@ def self_test():
             "include/kerf/base.h": "#include <string>\n",
             "src/bone/grids.h": "#include <openvdb/openvdb.h>\n",
             "src/bone/bone.h": '#include "kerf/base.h"\n',
+            "src/bone/names.h": "namespace kerf {\nstruct Known;\nclass Known final : public Base {\n};\n}\n",
+            "src/sim/names.h": "namespace kerf {\nstruct Known;\nstruct Other {\n  struct Known {};\n};\n}\n",
+            "src/files/names.h": "namespace kerf::files {\nstruct Known {\n};\n}\n",
             "src/bone/bone.cpp": '#include "bone/bone.h"\n#include "bone/grids.h"\n',
             "src/sim/sim.cpp": '#include "bone/bone.h"\n#include "kerf/base.h"\n#include <glm/glm.hpp>\n',
             "src/CMakeLists.txt": "kerf_folder(core)\nkerf_folder(bone DEPENDS core LIBS X::y PCH <z.h>)\n",
@@ -190,6 +210,8 @@ def self_test():
         ("src/CMakeLists.txt", "kerf_folder(bone DEPENDS core sim LIBS X::y)\n", "src/CMakeLists.txt: bone may not link sim"),
         ("src/CMakeLists.txt", "kerf_folder(other)\n", "src/CMakeLists.txt: other is not in docs/layers.txt"),
         ("src/new/x.cpp", "\n", "src/new/x.cpp: its folder is not in docs/layers.txt"),
+        ("src/core/twice.h", "namespace kerf {\nstruct Known {\n};\n}\n", "src/core/twice.h: Known is defined in src/bone/names.h too"),
+        ("src/core/twice.h", "namespace kerf {\nenum class Other {\n};\n}\n", "src/sim/names.h: Other is defined in src/core/twice.h too"),
         ("include/kerf/other.h", "\n", "include/kerf/other.h: its folder is not in docs/layers.txt"),
     ]
 
@@ -221,7 +243,7 @@ def main(arguments):
     faults = check(root)
     for fault in faults:
         print(fault)
-    print(f"check_layers: {len(faults)} includes go against docs/layers.txt")
+    print(f"check_layers: {len(faults)} faults against docs/layers.txt and among names of types")
     return 1 if faults else 0
 
 

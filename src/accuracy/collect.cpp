@@ -71,6 +71,7 @@ StudyResults CollectResults(const StudyFolder& folder, const VariantFunction& va
   results.commit = description.commit;
   results.build = description.build;
   results.machine = description.machine;
+  results.base = spec.base;
   for (const std::string& path : spec.paths) results.paths.push_back(path);
   for (const StudyScene& scene : spec.scenes) results.paths.push_back(scene.name);
   for (const KnobSweep& sweep : spec.knobs) results.knobs.push_back(sweep.knob);

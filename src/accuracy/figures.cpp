@@ -105,8 +105,8 @@ std::string LabelOf(const PooledSetting& setting, std::size_t paths) {
   return fmt::format("{} ({} of {} paths)", setting.value, setting.paths, paths);
 }
 
-void AddKnobs(PlotSpec& plot, const std::vector<PooledSetting>& settings, const std::vector<std::string>& knobs,
-              Kind kind) {
+void AddKnobs(PlotSpec& plot, const StudyResults& study, const std::vector<PooledSetting>& settings,
+              const std::vector<std::string>& knobs, Kind kind) {
   const PooledSetting* defaults = nullptr;
   for (const PooledSetting& setting : settings) {
     if (setting.is_default) defaults = &setting;
@@ -114,7 +114,7 @@ void AddKnobs(PlotSpec& plot, const std::vector<PooledSetting>& settings, const 
   for (const std::string& knob : knobs) {
     PlotSeries series = MakeKnobSeries(knob);
     bool any = false;
-    for (const PooledSetting& setting : CurveOf(settings, knob)) {
+    for (const PooledSetting& setting : CurveOf(settings, study.base, knob)) {
       if (!IsDrawn(setting, kind)) continue;
       // Words have no curve from the defaults to them.
       if (setting.is_default && !FindKnob(knob).numeric) continue;
@@ -125,7 +125,7 @@ void AddKnobs(PlotSpec& plot, const std::vector<PooledSetting>& settings, const 
   }
   if (defaults == nullptr || !IsDrawn(*defaults, kind)) return;
   PlotSeries star;
-  star.label = "shipped defaults";
+  star.label = DescribeBase(study.base).empty() ? "shipped defaults" : "base settings";
   star.colour = kDefaultColour;
   star.shape = Marker::kStar;
   star.marker = 17;
@@ -134,12 +134,13 @@ void AddKnobs(PlotSpec& plot, const std::vector<PooledSetting>& settings, const 
   plot.series.push_back(std::move(star));
 }
 
-std::string DescribeReading(const std::vector<PooledSetting>& settings) {
-  std::string text =
-      "Down and to the left is better; a label is the knob's value, and all else is as shipped. Times are for a "
+std::string DescribeReading(const StudyResults& study, const std::vector<PooledSetting>& settings) {
+  std::string text = fmt::format(
+      "Down and to the left is better; a label is the knob's value, and all else is as {}. Times are for a "
       "millisecond of simulated time. A hollow mark with an arrow: the error is below the reference's own, and is at "
       "most that. The Pareto front is that of the settings that were done on every path; choices of physics (law, "
-      "material) do not count in it.";
+      "material) do not count in it.",
+      DescribeBase(study.base).empty() ? "shipped" : "in the study's base");
   std::string incomplete;
   for (const PooledSetting& setting : settings) {
     if (setting.complete) continue;
@@ -176,7 +177,7 @@ StudyFigure MakeWorkPrecision(const StudyResults& study, Holding holding, Kind k
                        : fmt::format("medians over {} paths", paths);
   plot.x.label = fmt::format("time per tick, {} (\xc2\xb5s)", worst ? "p99 on the slowest path" : "p50, median path");
   plot.y.label = fmt::format("force error, p95, {} path (%)", worst ? "worst" : "median");
-  AddKnobs(plot, settings, study.knobs, kind);
+  AddKnobs(plot, study, settings, study.knobs, kind);
   SetRanges(plot);
   AddFront(plot, settings, kind);
   AddTimeLines(plot);
@@ -185,7 +186,7 @@ StudyFigure MakeWorkPrecision(const StudyResults& study, Holding holding, Kind k
       worst ? "Each point says: on no path is a tick slower (p99), and on no path is the force further off (p95 over "
               "the ticks). "
             : "The same for a usual tick of a usual path: medians of p50 and of the force's error. ";
-  figure.caption += worst ? DescribeReading(settings) : "Read as above.";
+  figure.caption += worst ? DescribeReading(study, settings) : "Read as above.";
   return figure;
 }
 
@@ -199,7 +200,7 @@ StudyFigure MakeWorstPose(const StudyResults& study, Holding holding) {
   plot.caption = study.path_titles.contains(kWorstPath) ? study.path_titles.at(kWorstPath) : "";
   plot.x.label = "time per tick, p99 (\xc2\xb5s)";
   plot.y.label = "force error, p95 (%)";
-  AddKnobs(plot, settings, study.knobs, Kind::kWorst);
+  AddKnobs(plot, study, settings, study.knobs, Kind::kWorst);
   SetRanges(plot);
   AddFront(plot, settings, Kind::kWorst);
   AddTimeLines(plot);
@@ -238,7 +239,7 @@ StudyFigure MakeSlabVoxel(const StudyResults& study, Holding holding, const std:
     }
     clouds.push_back(std::move(cloud));
   }
-  AddKnobs(plot, settings, {"voxel_mm", "method"}, Kind::kWorst);
+  AddKnobs(plot, study, settings, {"voxel_mm", "method"}, Kind::kWorst);
   plot.series.insert(plot.series.begin(), clouds.begin(), clouds.end());
   SetRanges(plot);
   AddTimeLines(plot);

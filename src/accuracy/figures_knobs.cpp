@@ -82,7 +82,12 @@ void AddTriangle(PlotSpec& plot, const std::vector<SlopePath>& curves, const Slo
                         order > 0 ? Align::kLeft : Align::kRight});
 }
 
-void AddCurves(PlotSpec& plot, const KnobErrors& errors, double scale, const std::string& knob) {
+const char* DescribeElse(const StudyResults& study) {
+  return DescribeBase(study.base).empty() ? "shipped" : "in the study's base";
+}
+
+void AddCurves(PlotSpec& plot, const KnobErrors& errors, double scale, const std::string& knob,
+               const StudySettings& base) {
   bool first = true;
   for (std::size_t p = 0; p < errors.curves.size(); ++p) {
     PlotSeries path;
@@ -115,8 +120,8 @@ void AddCurves(PlotSpec& plot, const KnobErrors& errors, double scale, const std
     series.at_most.push_back(std::any_of(errors.above.begin(), errors.above.end(), [&](const SlopePath& above) {
       return std::find(above.numbers.begin(), above.numbers.end(), number) == above.numbers.end();
     }));
-    series.point_labels.push_back(number == DefaultNumberOf(knob) ? fmt::format("{:g}, default", number)
-                                                                  : fmt::format("{:g}", number));
+    series.point_labels.push_back(number == NumberOf(base, knob) ? fmt::format("{:g}, default", number)
+                                                                 : fmt::format("{:g}", number));
   }
   plot.series.push_back(std::move(series));
   AddTriangle(plot, errors.curves, mean, errors.order, scale);
@@ -125,7 +130,7 @@ void AddCurves(PlotSpec& plot, const KnobErrors& errors, double scale, const std
   plot.x.lower = mean.numbers.front() / room, plot.x.upper = mean.numbers.back() * room;
 }
 
-StudyFigure MakeConvergence(const KnobErrors& errors, Holding holding) {
+StudyFigure MakeConvergence(const StudyResults& study, const KnobErrors& errors, Holding holding) {
   const Knob& knob = FindKnob(errors.knob);
   const bool heat = errors.knob == "heat_grid_mm";
   StudyFigure figure;
@@ -137,13 +142,13 @@ StudyFigure MakeConvergence(const KnobErrors& errors, Holding holding) {
                              ShowSlope(errors.coarse));
   plot.x.label = knob.label;
   plot.y.label = heat ? "largest error of the hottest spot's temperature (K)" : "force error, p95 (%)";
-  AddCurves(plot, errors, heat ? 1 : 100, errors.knob);
+  AddCurves(plot, errors, heat ? 1 : 100, errors.knob, study.base);
   if (!heat) AddForceLines(plot, errors.order < 0);
   figure.caption = fmt::format(
-      "All else as shipped. Slope: least squares in logarithms, each path with a height of its own; in brackets 95 % "
+      "All else as {}. Slope: least squares in logarithms, each path with a height of its own; in brackets 95 % "
       "of "
       "what other paths would give (bootstrap over the paths). Errors below the reference's own count in no slope. {}",
-      knob.theory.empty() ? "Theory gives no order." : fmt::format("Theory: {}.", knob.theory));
+      DescribeElse(study), knob.theory.empty() ? "Theory gives no order." : fmt::format("Theory: {}.", knob.theory));
   return figure;
 }
 
@@ -153,7 +158,7 @@ std::optional<StudyFigure> MakeVoxelFigure(const StudyResults& study, Holding ho
   KnobErrors errors;
   errors.knob = "voxel_mm";
   errors.order = 0;
-  const std::vector<PooledSetting> curve = CurveOf(PoolSettings(study, holding), "voxel_mm");
+  const std::vector<PooledSetting> curve = CurveOf(PoolSettings(study, holding), study.base, "voxel_mm");
   for (const std::string& path : study.paths) {
     SlopePath points;
     for (const PooledSetting& setting : curve) {
@@ -177,8 +182,9 @@ std::optional<StudyFigure> MakeVoxelFigure(const StudyResults& study, Holding ho
   figure.plot.caption = fmt::format("slope {}", ShowSlope(errors.slope));
   figure.plot.x.label = FindKnob("voxel_mm").label;
   figure.plot.y.label = what;
-  AddCurves(figure.plot, errors, scale, "voxel_mm");
-  figure.caption = "All else as shipped; the slope with 95 % of what other paths would give.";
+  AddCurves(figure.plot, errors, scale, "voxel_mm", study.base);
+  figure.caption =
+      fmt::format("All else as {}; the slope with 95 % of what other paths would give.", DescribeElse(study));
   return figure;
 }
 
@@ -188,7 +194,7 @@ std::vector<StudyFigure> MakeKnobFigures(const StudyResults& study, Holding hold
   std::vector<StudyFigure> figures;
   for (const std::string& knob : study.knobs) {
     const std::optional<KnobErrors> errors = MakeKnobErrors(study, holding, knob);
-    if (errors) figures.push_back(MakeConvergence(*errors, holding));
+    if (errors) figures.push_back(MakeConvergence(study, *errors, holding));
   }
   const auto add = [&](std::optional<StudyFigure> figure) {
     if (figure) figures.push_back(std::move(*figure));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "accuracy/case.h"
 #include "accuracy/knobs.h"
 #include "accuracy/pareto.h"
 #include "accuracy/settings.h"
@@ -33,7 +34,7 @@ void Finish(const StudyResults& study, const PooledSetting& defaults, PooledSett
                        [&](const CaseRecord* record) { return record->path == other->path; });
   });
   const double ticks_per_ms =
-      (setting.knob == "rate_hz" && setting.number > 0 ? setting.number : DefaultNumberOf("rate_hz")) / 1000;
+      (setting.knob == "rate_hz" && setting.number > 0 ? setting.number : study.base.rate_hz) / 1000;
   std::vector<SafeError> errors;
   std::vector<double> p50_us;
   setting.timed = true;
@@ -84,23 +85,34 @@ bool ChoosesPhysics(const std::string& knob) {
   return knob == "law" || knob == "material";
 }
 
-std::string DefaultValueOf(const std::string& knob) {
-  return ValueOf(StudySettings{}, knob);
+double NumberOf(const StudySettings& settings, const std::string& knob) {
+  return FindKnob(knob).numeric ? std::stod(ValueOf(settings, knob)) : 0;
 }
 
-double DefaultNumberOf(const std::string& knob) {
-  return FindKnob(knob).numeric ? std::stod(DefaultValueOf(knob)) : 0;
+std::string DescribeBase(const StudySettings& base) {
+  std::string text;
+  for (const Knob& knob : StudyKnobs()) {
+    const std::string value = ValueOf(base, knob.name);
+    if (value != ValueOf(StudySettings{}, knob.name)) {
+      text += fmt::format("{}`{} = {}`", text.empty() ? "" : ", ", knob.name, value);
+    }
+  }
+  return text;
+}
+
+StudySettings SettingsOf(const StudyResults& study, const CaseRecord& record) {
+  StudySettings settings = study.base;
+  if (record.knob != "default") SetValue(settings, record.knob, record.value);
+  return settings;
 }
 
 const ReferenceRecord* FindReference(const StudyResults& study, const CaseRecord& record) {
-  const std::string variant = record.knob + "=" + record.value;
-  const ReferenceRecord* found = nullptr;
+  const std::string variant = VariantOf(SettingsOf(study, record));
   for (const ReferenceRecord& reference : study.references) {
-    if (reference.holding != record.holding || reference.path != record.path) continue;
-    if (reference.variant == variant) return &reference;
-    if (reference.variant.empty()) found = &reference;
+    const bool same = reference.holding == record.holding && reference.path == record.path;
+    if (same && reference.variant == variant) return &reference;
   }
-  return found;
+  return nullptr;
 }
 
 SafeError CalcForceError(const StudyResults& study, const CaseRecord& record) {
@@ -147,7 +159,8 @@ std::vector<PooledSetting> PoolSettings(const StudyResults& study, Holding holdi
   return settings;
 }
 
-std::vector<PooledSetting> CurveOf(const std::vector<PooledSetting>& settings, const std::string& knob) {
+std::vector<PooledSetting> CurveOf(const std::vector<PooledSetting>& settings, const StudySettings& base,
+                                   const std::string& knob) {
   std::vector<PooledSetting> curve;
   const PooledSetting* defaults = nullptr;
   bool has_default_value = false;
@@ -155,15 +168,15 @@ std::vector<PooledSetting> CurveOf(const std::vector<PooledSetting>& settings, c
     if (setting.is_default) defaults = &setting;
     if (setting.knob != knob) continue;
     curve.push_back(setting);
-    has_default_value = has_default_value || setting.value == DefaultValueOf(knob);
+    has_default_value = has_default_value || setting.value == ValueOf(base, knob);
   }
   if (curve.empty() || defaults == nullptr || has_default_value) return curve;
-  PooledSetting base = *defaults;
-  base.number = DefaultNumberOf(knob);
-  base.value = DefaultValueOf(knob);
+  PooledSetting point = *defaults;
+  point.number = NumberOf(base, knob);
+  point.value = ValueOf(base, knob);
   const auto after = std::find_if(curve.begin(), curve.end(),
-                                  [&](const PooledSetting& setting) { return setting.number > base.number; });
-  curve.insert(FindKnob(knob).numeric ? after : curve.begin(), base);
+                                  [&](const PooledSetting& setting) { return setting.number > point.number; });
+  curve.insert(FindKnob(knob).numeric ? after : curve.begin(), point);
   return curve;
 }
 
@@ -212,7 +225,7 @@ std::optional<KnobErrors> MakeKnobErrors(const StudyResults& study, Holding hold
     for (const CaseRecord& record : study.cases) {
       if (record.holding != holding || record.path != path) continue;
       const bool is_default = record.knob == "default";
-      const double number = is_default ? DefaultNumberOf(name) : record.number;
+      const double number = is_default ? NumberOf(study.base, name) : record.number;
       if ((!is_default && record.knob != name) || !(number > 0)) continue;
       const std::optional<KnobError> error = ReadKnobError(study, name, record);
       if (!error) continue;

@@ -46,9 +46,12 @@ struct PooledSetting {
 
 /// The knob decides what is simulated, not how exactly: its settings have references of their own or none that is fair.
 bool ChoosesPhysics(const std::string& knob);
-/// The shipped value of a knob, as a number 0 where it is a word. Throws Error for a name that is no knob's.
-std::string DefaultValueOf(const std::string& knob);
-double DefaultNumberOf(const std::string& knob);
+/// A knob's number in the settings, 0 where it is a word. Throws Error for a name that is no knob's.
+double NumberOf(const StudySettings& settings, const std::string& knob);
+/// What of the base settings differs from what kerf ships: "`voxel_mm = 0.2`, `law = ...`"; empty: nothing.
+std::string DescribeBase(const StudySettings& base);
+/// The base settings with the case's knob turned. Throws Error for a value that is none.
+StudySettings SettingsOf(const StudyResults& study, const CaseRecord& record);
 
 /// force_p95 of a case with errors.
 SafeError CalcForceError(const StudyResults& study, const CaseRecord& record);
@@ -59,8 +62,10 @@ const ReferenceRecord* FindReference(const StudyResults& study, const CaseRecord
 /// `paths` empty: all.
 std::vector<PooledSetting> PoolSettings(const StudyResults& study, Holding holding,
                                         const std::vector<std::string>& paths = {});
-/// The settings of a knob by rising number, the defaults among them; empty when there is nothing but the defaults.
-std::vector<PooledSetting> CurveOf(const std::vector<PooledSetting>& settings, const std::string& knob);
+/// The settings of a knob by rising number, the defaults, which are `base`, among them; empty when there is nothing but
+/// the defaults.
+std::vector<PooledSetting> CurveOf(const std::vector<PooledSetting>& settings, const StudySettings& base,
+                                   const std::string& knob);
 /// Of `settings`: complete, timed, and no physics of their own; by rising time. Indices.
 std::vector<std::size_t> FindFront(const std::vector<PooledSetting>& settings);
 /// Whether a setting may stand in the front and in the tables of the best.

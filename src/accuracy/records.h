@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "accuracy/knobs.h"
 #include "bench/measure.h"
 #include "core/log_histogram.h"
 
@@ -74,7 +75,7 @@ struct CaseRecord {
 struct ReferenceRecord {
   Holding holding = Holding::kHand;
   std::string path;
-  std::string variant;  // what of the physics differs from the base settings: "law=edge_plus_chip"; empty: nothing
+  std::string variant;  // what of the physics differs from what kerf ships: "law=edge_plus_chip"; empty: nothing
   std::uint64_t input_hash = 0;  // of the poses
   std::uint64_t force_hash = 0;
   int steps_per_tick = 0;  // at which it was taken
@@ -92,6 +93,7 @@ struct StudyResults {
   std::string commit;
   std::string build;  // compiler and flags
   MachineState machine;
+  StudySettings base;              // that the knobs are turned from: the records' "default"
   double seconds = 0;              // of work, over all sessions and shards
   std::vector<std::string> paths;  // names, in the study's order; titles below
   std::map<std::string, std::string> path_titles;

@@ -17,14 +17,14 @@ void Describe(StudySettings& p, V&& visit) {
   visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256}, "how finely the rim looks for bone");
   visit("substeps", p.substeps, Range{1, 64}, "steps in each tick, at least");
   visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks a second");
-  visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 1000}, "bone is removed every so many ticks");
+  visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64}, "bone is removed every so many ticks");
   visit("law", p.law, Choices{{"hertz_chip", "hertz_constant_bite", "edge_plus_chip"}}, "force on a tooth");
   visit("material", p.material, Choices{{"regions", "uniform", "ct"}},
         "where E comes from; ct: of bones with CT numbers");
   visit("precision_bits", p.precision_bits, Range{4, 24}, "significand of the distances in the voxels");
   visit("method", p.method, Choices{{"voxel", "coarse", "slab"}}, "how the tick works");
   visit("heat_grid_mm", p.heat_grid_mm, Range{0, 10}, "cell of the heat grid; 0: no heat");
-  visit("band_voxels", p.band_voxels, Range{2, 32}, "half width of the level set's band");
+  visit("band_voxels", p.band_voxels, Range{2, 8}, "half width of the level set's band");
 }
 
 /// A number in its shortest form that reads back the same: "0.1", "1000".

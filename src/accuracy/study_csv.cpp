@@ -5,6 +5,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "accuracy/settings.h"
 #include "accuracy/study_columns.h"
 #include "core/csv.h"
 #include "kerf/version.h"
@@ -124,6 +125,7 @@ std::string FormatStudyJson(const StudyResults& study, const std::vector<std::st
   json["command"] = study.command;
   json["machine"] = {{"cpu", study.machine.cpu}, {"cores", study.machine.cores}, {"load", study.machine.load}};
   json["seconds"] = study.seconds;
+  for (const Knob& knob : StudyKnobs()) json["base"][knob.name] = ValueOf(study.base, knob.name);
   json["paths"] = study.paths;
   json["path_titles"] = study.path_titles;
   json["knobs"] = study.knobs;

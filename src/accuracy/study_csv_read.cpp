@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "accuracy/knobs.h"
+#include "accuracy/settings.h"
 #include "accuracy/study_columns.h"
 #include "accuracy/study_csv.h"
 #include "core/csv.h"
@@ -260,6 +261,13 @@ void ReadJson(const std::string& folder, StudyResults& study) {
   study.paths = Get<std::vector<std::string>>(all, "paths", file);
   study.path_titles = Get<std::map<std::string, std::string>>(all, "path_titles", file);
   study.knobs = Get<std::vector<std::string>>(all, "knobs", file);
+  for (const auto& [knob, value] : Get<std::map<std::string, std::string>>(all, "base", file)) {
+    try {
+      SetValue(study.base, knob, value);
+    } catch (const Error& e) {
+      throw Error(fmt::format("{}: in \"base\", {}", file, e.what()));
+    }
+  }
   for (const std::string& knob : study.knobs) {
     if (!IsKnob(knob))
       throw Error(fmt::format("{}: there is no knob {}; is the study of a newer kerf?", file, Quote(knob)));

@@ -49,6 +49,9 @@ void AddHolding(std::string& text, const StudyResults& study, Holding holding,
 std::string FormatReport(const StudyResults& study, const std::vector<StudyFigure>& figures) {
   std::string text = fmt::format("# {}\n\n", study.title.empty() ? study.name : study.title);
   Add(text, "Written by `kerf study`. What each figure means: docs/accuracy.md of kerf.\n\n");
+  if (const std::string base = DescribeBase(study.base); !base.empty()) {
+    Add(text, "\"The defaults\" are here the study's base settings, which differ from what kerf ships: {}.\n\n", base);
+  }
   const std::vector<Holding> holdings = HoldingsOf(study);
   if (holdings.empty()) Add(text, "No case was done, so there is nothing to show.\n\n");
   for (const Holding holding : holdings) {

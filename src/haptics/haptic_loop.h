@@ -47,7 +47,7 @@ struct LoopParams {
 struct LoopSample {
   double time_s = 0;  // of its deadline, since the start
   int skipped = 0;    // deadlines missed before it
-  TickReport report;
+  LoopTick report;
   float tick_us = 0;
   float late_us = 0;
 };

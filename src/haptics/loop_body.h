@@ -9,7 +9,7 @@
 namespace kerf {
 
 /// A tick, when it is over.
-struct TickReport {
+struct LoopTick {
   Pose X_WH;           // handle, as read
   Vec3 f_device_N{0};  // that the device was told to make
   CoupledOutput out;
@@ -21,7 +21,7 @@ class LoopBody {
   virtual ~LoopBody() = default;
 
   /// Reads the device, moves the world on by `dt_s`, writes the device. False: the device has failed; the loop ends.
-  virtual bool Tick(double dt_s, TickObserver& observer, TickReport& report) = 0;
+  virtual bool Tick(double dt_s, TickObserver& observer, LoopTick& report) = 0;
   /// Figures of a tick beside its report: how many, always as many; and those of the last tick.
   virtual std::size_t channel_count() const { return 0; }
   virtual void ReportChannels(std::span<double>) const {}

@@ -21,7 +21,7 @@ void StepBody::ReportChannels(std::span<double> channels) const {
   std::as_const(simulation_).effects().Report(channels);
 }
 
-bool StepBody::Tick(double dt_s, TickObserver& observer, TickReport& report) {
+bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& report) {
   if (before_ != nullptr) before_->Advance(dt_s);
   HapticStepInput in;
   in.dt_s = dt_s;

@@ -31,7 +31,7 @@ class StepBody final : public LoopBody {
   /// Pieces that leave the bone between ticks; null: none do. Before the loop begins.
   void set_pieces(PieceExchange* pieces) { pieces_ = pieces; }
 
-  bool Tick(double dt_s, TickObserver& observer, TickReport& report) override;
+  bool Tick(double dt_s, TickObserver& observer, LoopTick& report) override;
   std::size_t channel_count() const override;
   void ReportChannels(std::span<double> channels) const override;
   void RampIn() override { force_off_ = true; }

@@ -17,7 +17,7 @@
 #include "import/hu_sampler.h"
 #include "import/image_file.h"
 #include "import/image_header.h"
-#include "import/mandible_shape.h"
+#include "import/mandible_likeness.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "material/region_table.h"
@@ -293,9 +293,9 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   }
   const Components parts = FindComponents(lattice, [&solid](std::size_t v) { return solid[v] != 0; });
   if (!parts.list.empty()) {
-    const MandibleShape shape = CheckMandibleShape(lattice, parts.labels, 1, parts.list.front());
-    report.mandible = shape.is_mandible;
-    report.shape_objection = shape.objection;
+    const MandibleLikeness likeness = CheckMandibleLikeness(lattice, parts.labels, 1, parts.list.front());
+    report.mandible = likeness.is_mandible;
+    report.shape_objection = likeness.objection;
   }
   TissueOptions tissue_options = options.tissue;
   tissue_options.shell_mm = options.mesh_shell_mm;

@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
-#include "import/mandible_shape.h"
+#include "import/mandible_likeness.h"
 #include "import/watershed.h"
 #include "kerf/error.h"
 
@@ -130,7 +130,7 @@ std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& o
     int found = 0;
     for (std::size_t n = 0; n < c.pieces.list.size() && c.pieces.list[n].volume_mm3 >= kCandidate_mm3; ++n) {
       const auto label = static_cast<std::int32_t>(n + 1);
-      if (!CheckMandibleShape(ct, c.pieces.labels, label, c.pieces.list[n]).is_mandible) continue;
+      if (!CheckMandibleLikeness(ct, c.pieces.labels, label, c.pieces.list[n]).is_mandible) continue;
       ++found;
       c.label = label;
     }
@@ -376,16 +376,16 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     }
   }
   const Component& piece = wanted.list[label - 1];
-  const MandibleShape shape = CheckMandibleShape(result.ct, wanted.labels, label, piece);
-  if (options.check_shape && !shape.is_mandible) {
+  const MandibleLikeness likeness = CheckMandibleLikeness(result.ct, wanted.labels, label, piece);
+  if (options.check_shape && !likeness.is_mandible) {
     Refuse(fmt::format("what was isolated ({}) does not look like a mandible: {}; add points, or say --any-shape to "
                        "write it all the "
                        "same",
-                       Describe(piece), shape.objection),
+                       Describe(piece), likeness.objection),
            at_iso, iso);
   }
-  result.mandible = shape.is_mandible;
-  result.shape_objection = shape.objection;
+  result.mandible = likeness.is_mandible;
+  result.shape_objection = likeness.objection;
   result.bone.assign(result.ct.count(), 0);
   std::vector<std::uint8_t> unwanted(result.ct.count(), 0);
   for (std::size_t v = 0; v < result.bone.size(); ++v) {

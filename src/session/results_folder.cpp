@@ -20,7 +20,7 @@ std::vector<std::string> ReadEarlierResults(const std::string& folder, const std
     if (!file.is_string()) continue;
     const std::filesystem::path name(file.get<std::string>());
     const std::string extension = name.extension().string();
-    constexpr std::string_view kResults[] = {".png", ".stl", ".vdb", ".csv", ".wav"};
+    constexpr std::string_view kResults[] = {".png", ".svg", ".stl", ".vdb", ".csv", ".wav", ".md"};
     const bool result = std::find(std::begin(kResults), std::end(kResults), extension) != std::end(kResults);
     if (result && name == name.filename()) names.push_back(name.string());
   }

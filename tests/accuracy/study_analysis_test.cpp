@@ -111,7 +111,8 @@ StudyResults MakeSmallStudy() {
   ReferenceRecord reference;
   reference.path = "b";
   reference.error_bar = 0.002;
-  study.references = {reference};
+  study.references = {reference, reference};
+  study.references.back().variant = "law=edge_plus_chip";
   return study;
 }
 
@@ -140,7 +141,7 @@ TEST(Pooled, FrontLeavesOutOtherPhysicsAndWhatWasNotDoneOnEveryPath) {
 
 TEST(Pooled, CurveHasTheDefaultsInTheirPlace) {
   const StudyResults study = MakeSmallStudy();
-  const std::vector<PooledSetting> curve = CurveOf(PoolSettings(study, Holding::kHand), "voxel_mm");
+  const std::vector<PooledSetting> curve = CurveOf(PoolSettings(study, Holding::kHand), study.base, "voxel_mm");
   ASSERT_EQ(curve.size(), 3u);
   EXPECT_EQ(curve[0].number, 0.05);
   EXPECT_TRUE(curve[1].is_default);
@@ -198,6 +199,52 @@ TEST(StudyFindings, SayWhatTheSlabSaves) {
       HasSubstr(
           "On the 1 path that both can do the slab takes 2.50 us at p99 where the voxels take 100, 40.0 times less"));
   EXPECT_THAT(text, HasSubstr("does not hold on this machine: at p99 they leave 90.0 % of the tick unused"));
+}
+
+// The base settings stand in a knob's curve where the study has them, not where kerf ships them.
+TEST(PoolSettings, DefaultsStandWhereTheStudyHasThem) {
+  StudyResults study;
+  study.paths = {"a"};
+  study.knobs = {"voxel_mm", "rate_hz"};
+  study.base.voxel_mm = 0.2;
+  study.base.rate_hz = 2000;
+  study.cases = {MakeCase(Holding::kPath, "a", "default", "", 0, 0.02, 100),
+                 MakeCase(Holding::kPath, "a", "voxel_mm", "0.1", 0.1, 0.01, 200),
+                 MakeCase(Holding::kPath, "a", "voxel_mm", "0.4", 0.4, 0.04, 50),
+                 MakeCase(Holding::kPath, "a", "rate_hz", "1000", 1000, 0.03, 100)};
+  const std::vector<PooledSetting> settings = PoolSettings(study, Holding::kPath);
+  const std::vector<PooledSetting> curve = CurveOf(settings, study.base, "voxel_mm");
+  ASSERT_EQ(curve.size(), 3u);
+  EXPECT_TRUE(curve[1].is_default);
+  EXPECT_EQ(curve[1].number, 0.2);
+  EXPECT_EQ(curve[1].value, "0.2");
+  // Two ticks of 100 us at most in a millisecond; at 1000 Hz one.
+  EXPECT_DOUBLE_EQ(curve[1].p99_us, 200);
+  EXPECT_DOUBLE_EQ(CurveOf(settings, study.base, "rate_hz").front().p99_us, 100);
+  // Errors in proportion to the edge: with the base elsewhere than at 0.2 they would not be.
+  const KnobErrors errors = MakeKnobErrors(study, Holding::kPath, "voxel_mm").value();
+  EXPECT_NEAR(errors.slope->slope, 1, 1e-12);
+  EXPECT_EQ(DescribeBase(study.base), "`voxel_mm = 0.2`, `rate_hz = 2000`");
+  EXPECT_EQ(DescribeBase({}), "");
+}
+
+TEST(FindReference, IsThatOfTheSamePhysicsAsTheCases) {
+  StudyResults study;
+  study.base.law = "edge_plus_chip";
+  study.references.resize(3);
+  for (ReferenceRecord& reference : study.references) reference.path = "a";
+  study.references[0].variant = "";
+  study.references[1].variant = "law=edge_plus_chip";
+  study.references[2].variant = "law=edge_plus_chip,material=uniform";
+  const auto find = [&](const char* knob, const char* value) {
+    return FindReference(study, MakeCase(Holding::kHand, "a", knob, value, 0, 0.02, 100));
+  };
+  EXPECT_EQ(find("default", ""), &study.references[1]);
+  EXPECT_EQ(find("voxel_mm", "0.2"), &study.references[1]);
+  EXPECT_EQ(find("law", "hertz_chip"), &study.references[0]);
+  EXPECT_EQ(find("material", "uniform"), &study.references[2]);
+  // None is fair: it is not held against that of another material.
+  EXPECT_EQ(find("material", "ct"), nullptr);
 }
 
 TEST(StudyFindings, OrderOfTheMadeUpStudyIsTheorysWhereItWasMadeSo) {

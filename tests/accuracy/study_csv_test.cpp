@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "accuracy/made_up_study.h"
+#include "accuracy/settings.h"
 #include "accuracy/study_columns.h"
 #include "support/folder.h"
 
@@ -46,6 +47,7 @@ TEST(StudyCsv, ReadsBackWhatItWrote) {
   EXPECT_EQ(again.references[2].error_bar, study.references[2].error_bar);
   EXPECT_EQ(again.path_titles, study.path_titles);
   EXPECT_EQ(again.machine.cpu, study.machine.cpu);
+  EXPECT_EQ(ShowSettings(again.base), ShowSettings(study.base));
 }
 
 TEST(StudyCsv, OddWordsAndNumbersSurvive) {

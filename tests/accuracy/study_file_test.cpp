@@ -5,6 +5,7 @@
 #include <fstream>
 #include <random>
 
+#include "accuracy/case_run.h"
 #include "accuracy/plan.h"
 #include "accuracy/settings.h"
 #include "files/files.h"
@@ -85,6 +86,30 @@ file = "a/b.toml"
 
 TEST(StudyFile, ScenesAloneLeaveTheBuiltInPathsOut) {
   EXPECT_TRUE(Parse("[[scene]]\nname = \"a\"\nfile = \"a.toml\"\n").paths.empty());
+}
+
+// What the study file lets through a simulation takes, and what it refuses a simulation refuses too.
+TEST(StudyFile, RangesAreThoseOfTheSimulation) {
+  struct Bounds {
+    const char* knob;
+    int lower, upper;
+  };
+  const StudyPath path = MakeStudyPaths({"idle"}, "").paths.front();
+  for (const Bounds& b :
+       {Bounds{"substeps", 1, 64}, Bounds{"carve_interval_ticks", 1, 64}, Bounds{"band_voxels", 2, 8}}) {
+    for (const int value : {b.lower - 1, b.lower, b.upper, b.upper + 1}) {
+      const bool good = value >= b.lower && value <= b.upper;
+      EXPECT_EQ(Fault(fmt::format("[base]\n{} = {}", b.knob, value)).empty(), good) << b.knob << " = " << value;
+      for (const Holding holding : {Holding::kHand, Holding::kPath}) {
+        StudySettings settings;
+        settings.voxel_mm = 0.4;
+        SetValue(settings, b.knob, fmt::format("{}", value));
+        const std::string fault =
+            test::MessageOf([&] { MakeCaseSubject(path, holding, settings, MakeCaseBone(path, settings)); });
+        EXPECT_EQ(fault.empty(), good) << b.knob << " = " << value << ": " << fault;
+      }
+    }
+  }
 }
 
 TEST(StudyFile, FaultsSayWhereAndWhatWouldBeRight) {

@@ -50,7 +50,7 @@ class MadeUpBody : public LoopBody {
  public:
   explicit MadeUpBody(GuardedDevice& device) : device_(device) {}
 
-  bool Tick(double dt_s, TickObserver& observer, TickReport& report) override {
+  bool Tick(double dt_s, TickObserver& observer, LoopTick& report) override {
     dt.push_back_if_room(dt_s);
     DeviceSample sample;
     observer.Enter(TickStage::kAccept);

@@ -8,7 +8,7 @@
 #include "bone/surface.h"
 #include "ct_files.h"
 #include "import/import.h"
-#include "import/mandible_shape.h"
+#include "import/mandible_likeness.h"
 
 namespace kerf {
 namespace {
@@ -130,12 +130,12 @@ Volume HorseshoeCt(const std::function<double(const Vec3&)>& shape) {
   return test::MakeCt({62, 50, 46}, {2, 2, 2}, {-61, -54, -14}, glm::dmat3(1), shape);
 }
 
-MandibleShape ShapeOf(const Volume& ct) {
+MandibleLikeness ShapeOf(const Volume& ct) {
   const Components all = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] > 500; });
-  return CheckMandibleShape(ct, all.labels, 1, all.list.front());
+  return CheckMandibleLikeness(ct, all.labels, 1, all.list.front());
 }
 
-TEST(MandibleShape, ArchWithTwoRamiPassesAndItsCounterexamplesFail) {
+TEST(MandibleLikeness, ArchWithTwoRamiPassesAndItsCounterexamplesFail) {
   EXPECT_EQ(ShapeOf(HorseshoeCt(Horseshoe(60, 60, false, false))).objection, "");
   EXPECT_THAT(ShapeOf(HorseshoeCt(Horseshoe(60, 60, true, false))).objection, HasSubstr("not open to the back"));
   EXPECT_FALSE(ShapeOf(HorseshoeCt(Horseshoe(60, 60, false, true))).is_mandible);
@@ -144,7 +144,7 @@ TEST(MandibleShape, ArchWithTwoRamiPassesAndItsCounterexamplesFail) {
   EXPECT_THAT(ShapeOf(HorseshoeCt(Horseshoe(15, 15, false, false))).objection, HasSubstr("height"));
 }
 
-TEST(MandibleShape, UpsideDownOrBackToFrontFails) {
+TEST(MandibleLikeness, UpsideDownOrBackToFrontFails) {
   const auto shape = Horseshoe(60, 60, false, false);
   EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, p.y, 62 - p.z}); })).is_mandible);
   EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, -8 - p.y, p.z}); })).is_mandible);

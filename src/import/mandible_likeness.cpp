@@ -1,4 +1,4 @@
-#include "import/mandible_shape.h"
+#include "import/mandible_likeness.h"
 
 #include <fmt/format.h>
 
@@ -16,9 +16,9 @@ std::string Outside(const char* what, double value, double lower, double upper, 
 
 }  // namespace
 
-MandibleShape CheckMandibleShape(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
-                                 const Component& component) {
-  MandibleShape shape;
+MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<std::int32_t>& labels,
+                                       std::int32_t label, const Component& component) {
+  MandibleLikeness shape;
   const Vec3 size = component.box_W.size();
   const auto object = [&shape](const std::string& text) {
     if (shape.objection.empty()) shape.objection = text;

@@ -11,7 +11,7 @@
 namespace kerf {
 
 /// What was looked at, and what spoke against it. Patient axes: x to the left, y to the back, z to the head.
-struct MandibleShape {
+struct MandibleLikeness {
   bool is_mandible = false;
   std::string objection;  // the first test that failed, in words; empty for a mandible
   double back_middle =
@@ -24,7 +24,7 @@ struct MandibleShape {
 /// Tests size (adult or adolescent: 80-150 mm wide, 50-130 deep, 40-120 high, 8-120 cm3), the arch that is open to the
 /// back, the chin in the middle, and a ramus that ends on top at both sides. A skull, an upper jaw with its palate, a
 /// vertebra or a hyoid bone fails. `label` as in FindComponents.
-MandibleShape CheckMandibleShape(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
-                                 const Component& component);
+MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<std::int32_t>& labels,
+                                       std::int32_t label, const Component& component);
 
 }  // namespace kerf
