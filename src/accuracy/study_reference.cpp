@@ -127,9 +127,9 @@ std::vector<Vec3> TakeForces(const std::vector<ReferenceTick>& ticks) {
 }
 
 std::vector<ReferenceTick> WorkOut(Holding holding, const ReferenceParams& params, const ExactSolid& solid,
-                                   const std::vector<Pose>& poses) {
-  if (holding == Holding::kPath) return RunReferenceOnPath(solid, params, poses).ticks;
-  return RunReferenceInHand(solid, params, poses).ticks;
+                                   const std::vector<Pose>& poses, const std::atomic<bool>* stop) {
+  if (holding == Holding::kPath) return RunReferenceOnPath(solid, params, poses, stop).ticks;
+  return RunReferenceInHand(solid, params, poses, stop).ticks;
 }
 
 /// Whether the disc stays in the plane in which it began, to a thousandth of its thickness.
@@ -197,10 +197,9 @@ StudyReference MakeStudyReference(const StudyPath& path, Holding holding, const 
   const auto start = std::chrono::steady_clock::now();
   bool converged = false;
   for (int refinement = 0; refinement < kMostRefinements && !converged; ++refinement) {
-    if (stop != nullptr && *stop) throw Error("stopped while a reference was worked out");
     params.fineness.steps_per_tick = kFirstSteps << refinement;
     params.fineness.rim_points = kFirstRimPoints << refinement;
-    std::vector<ReferenceTick> ticks = WorkOut(holding, params, solid, poses);
+    std::vector<ReferenceTick> ticks = WorkOut(holding, params, solid, poses, stop);
     if (refinement > 0) {
       ErrorFigures change;
       CalcForceErrors(TakeForces(reference.ticks), TakeForces(ticks), kTick_s, change);

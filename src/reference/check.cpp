@@ -39,6 +39,10 @@ void Check(const ReferenceParams& params, const std::vector<Pose>& poses) {
   }
 }
 
+void StopIf(const std::atomic<bool>* stop) {
+  if (stop != nullptr && *stop) throw Error("stopped while a reference was worked out");
+}
+
 void SettleRemoved(ReferenceRun& run) {
   constexpr double kFinest_mm = 1.0 / 64;
   if (run.ticks.empty() || !(run.ticks.back().removed_mm3 > 0)) return;

@@ -1,6 +1,7 @@
 // What a reference may be asked for, and what is done at its end.
 #pragma once
 
+#include <atomic>
 #include <vector>
 
 #include "reference/reference.h"
@@ -9,6 +10,9 @@ namespace kerf::reference {
 
 /// Throws Error naming the first figure out of range.
 void Check(const ReferenceParams& params, const std::vector<Pose>& poses);
+
+/// Throws Error once it is true; null: never.
+void StopIf(const std::atomic<bool>* stop);
 
 /// Stretches what the ticks say was removed, which flux has gathered, so that the last says what the bone has lost.
 void SettleRemoved(ReferenceRun& run);

@@ -14,6 +14,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kBits = 3;  // a group has 2^3 members
 constexpr std::size_t kMembers = std::size_t{1} << kBits;
 constexpr int kLevels = 7;
+constexpr double kBent_mm = 1e-10;  // a way is straight that is no further from a line
 constexpr double kTie_mm = 1e-10;  // groups that are nearer by no more than this are not looked into
 
 /// A disc that went straight in its own plane: a stadium of the disc's thickness, with the hole that all discs on the
@@ -26,13 +27,34 @@ struct Swept {
   double hole_mm = -1;  // radius; below 0: none
 };
 
-/// Around some of what was swept, in order of time.
+/// Around some of what was swept, in order of time: a stadium about the segment from the first centre to the last.
 struct Group {
-  Box3 centres;  // of the discs
+  Vec3 a{0}, b{0};    // the segment
+  double off_mm = 0;  // no centre is further from it
   Vec3 n{0, 0, 1};
+  double tilt = 0;  // the greatest sine between n and a disc's normal
   double z_lower = kInfinity, z_upper = -kInfinity;  // along n
   double hole_mm = kInfinity;                        // the smallest
+  Vec3 flat_way{0};  // of the segment, across n
+  double inverse_way2 = 0;
+  double reach_mm = 0;  // across n, from the segment
 };
+
+/// 1 / x, and 0 where there is none.
+double Invert(double x) {
+  return x > 0 ? 1 / x : 0;
+}
+
+double CalcDistanceToSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 way = b - a;
+  const double t = std::clamp(glm::dot(p - a, way) * Invert(glm::dot(way, way)), 0.0, 1.0);
+  return glm::length(p - a - t * way);
+}
+
+/// Of a plate as far as `along` beyond its faces and `across` beyond its edge, negative inside.
+double CalcPlateDistance(double across, double along) {
+  return across > 0 && along > 0 ? std::sqrt(across * across + along * along) : std::max(across, along);
+}
 
 /// Angle between two planes' normals as a sine.
 double CalcSine(const Vec3& n_a, const Vec3& n_b) {
@@ -57,43 +79,92 @@ struct ExactBone::State {
     if (s.hole_mm >= 0) {
       across = std::max(across, s.hole_mm - std::max(glm::length(flat), glm::length(flat - s.way)));
     }
-    const double along = std::abs(z) - half_mm;
-    return across > 0 && along > 0 ? std::hypot(across, along) : std::max(across, along);
+    return CalcPlateDistance(across, std::abs(z) - half_mm);
   }
 
-  /// No member's signed distance is less.
+  /// No member's signed distance is less: the plate that holds them all is as near or nearer, and as deep or deeper.
   double CalcBound(const Group& g, const Vec3& p) const {
-    const double z = glm::dot(p, g.n);
-    double bound = std::max(g.z_lower - z, z - g.z_upper);
-    const Vec3 beyond = glm::max(glm::max(g.centres.lower - p, p - g.centres.upper), Vec3(0));
-    const double nearest = glm::length(beyond);
-    if (nearest > 0) bound = std::max(bound, nearest - reach_mm);
-    if (g.hole_mm > 0) {
-      const Vec3 furthest = glm::max(glm::abs(g.centres.lower - p), glm::abs(g.centres.upper - p));
-      bound = std::max(bound, g.hole_mm - glm::length(furthest));
-    }
-    return bound;
+    const Vec3 q = p - g.a;
+    const double z = glm::dot(q, g.n);
+    const Vec3 flat = q - z * g.n;
+    const double t = std::clamp(glm::dot(flat, g.flat_way) * g.inverse_way2, 0.0, 1.0);
+    const double across = glm::length(flat - t * g.flat_way) - g.reach_mm;
+    const double bound = CalcPlateDistance(across, std::max(g.z_lower - z, z - g.z_upper));
+    if (!(g.hole_mm > bound)) return bound;
+    return std::max(bound, g.hole_mm - g.off_mm - std::max(glm::length(q), glm::length(p - g.b)));
   }
 
-  void Add(const Swept& s) {
-    const std::size_t index = swept.size();
-    swept.push_back(s);
+  /// The member at `index` is new, or goes further than before.
+  void Include(std::size_t index) {
+    const Swept& s = swept[index];
     for (int level = 0; level < kLevels; ++level) {
       const std::size_t at = index >> (kBits * (level + 1));
       if (at == groups[level].size()) {
         groups[level].emplace_back();
+        groups[level].back().a = s.a;
         groups[level].back().n = s.n;
       }
       Group& g = groups[level][at];
-      g.centres.Include(s.a);
-      g.centres.Include(s.a + s.way);
-      g.hole_mm = std::min(g.hole_mm, s.hole_mm);
-      const double thickness = half_mm + radius_mm * CalcSine(s.n, g.n);
+      const double sine = CalcSine(s.n, g.n);
+      const double thickness = half_mm + radius_mm * sine;
       for (const Vec3& centre : {s.a, s.a + s.way}) {
-        g.z_lower = std::min(g.z_lower, glm::dot(centre, g.n) - thickness);
-        g.z_upper = std::max(g.z_upper, glm::dot(centre, g.n) + thickness);
+        const double z = glm::dot(centre - g.a, g.n);
+        g.z_lower = std::min(g.z_lower, z - thickness);
+        g.z_upper = std::max(g.z_upper, z + thickness);
       }
+      g.hole_mm = std::min(g.hole_mm, s.hole_mm);
+      g.tilt = std::max(g.tilt, sine);
+      g.b = s.a + s.way;
+      g.flat_way = g.b - g.a - glm::dot(g.b - g.a, g.n) * g.n;
+      g.inverse_way2 = Invert(glm::dot(g.flat_way, g.flat_way));
+      g.off_mm = CalcOff(level, at, g);
+      g.reach_mm = radius_mm + half_mm * g.tilt + g.off_mm;
     }
+  }
+
+  /// The distance to a segment is greatest at the ends of another.
+  double CalcOff(int level, std::size_t at, const Group& g) const {
+    double off_mm = 0;
+    const auto include = [&](const Vec3& a, const Vec3& b, double more_mm) {
+      off_mm = std::max({off_mm, CalcDistanceToSegment(a, g.a, g.b) + more_mm,
+                         CalcDistanceToSegment(b, g.a, g.b) + more_mm});
+    };
+    const std::size_t begin = at << kBits;
+    if (level == 0) {
+      for (std::size_t i = begin; i < std::min(begin + kMembers, swept.size()); ++i) {
+        include(swept[i].a, swept[i].a + swept[i].way, 0);
+      }
+      return off_mm;
+    }
+    const std::vector<Group>& members = groups[level - 1];
+    for (std::size_t i = begin; i < std::min(begin + kMembers, members.size()); ++i) {
+      include(members[i].a, members[i].b, members[i].off_mm);
+    }
+    return off_mm;
+  }
+
+  void Add(const Swept& s) {
+    if (swept.empty() || !Extend(s)) {
+      swept.push_back(s);
+      bent_mm = 0;
+    }
+    Include(swept.size() - 1);
+  }
+
+  /// Straight on in one plane is one stadium. False where it isn't, by more than kBent_mm at any place since it began.
+  bool Extend(const Swept& s) {
+    Swept& last = swept.back();
+    const Vec3 end = last.a + last.way;
+    if (s.hole_mm != last.hole_mm || !(glm::dot(s.way, last.way) > 0)) return false;
+    const Vec3 way = s.a + s.way - last.a;
+    const double z_mm = std::abs(glm::dot(way, last.n)) + std::abs(glm::dot(s.a - last.a, last.n));
+    const double bent = bent_mm + glm::length(s.a - end) + z_mm + radius_mm * CalcSine(s.n, last.n) +
+                        CalcDistanceToSegment(end, last.a, last.a + way);
+    if (bent > kBent_mm) return false;
+    bent_mm = bent;
+    last.way = way - glm::dot(way, last.n) * last.n;
+    last.inverse_way2 = Invert(glm::dot(last.way, last.way));
+    return true;
   }
 
   /// Lowers `least` to the least signed distance of the group's members; looks no further when it is below `enough`.
@@ -132,6 +203,7 @@ struct ExactBone::State {
   double half_mm = 0;
   double reach_mm = 0;
   std::vector<Swept> swept;
+  double bent_mm = 0;  // of the last
   std::array<std::vector<Group>, kLevels> groups;  // of 8 sweeps, of 8 groups of those, ...
   Box3 bounds;
 };
@@ -156,8 +228,7 @@ void ExactBone::Sweep(const Pose& X_a, const Pose& X_b, double edge_mm) {
   const double along = glm::dot(way, swept.n);
   swept.a = X_a.p_AB + 0.5 * along * swept.n;
   swept.way = way - along * swept.n;
-  const double way2 = glm::dot(swept.way, swept.way);
-  swept.inverse_way2 = way2 > 0 ? 1 / way2 : 0;
+  swept.inverse_way2 = Invert(glm::dot(swept.way, swept.way));
   swept.hole_mm = edge_mm > 0 ? s.radius_mm - edge_mm : -1;
   s.Add(swept);
   for (const Vec3& centre : {swept.a, swept.a + swept.way}) {
@@ -177,8 +248,11 @@ bool ExactBone::IsSwept(const Vec3& p_W) const {
   return state_->FindLeast(p_W, 2 * kTie_mm, 0) <= 0;
 }
 
+double ExactBone::SweptDistance(const Vec3& p_W, double most_mm, double enough_mm) const {
+  return state_->FindLeast(p_W, most_mm, enough_mm);
+}
 double ExactBone::SweptDistance(const Vec3& p_W, double most_mm) const {
-  return state_->FindLeast(p_W, most_mm, -kInfinity);
+  return SweptDistance(p_W, most_mm, -kInfinity);
 }
 
 namespace {

@@ -29,8 +29,9 @@ struct ExactSolid {
 /// Outside of all sweeps the distance to them is exact; within, it is how deep the deepest single sweep holds the
 /// point, so not more than the true depth.
 ///
-/// Groups of 8 sweeps, and of 8 such groups and so on, are bounded by a box of centres, a slab and the hole that their
-/// discs have in common; a query looks into the groups that could be nearer, the nearest first.
+/// Sweeps that go straight on in one plane are made one, which they are. Groups of 8 sweeps, and of 8 such groups and so
+/// on, are bounded by a stadium about the way from the first to the last centre and by the hole that their discs have in
+/// common; a query looks into the groups that could be nearer, the nearest first.
 class ExactBone {
  public:
   ExactBone(ExactSolid solid, const DiscSaw& saw);
@@ -46,7 +47,9 @@ class ExactBone {
   /// Distance(p_W) < 0 but for rounding, and faster.
   bool IsBone(const Vec3& p_W) const { return solid().distance_mm(p_W) < 0 && !IsSwept(p_W); }
   bool IsSwept(const Vec3& p_W) const;
-  /// To what was swept, negative within; `most_mm` where it is no less than that, which is then known faster.
+  /// To what was swept, negative within; `most_mm` where it is no less than that, which is then known faster. It is
+  /// looked no further once it is below `enough_mm`: then any figure below that.
+  double SweptDistance(const Vec3& p_W, double most_mm, double enough_mm) const;
   double SweptDistance(const Vec3& p_W, double most_mm) const;
   /// Volume of what was swept of the solid, mm^3: cells are halved as long as a surface may go through them, down to
   /// `finest_mm`; there, by the distance to it. Errors: of the order of finest_mm^2 for each mm of sharp edge.

@@ -145,14 +145,19 @@ class HeldTool {
     for (std::size_t i = 0; i < flat_.size(); ++i) {
       const FlatPoint& point = flat_[i];
       // The distance function may rise twice as fast as the distance.
-      if (solid.distance_mm(X_T_.Point({point.x, point.y, 0})) > 2 * (half_mm + most_way_mm_)) {
+      const double solid_mm = solid.distance_mm(X_T_.Point({point.x, point.y, 0}));
+      if (solid_mm > 2 * (half_mm + most_way_mm_)) {
         known_mm_[2 * i] = known_mm_[2 * i + 1] = 0;
         continue;
       }
+      // Inside by so much, bone's own surface is too far to say anything.
+      const bool is_deep = solid_mm < -(2 * half_mm + kDeep_mm);
       double depth_mm[2];
       for (const int side : {0, 1}) {
         const Vec3 p_W = X_T_.Point({point.x, point.y, side == 0 ? -half_mm : half_mm});
-        depth_mm[side] = std::min(-solid.distance_mm(p_W), bone_.SweptDistance(p_W, kDeep_mm));
+        const double most_mm = is_deep ? kDeep_mm : std::min(kDeep_mm, -solid.distance_mm(p_W));
+        // Less deep than -most_way_mm_ is as good as far away.
+        depth_mm[side] = most_mm <= -most_way_mm_ ? most_mm : bone_.SweptDistance(p_W, most_mm, -most_way_mm_);
       }
       // In a bent kerf both walls press; what they have in common moves nothing. Where no kerf is near each holds
       // alone.
@@ -229,13 +234,15 @@ class HeldTool {
 
 }  // namespace
 
-ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WH) {
+ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WH,
+                                const std::atomic<bool>* stop) {
   reference::Check(params, X_WH);
   if (params.rpm == 0) throw Error("the reference has no tool in a hand with its spindle stopped");
   HeldTool tool(std::move(solid), params, X_WH[0]);
   const int steps = params.fineness.steps_per_tick;
   std::vector<ReferenceTick> ticks;
   for (std::size_t k = 1; k < X_WH.size(); ++k) {
+    reference::StopIf(stop);
     HeldTool::Sums sums;
     for (int i = 1; i <= steps; ++i) {
       tool.Follow(Between(X_WH[k - 1], X_WH[k], static_cast<double>(i) / steps), params.tick_s / steps, sums);

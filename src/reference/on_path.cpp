@@ -49,7 +49,8 @@ Load CalcLoad(const ReferenceParams& params, const ToothForce& law, const ExactB
 
 }  // namespace
 
-ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WT) {
+ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WT,
+                                const std::atomic<bool>* stop) {
   reference::Check(params, X_WT);
   const ToothForce law = MakeToothForce(params.law, params.saw);
   ReferenceRun run{{}, ExactBone(std::move(solid), params.saw)};
@@ -57,6 +58,7 @@ ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params,
   std::vector<Piece> pieces;
   double removed_mm3 = 0;
   for (std::size_t k = 1; k < X_WT.size(); ++k) {
+    reference::StopIf(stop);
     const Pose& X_a = X_WT[k - 1];
     const Pose& X_b = X_WT[k];
     const Vec3 turn_T = reference::TurnBetween(X_a.R_AB, X_b.R_AB);

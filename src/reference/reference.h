@@ -10,6 +10,7 @@
 // across the kerf) goes with its width in both.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <vector>
 
@@ -66,11 +67,14 @@ struct ReferenceRun {
 };
 
 /// The tool goes along the poses, whatever stands in its way: X_W[0] is where it starts, X_W[k] where tick k ends;
-/// between them it goes straight and turns evenly. The whole disc removes bone.
-ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WT);
+/// between them it goes straight and turns evenly. The whole disc removes bone. Throws Error in the tick after `*stop`
+/// has become true.
+ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WT,
+                                const std::atomic<bool>* stop = nullptr);
 
 /// The handle goes along the poses; the tool is tied to it, and the rim alone removes bone (docs/tick.md: the same
-/// model, solved by other means).
-ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WH);
+/// model, solved by other means). `stop` as above.
+ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params, const std::vector<Pose>& X_WH,
+                                const std::atomic<bool>* stop = nullptr);
 
 }  // namespace kerf
