@@ -263,7 +263,7 @@ double CalcRemovedOf(const ExactBone& bone, const Vec3& centre, double size_mm, 
   const double solid = bone.solid().distance_mm(centre);
   // The solid's distance may rise twice as fast as a distance.
   if (solid > 2 * reach_mm) return 0;
-  const double swept = bone.SweptDistance(centre, reach_mm);
+  const double swept = bone.SweptDistance(centre, reach_mm, -reach_mm);
   if (swept >= reach_mm) return 0;
   const double whole = size_mm * size_mm * size_mm;
   if (solid < -2 * reach_mm && swept < -reach_mm) return whole;

@@ -18,6 +18,7 @@ using namespace reference;
 constexpr double kWall_N_per_mm3 = 3000 / (1.4 * 1.4);
 constexpr double kDeep_mm = 0.1;          // in a wall: no spring is drawn so far
 constexpr double kCreep_mm_per_s = 0.02;  // of a law with a force at the smallest bite
+constexpr int kFluxShare = 4;             // only so much of the rim's points for the flux, which is only a share
 constexpr double kWayInATick_mm = 0.1;    // of the tool's points in a step, times the steps of a tick
 
 /// On both flats.
@@ -41,6 +42,12 @@ std::vector<FlatPoint> MakeFlat(double radius_mm, double spacing_mm) {
   return points;
 }
 
+/// The uncut bone's distance from the middle of a pair of points, when the tool had gone so far.
+struct Seen {
+  double solid_mm = 0;
+  double went_mm = 0;
+};
+
 class HeldTool {
  public:
   HeldTool(ExactSolid solid, const ReferenceParams& params, const Pose& X_W)
@@ -48,7 +55,8 @@ class HeldTool {
         bone_(std::move(solid), params.saw),
         flat_(MakeFlat(params.saw.radius_mm() - params.fineness.edge_mm, params.fineness.flat_spacing_mm)),
         known_mm_(2 * flat_.size(), 0.0),
-        flux_(params.saw, params.fineness.rim_points, 1, false),
+        seen_(flat_.size()),
+        flux_(params.saw, std::max(16, params.fineness.rim_points / kFluxShare), 1, false),
         reach_mm_(std::hypot(params.saw.radius_mm(), 0.5 * params.saw.thickness_mm)),
         most_way_mm_(std::min(kWayInATick_mm / params.fineness.steps_per_tick, 0.25 * params.fineness.edge_mm)),
         X_T_(X_W),
@@ -81,7 +89,7 @@ class HeldTool {
       // Through air the tool goes with the handle.
       const double way_mm = glm::length(X_H.p_AB - X_T_.p_AB);
       if (bone_.solid().distance_mm(X_T_.p_AB) > 2 * (2 * reach_mm_ + way_mm)) {
-        X_T_ = X_H;
+        SetPose(X_H);
         u_ = {};
         f_damper_W_ = Vec3(0);
         return;
@@ -135,6 +143,29 @@ class HeldTool {
     }
   }
 
+  enum class Place { kAir, kNear, kInside };
+
+  /// Of a pair of points of the flats against the uncut bone: in the air by more than a step, near its surface, or
+  /// inside by more than any spring is drawn. What was seen of the pair holds until the tool has gone far enough.
+  Place FindPlace(std::size_t i) {
+    // The distance function may rise twice as fast as the distance.
+    const double half_mm = 0.5 * params_.saw.thickness_mm;
+    const double air_mm = 2 * (half_mm + most_way_mm_);
+    const double inside_mm = -(2 * half_mm + kDeep_mm);
+    Seen& seen = seen_[i];
+    const double off_mm = 2 * (went_mm_ - seen.went_mm);
+    if (seen.solid_mm - off_mm > air_mm) return Place::kAir;
+    if (seen.solid_mm + off_mm < inside_mm) return Place::kInside;
+    seen = {bone_.solid().distance_mm(X_T_.Point({flat_[i].x, flat_[i].y, 0})), went_mm_};
+    if (seen.solid_mm > air_mm) return Place::kAir;
+    return seen.solid_mm < inside_mm ? Place::kInside : Place::kNear;
+  }
+
+  void SetPose(const Pose& X) {
+    went_mm_ += glm::length(X.p_AB - X_T_.p_AB) + reach_mm_ * glm::length(TurnBetween(X_T_.R_AB, X.R_AB));
+    X_T_ = X;
+  }
+
   void FindWalls() {
     problem_.walls.clear();
     // A spring is drawn by the tool's own way only: where the tool was set down in bone, walls hold it but do not push
@@ -144,18 +175,15 @@ class HeldTool {
     wall_of_.clear();
     for (std::size_t i = 0; i < flat_.size(); ++i) {
       const FlatPoint& point = flat_[i];
-      // The distance function may rise twice as fast as the distance.
-      const double solid_mm = solid.distance_mm(X_T_.Point({point.x, point.y, 0}));
-      if (solid_mm > 2 * (half_mm + most_way_mm_)) {
+      const Place place = FindPlace(i);
+      if (place == Place::kAir) {
         known_mm_[2 * i] = known_mm_[2 * i + 1] = 0;
         continue;
       }
-      // Inside by so much, bone's own surface is too far to say anything.
-      const bool is_deep = solid_mm < -(2 * half_mm + kDeep_mm);
       double depth_mm[2];
       for (const int side : {0, 1}) {
         const Vec3 p_W = X_T_.Point({point.x, point.y, side == 0 ? -half_mm : half_mm});
-        const double most_mm = is_deep ? kDeep_mm : std::min(kDeep_mm, -solid.distance_mm(p_W));
+        const double most_mm = place == Place::kInside ? kDeep_mm : std::min(kDeep_mm, -solid.distance_mm(p_W));
         // Less deep than -most_way_mm_ is as good as far away.
         depth_mm[side] = most_mm <= -most_way_mm_ ? most_mm : bone_.SweptDistance(p_W, most_mm, -most_way_mm_);
       }
@@ -213,7 +241,7 @@ class HeldTool {
     const Vec3 v = X_middle.InverseVector(X_next.p_AB - X_T_.p_AB) / time_s;
     removed_mm3_ += time_s * flux_.Calc(bone_, X_middle, v, w);
     bone_.Sweep(X_T_, X_next, params_.fineness.edge_mm);
-    X_T_ = X_next;
+    SetPose(X_next);
   }
 
   ReferenceParams params_;
@@ -221,6 +249,8 @@ class HeldTool {
   std::vector<FlatPoint> flat_;
   std::vector<double> known_mm_;      // how far the spring of each is drawn, lower and upper flat in turn
   std::vector<std::size_t> wall_of_;  // which of these each of the problem's walls is
+  std::vector<Seen> seen_;            // of each pair
+  double went_mm_ = 0;                // no point of the disc went further since the start
   Flux flux_;
   double reach_mm_;
   double most_way_mm_;

@@ -12,6 +12,7 @@ namespace {
 using reference::kPi;
 using reference::Piece;
 
+constexpr int kFluxShare = 4;            // only so much of the rim's points for the flux, which is only a share
 constexpr double kMostWay_mm = 0.1;      // of a step, across the spindle
 constexpr double kMostAxialShare = 0.1;  // of the thickness, along it
 
@@ -54,7 +55,8 @@ ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params,
   reference::Check(params, X_WT);
   const ToothForce law = MakeToothForce(params.law, params.saw);
   ReferenceRun run{{}, ExactBone(std::move(solid), params.saw)};
-  const reference::Flux flux(params.saw, params.fineness.rim_points, 0.5 * params.fineness.flat_spacing_mm, true);
+  const reference::Flux flux(params.saw, std::max(16, params.fineness.rim_points / kFluxShare),
+                             0.5 * params.fineness.flat_spacing_mm, true);
   std::vector<Piece> pieces;
   double removed_mm3 = 0;
   for (std::size_t k = 1; k < X_WT.size(); ++k) {
