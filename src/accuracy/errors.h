@@ -37,9 +37,6 @@ double GetReferenceEdge_mm(Holding holding);
 /// Nearest rank; 0 for none.
 double CalcPercentile(std::vector<double> values, double share);
 
-/// Volume of the solid that was swept, mm^3, to about 0.2 %: what was taken, however the tool went.
-double CalcExactRemoved_mm3(const ExactBone& exact, std::span<const ReferenceTick> ticks, const DiscSaw& saw);
-
 /// Symmetric distance of the cut surface of `bone` from the exact one, into `errors`. Of the bone's surface, points
 /// that lie inside the uncut solid: elsewhere it is not cut. Of the exact one, points of the disc's outline along its
 /// way, moved on to the surface.

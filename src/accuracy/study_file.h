@@ -34,7 +34,7 @@ struct StudySpec {
   std::vector<std::string> cost_paths;  // the knobs' costs only on these; empty: on all; the base settings' on all
   int ticks_per_case = 20'000;          // timed, of each case for costs
   int ticks_of_defaults = 100'000;      // the same for the base settings
-  double reference_tolerance = 2e-4;    // between two refinements, a share of the force
+  double reference_tolerance = 1e-3;    // between two refinements, a share of the force
   StudySettings base;
   std::vector<KnobSweep> knobs;
 };

@@ -15,7 +15,7 @@ constexpr int kBits = 3;  // a group has 2^3 members
 constexpr std::size_t kMembers = std::size_t{1} << kBits;
 constexpr int kLevels = 7;
 constexpr double kBent_mm = 1e-10;  // a way is straight that is no further from a line
-constexpr double kTie_mm = 1e-10;  // groups that are nearer by no more than this are not looked into
+constexpr double kTie_mm = 1e-10;   // groups that are nearer by no more than this are not looked into
 
 /// A disc that went straight in its own plane: a stadium of the disc's thickness, with the hole that all discs on the
 /// way have in common.
@@ -32,10 +32,10 @@ struct Group {
   Vec3 a{0}, b{0};    // the segment
   double off_mm = 0;  // no centre is further from it
   Vec3 n{0, 0, 1};
-  double tilt = 0;  // the greatest sine between n and a disc's normal
+  double tilt = 0;                                   // the greatest sine between n and a disc's normal
   double z_lower = kInfinity, z_upper = -kInfinity;  // along n
   double hole_mm = kInfinity;                        // the smallest
-  Vec3 flat_way{0};  // of the segment, across n
+  Vec3 flat_way{0};                                  // of the segment, across n
   double inverse_way2 = 0;
   double reach_mm = 0;  // across n, from the segment
 };
@@ -126,8 +126,8 @@ struct ExactBone::State {
   double CalcOff(int level, std::size_t at, const Group& g) const {
     double off_mm = 0;
     const auto include = [&](const Vec3& a, const Vec3& b, double more_mm) {
-      off_mm = std::max({off_mm, CalcDistanceToSegment(a, g.a, g.b) + more_mm,
-                         CalcDistanceToSegment(b, g.a, g.b) + more_mm});
+      off_mm = std::max(
+          {off_mm, CalcDistanceToSegment(a, g.a, g.b) + more_mm, CalcDistanceToSegment(b, g.a, g.b) + more_mm});
     };
     const std::size_t begin = at << kBits;
     if (level == 0) {
@@ -203,7 +203,7 @@ struct ExactBone::State {
   double half_mm = 0;
   double reach_mm = 0;
   std::vector<Swept> swept;
-  double bent_mm = 0;  // of the last
+  double bent_mm = 0;                              // of the last
   std::array<std::vector<Group>, kLevels> groups;  // of 8 sweeps, of 8 groups of those, ...
   Box3 bounds;
 };

@@ -29,9 +29,9 @@ struct ExactSolid {
 /// Outside of all sweeps the distance to them is exact; within, it is how deep the deepest single sweep holds the
 /// point, so not more than the true depth.
 ///
-/// Sweeps that go straight on in one plane are made one, which they are. Groups of 8 sweeps, and of 8 such groups and so
-/// on, are bounded by a stadium about the way from the first to the last centre and by the hole that their discs have in
-/// common; a query looks into the groups that could be nearer, the nearest first.
+/// Sweeps that go straight on in one plane are made one, which they are. Groups of 8 sweeps, and of 8 such groups and
+/// so on, are bounded by a stadium about the way from the first to the last centre and by the hole that their discs
+/// have in common; a query looks into the groups that could be nearer, the nearest first.
 class ExactBone {
  public:
   ExactBone(ExactSolid solid, const DiscSaw& saw);

@@ -144,7 +144,9 @@ TEST(StudyReference, ADamagedFileIsMadeAnewAndThatIsSaid) {
 TEST(StudyReference, StopsWhenAsked) {
   const std::atomic<bool> stop{true};
   const StudyPath path = MakeStretch("idle", 0, 0.1);
-  EXPECT_THROW(MakeStudyReference(path, Holding::kPath, {}, kTolerance, "", &stop), Error);
+  for (const Holding holding : {Holding::kHand, Holding::kPath}) {
+    EXPECT_THROW(MakeStudyReference(path, holding, {}, kTolerance, "", &stop), Error);
+  }
 }
 
 }  // namespace

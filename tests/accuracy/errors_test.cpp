@@ -187,14 +187,5 @@ TEST(SurfaceErrors, AKerfBesideTheOtherIsAsFarFromItAsItIs) {
   EXPECT_NEAR(errors.surface_p95_mm, 0.03, 0.001);
 }
 
-TEST(ExactVolume, IsTheDiscsWayThroughTheBlock) {
-  const BesideCase cut(0);
-  // Lowest point of the rim at z = -3: a segment of the circle 3 mm high, 0.25 mm thick.
-  const double r = 11, h = 3;
-  const double area = r * r * std::acos((r - h) / r) - (r - h) * std::sqrt(2 * r * h - h * h);
-  // Of lattices of 200000 lines over a box about twice as large: some tenths of a percent.
-  EXPECT_NEAR(CalcExactRemoved_mm3(*cut.exact, cut.ticks, cut.path.saw), 0.25 * area, 3e-3 * 0.25 * area);
-}
-
 }  // namespace
 }  // namespace kerf

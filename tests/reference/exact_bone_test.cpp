@@ -71,6 +71,25 @@ TEST(ExactBone, GroupsGiveWhatEachSweepAloneGives) {
   }
 }
 
+TEST(ExactBone, AStraightWayInPartsIsOneStadium) {
+  // Whole disc and rim, askew; after it a bend, which is no part of it.
+  const Pose X_WB{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, -0.5))), {3, 4, 5}};
+  const auto at = [&](double x, double z) { return Times(X_WB, Upright({x, 0, z})); };
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (const double edge_mm : {0.0, 0.4}) {
+    ExactBone parts(Block(X_WB, {200, 200, 200}), kSaw);
+    ExactBone whole(Block(X_WB, {200, 200, 200}), kSaw);
+    for (int i = 0; i < 500; ++i) parts.Sweep(at(0.01 * i, 0), at(0.01 * (i + 1), 0), edge_mm);
+    whole.Sweep(at(0, 0), at(5, 0), edge_mm);
+    for (ExactBone* bone : {&parts, &whole}) bone->Sweep(at(5, 0), at(6, 0.5), edge_mm);
+    for (int i = 0; i < 2000; ++i) {
+      const Vec3 p = X_WB.Point(Vec3(20, 0.4, 16) * Vec3(unit(random), unit(random), unit(random)));
+      EXPECT_NEAR(parts.Distance(p), whole.Distance(p), 1e-9);
+    }
+  }
+}
+
 TEST(ExactBone, RimLeavesTheInside) {
   ExactBone bone(Block({}, {60, 60, 60}), kSaw);
   bone.Sweep(Upright({0, 0, 0}), Upright({0.1, 0, 0}), 0.5);

@@ -132,6 +132,30 @@ TEST(ReferenceInHand, ConvergesWithFirstOrderInItsSteps) {
   }
 }
 
+TEST(ReferenceInHand, ConvergesInItsRimPoints) {
+  std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 2}, 25);
+  Append(poses, Stroke({0, 0, kR - 2}, {1, 0.2, kR - 2.2}, 20));
+  std::vector<ReferenceRun> runs;
+  for (const int points : {96, 192, 384}) {
+    ReferenceParams params = HeldAtTheGrip("hertz_chip", 1);
+    params.fineness.rim_points = points;
+    runs.push_back(RunReferenceInHand(Block(kBelow, {60, 10, 30}), params, poses));
+  }
+  double apart[2];
+  for (const int i : {0, 1}) {
+    double sum = 0;
+    for (std::size_t k = 0; k < runs[i].ticks.size(); ++k) {
+      const Vec3 d = runs[i].ticks[k].f_W_N - runs[i + 1].ticks[k].f_W_N;
+      sum += glm::dot(d, d);
+    }
+    apart[i] = std::sqrt(sum / static_cast<double>(runs[i].ticks.size()));
+  }
+  std::printf("rim_points: apart %.2e, %.2e N rms of %.2f N\n", apart[0], apart[1],
+              glm::length(runs[2].ticks.back().f_W_N));
+  // Of first order or better.
+  EXPECT_LT(apart[1], 0.6 * apart[0]);
+}
+
 TEST(ReferenceInHand, WallsHoldWhatTheCouplingPulls) {
   // Down 5 mm, then the handle goes 0.8 mm to the side: along the spindle.
   std::vector<Pose> poses = Stroke({0, 0, kR}, {0, 0, kR - 5}, 25);
