@@ -90,6 +90,16 @@ TEST(ExactBone, AStraightWayInPartsIsOneStadium) {
   }
 }
 
+TEST(ExactBone, AWayThatBendsALittleIsNotMadeStraight) {
+  ExactBone bone(Block({}, {200, 200, 200}), kSaw);
+  for (int i = 0; i < 200; ++i) {
+    const auto at = [](double turn) { return Upright({10 * std::sin(turn), 0, 10 * std::cos(turn)}); };
+    bone.Sweep(at(0.005 * i), at(0.005 * (i + 1)), 0);
+  }
+  // Beyond the bend: chords of 0.05 mm, less high than the arc by 3e-5 mm.
+  EXPECT_NEAR(bone.Distance({21.5 * std::sin(0.5), 0, 21.5 * std::cos(0.5)}), -(21.5 - 10 - kR), 4e-5);
+}
+
 TEST(ExactBone, RimLeavesTheInside) {
   ExactBone bone(Block({}, {60, 60, 60}), kSaw);
   bone.Sweep(Upright({0, 0, 0}), Upright({0.1, 0, 0}), 0.5);
