@@ -17,9 +17,11 @@ from check_layers import read_table  # noqa: E402
 BOX_W, BOX_H, GAP_X, GAP_Y, MARGIN, TOP = 128, 50, 34, 62, 28, 64
 SHOWN = {"openvdb": "OpenVDB", "vtk": "VTK", "itk": "ITK, GDCM", "toml": "toml++", "cli": "CLI11", "sndfile": "libsndfile"}
 # Columns set by hand so that hardly an arrow runs behind a box; rows follow from the table.
-COLUMNS = {"cli": 4.0, "study": 3.2, "session": 2.6, "scene": 1.9, "slab": 0, "sim": 1.3, "effects": 1.3, "import": 4.4, "report": 5.5,
-           "contact": 0.95, "removal": 2, "models": 3, "bonefile": 4, "render": 5.5, "paper": 0, "force": 1, "bone": 2.95, "mesh": 5,
-           "material": 2.7, "tool": 1.65, "files": 4.3, "core": 2.4, "proximity": 3.6, "coupled": 1.3, "devices": 0, "haptics": 0.6, "bench": 5.2, "stability": 0, "heap_guard": 6.3, "audio": 3.8, "reference": 0.55, "accuracy": 4.3}
+COLUMNS = {"cli": 2.55, "study": 2.7, "session": 3.55, "scene": 2.7, "slab": 1.4, "sim": 5.15, "effects": 4.85, "import": 2.25,
+           "report": 3.5, "contact": 2.2, "removal": 6.3, "models": 0, "bonefile": 1, "render": 4.3, "paper": 1.85,
+           "force": 6.3, "bone": 3.75, "mesh": 2.8, "material": 3.65, "tool": 4.7, "files": 1.4, "core": 3, "proximity": 5.25,
+           "coupled": 0.2, "devices": 0.45, "haptics": 0.65, "bench": 4.8, "stability": 1.25, "heap_guard": 6.05, "audio": 0,
+           "reference": 3.25, "accuracy": 1.65}
 PURE, IMPURE, EDGE, TEXT, NOTE = "#dcebf7", "#f4e9d8", "#8a949e", "#1c2733", "#5b6670"
 
 

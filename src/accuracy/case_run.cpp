@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <utility>
 
 #include "bone/build.h"
@@ -46,9 +47,11 @@ EffectChoices MakeEffects(const StudySettings& settings) {
   return effects;
 }
 
-double FindHottest_C(const EffectPlan& plan) {
+double FindTemperature_C(const EffectPlan& plan, const Vec3& p_W) {
   const auto* heat = dynamic_cast<const HeatEffect*>(plan.Find("heat"));
-  return heat ? heat->figures().hottest_C : 0;
+  if (!heat) return std::numeric_limits<double>::quiet_NaN();
+  if (heat->figures().full) throw Error("the cells of the heat grid are too many for the memory set aside for them");
+  return heat->CalcTemperature(p_W);
 }
 
 class HandSubject final : public CaseSubject {
@@ -75,7 +78,9 @@ class HandSubject final : public CaseSubject {
     if (status_ & kCoupledLeavesUsedUp) throw Error("no spare leaf was left, and the tool stopped before uncut bone");
     if (status_ & kCoupledBadPose) throw Error("the handle's pose was refused");
   }
-  double CalcHottest_C() override { return FindHottest_C(std::as_const(simulation_).effects()); }
+  double CalcTemperature_C(const Vec3& p_W) override {
+    return FindTemperature_C(std::as_const(simulation_).effects(), p_W);
+  }
   double CalcRemoved_mm3() override { return Sum(simulation_.CalcRemovedByRegion()); }
   std::size_t CalcMemoryBytes() override {
     return simulation_.CalcMemoryBytes() + simulation_.bone().CalcMemoryBytes();
@@ -118,7 +123,9 @@ class LedSubject final : public CaseSubject {
     if (++ticks_ % kTicksBetweenRefills == 0) simulation_.Refill();
     if (status_ & kTickBadPose) throw Error("the tool's pose was refused");
   }
-  double CalcHottest_C() override { return FindHottest_C(std::as_const(simulation_).effects()); }
+  double CalcTemperature_C(const Vec3& p_W) override {
+    return FindTemperature_C(std::as_const(simulation_).effects(), p_W);
+  }
   double CalcRemoved_mm3() override { return Sum(simulation_.CalcRemovedByRegion()); }
   std::size_t CalcMemoryBytes() override { return simulation_.bone().CalcMemoryBytes(); }
   std::optional<Bone> TakeBone() override { return std::move(simulation_).TakeBone(); }
@@ -268,6 +275,26 @@ std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding hold
   return std::make_unique<LedSubject>(path, settings, std::move(bone));
 }
 
+std::vector<Vec3> MakeHeatProbes(const StudyPath& path, Holding holding) {
+  // A way that heat makes in 2 s or 8 s, diffusivity 0.128 mm2/s: at it the temperature is smooth.
+  constexpr double kBeside_mm[] = {0.5, 1.0};
+  constexpr int kTimes = 40, kTurns = 48;
+  std::vector<Vec3> probes;
+  for (int i = 1; i <= kTimes; ++i) {
+    const Pose X = path.pose(holding, path.duration_s * i / kTimes);
+    for (int k = 0; k < kTurns; ++k) {
+      const double turn_rad = 2 * 3.14159265358979323846 * k / kTurns;
+      const Vec3 rim = path.saw.radius_mm() * Vec3(std::cos(turn_rad), std::sin(turn_rad), 0);
+      for (const double beside_mm : kBeside_mm) {
+        for (const double side : {-1.0, 1.0}) {
+          probes.push_back(X.Point(rim + Vec3(0, 0, side * (0.5 * path.saw.thickness_mm + beside_mm))));
+        }
+      }
+    }
+  }
+  return probes;
+}
+
 CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings& settings) {
   const std::unique_ptr<CaseSubject> subject = MakeCaseSubject(path, holding, settings, MakeCaseBone(path, settings));
   const std::vector<CaseInput> inputs = MakeCaseInputs(path, holding, settings.rate_hz);
@@ -277,7 +304,9 @@ CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings
     pass.f_W_N.push_back(subject->Tick(in));
     subject->BetweenTicks();
     pass.force_hash = MixForce(pass.force_hash, pass.f_W_N.back());
-    if (settings.heat_grid_mm > 0) pass.hottest_C.push_back(subject->CalcHottest_C());
+  }
+  if (settings.heat_grid_mm > 0) {
+    for (const Vec3& p_W : MakeHeatProbes(path, holding)) pass.beside_C.push_back(subject->CalcTemperature_C(p_W));
   }
   pass.removed_mm3 = subject->CalcRemoved_mm3();
   pass.bone = subject->TakeBone();

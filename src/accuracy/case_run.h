@@ -1,6 +1,7 @@
 // One pass of a case: the simulation that its settings ask for, and what it is fed.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,8 +31,8 @@ class CaseSubject {
   /// The force on the hand or on the tool, N. This alone is timed.
   virtual Vec3 Tick(const CaseInput& in) = 0;
   virtual void BetweenTicks() {}
-  /// Of the hottest node, C; 0 without heat.
-  virtual double CalcHottest_C() { return 0; }
+  /// Of the bone at a point, C; NaN without bone there or without heat. Throws Error when the heat had no room.
+  virtual double CalcTemperature_C(const Vec3&) { return std::numeric_limits<double>::quiet_NaN(); }
   /// At the end: exactly what the bone lost.
   virtual double CalcRemoved_mm3() { return 0; }
   virtual std::size_t CalcMemoryBytes() = 0;  // bone and simulation
@@ -49,10 +50,14 @@ Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings);
 std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding holding, const StudySettings& settings,
                                              Bone bone);
 
+/// Points beside the kerf of a path, W. Next to the edge itself the temperature has no limit as cells become finer: the
+/// heat of a bite goes into the cell that it falls into.
+std::vector<Vec3> MakeHeatProbes(const StudyPath& path, Holding holding);
+
 /// All of a pass, as it was.
 struct CasePass {
-  std::vector<Vec3> f_W_N;  // by tick
-  std::vector<double> hottest_C;
+  std::vector<Vec3> f_W_N;       // by tick
+  std::vector<double> beside_C;  // at the end, at MakeHeatProbes(); empty without heat
   double removed_mm3 = 0;
   std::optional<Bone> bone;
   std::uint64_t force_hash = 0;

@@ -141,7 +141,7 @@ StudyFigure MakeConvergence(const StudyResults& study, const KnobErrors& errors,
   plot.caption = fmt::format("slope over all values {}; over the coarser half {}", ShowSlope(errors.slope),
                              ShowSlope(errors.coarse));
   plot.x.label = knob.label;
-  plot.y.label = heat ? "largest error of the hottest spot's temperature (K)" : "force error, p95 (%)";
+  plot.y.label = heat ? "error of the temperature beside the kerf, p95 (K)" : "force error, p95 (%)";
   AddCurves(plot, errors, heat ? 1 : 100, errors.knob, study.base);
   if (!heat) AddForceLines(plot, errors.order < 0);
   figure.caption = fmt::format(

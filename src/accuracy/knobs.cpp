@@ -22,7 +22,8 @@ const std::vector<Knob>& StudyKnobs() {
       {"material", "material from", "", 0, false},
       {"precision_bits", "significand of the distances (bits)", "", 0},
       {"method", "method", "", 0, false},
-      {"heat_grid_mm", "cell of the heat grid (mm)", "2: central differences in space", 2},
+      {"heat_grid_mm", "cell of the heat grid (mm)",
+       "1: heat goes in half a cell deep and a cell behind the edge, and walls are found to a part of a cell", 1},
       {"band_voxels", "half width of the band (voxels)", "", 0},
   };
   return knobs;

@@ -69,7 +69,7 @@ std::optional<KnobError> ReadKnobError(const StudyResults& study, const std::str
   if (!IsMeasured(record)) return std::nullopt;
   if (knob == "heat_grid_mm") {
     if (!record.errors->temperature_K || !std::isfinite(*record.errors->temperature_K)) return std::nullopt;
-    return KnobError{*record.errors->temperature_K, 0};
+    return KnobError{*record.errors->temperature_K, record.errors->temperature_bar_K.value_or(0)};
   }
   const ReferenceRecord* reference = FindReference(study, record);
   return KnobError{record.errors->force_p95, reference != nullptr ? reference->error_bar : 0};

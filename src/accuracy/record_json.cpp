@@ -95,6 +95,7 @@ Json ToJson(const ErrorFigures& errors) {
   DescribeErrors(errors, [&](const char* key, double value) { json[key] = value; });
   if (errors.breakthrough_ms) json["breakthrough_ms"] = *errors.breakthrough_ms;
   if (errors.temperature_K) json["temperature_K"] = *errors.temperature_K;
+  if (errors.temperature_bar_K) json["temperature_bar_K"] = *errors.temperature_bar_K;
   return json;
 }
 
@@ -103,6 +104,7 @@ ErrorFigures ErrorsFromJson(const Json& json) {
   DescribeErrors(errors, [&](const char* key, double& value) { value = NumberFrom(json.at(key)); });
   if (json.contains("breakthrough_ms")) errors.breakthrough_ms = NumberFrom(json.at("breakthrough_ms"));
   if (json.contains("temperature_K")) errors.temperature_K = NumberFrom(json.at("temperature_K"));
+  if (json.contains("temperature_bar_K")) errors.temperature_bar_K = NumberFrom(json.at("temperature_bar_K"));
   return errors;
 }
 

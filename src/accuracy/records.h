@@ -37,7 +37,10 @@ struct ErrorFigures {
   double surface_max_mm = 0;
   std::optional<double> breakthrough_ms;  // how much too late the bone gives way (the force falls below 10 % of its
                                           // peak for good); none where it does not
-  std::optional<double> temperature_K;    // worst error of the hottest spot's temperature; with a heat grid only
+  // With a heat grid only: 95th percentile of the error of the temperature at the end of the path, 0.5 and 1 mm beside
+  // the kerf where that is a kelvin warmer than the body, and what of it may be the reference's own.
+  std::optional<double> temperature_K;
+  std::optional<double> temperature_bar_K;
 };
 inline constexpr double kForceJnd = 0.07;
 inline constexpr double kDirectionJnd_deg = 18.4;

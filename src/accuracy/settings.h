@@ -23,7 +23,7 @@ void Describe(StudySettings& p, V&& visit) {
         "where E comes from; ct: of bones with CT numbers");
   visit("precision_bits", p.precision_bits, Range{4, 24}, "significand of the distances in the voxels");
   visit("method", p.method, Choices{{"voxel", "coarse", "slab"}}, "how the tick works");
-  visit("heat_grid_mm", p.heat_grid_mm, Range{0, 10}, "cell of the heat grid; 0: no heat");
+  visit("heat_grid_mm", p.heat_grid_mm, Range{0, 2}, "cell of the heat grid, from 0.05 on; 0: no heat");
   visit("band_voxels", p.band_voxels, Range{2, 8}, "half width of the level set's band");
 }
 

@@ -35,9 +35,10 @@ struct OptionalErrorColumn {
   const char* name;
   std::optional<double> ErrorFigures::*value;
 };
-inline constexpr std::array<OptionalErrorColumn, 2> kOptionalErrorColumns{{
+inline constexpr std::array<OptionalErrorColumn, 3> kOptionalErrorColumns{{
     {"breakthrough_ms", &ErrorFigures::breakthrough_ms},
     {"temperature_K", &ErrorFigures::temperature_K},
+    {"temperature_bar_K", &ErrorFigures::temperature_bar_K},
 }};
 
 struct CostColumn {

@@ -55,6 +55,25 @@ TEST(CaseErrors, FallWithTheVoxel) {
   }
 }
 
+// Of first order against cells of 0.05 mm: halving them takes half of it off and a little more. Beside the kerf, since
+// next to its edge the temperature has no limit.
+TEST(CaseErrors, OfTheTemperatureFallWithTheCell) {
+  const StudyPath path = MakeStretch("slot", 0.5, 1.3);
+  StudySettings settings;
+  settings.voxel_mm = 0.2;
+  const StudyReference reference = MakeStudyReference(path, Holding::kPath, settings, 0.1, "", nullptr);
+  std::vector<double> errors_K;
+  for (const double cell_mm : {0.4, 0.2}) {
+    settings.heat_grid_mm = cell_mm;
+    const CaseOutcome outcome = RunForErrors(path, Holding::kPath, settings, reference);
+    ASSERT_EQ(outcome.state, CaseState::kDone) << outcome.why;
+    errors_K.push_back(outcome.errors->temperature_K.value());
+    EXPECT_GT(errors_K.back(), outcome.errors->temperature_bar_K.value());
+    EXPECT_GT(outcome.errors->temperature_bar_K.value(), 0);
+  }
+  EXPECT_LT(errors_K[1], 0.7 * errors_K[0]);
+}
+
 TEST(CaseErrors, IdleHasNone) {
   const StudyPath path = MakeStretch("idle", 0, 0.2);
   for (const Holding holding : path.holdings) {

@@ -146,7 +146,7 @@ const EffectInfo& Heat() {
           {{"share_into_bone", 0.1, 0, 1,
             "of the power of cutting, that stays in the walls of the kerf; the rest goes with chips and tool. An "
             "assumption: no number was found"},
-           {"voxel_mm", 0.4, 0.2, 2, "between nodes"},
+           {"voxel_mm", 0.4, 0.05, 2, "between nodes"},
            {"max_MB", 16.0, 0.1, 4096, "set aside for nodes; when it is used up no more of the bone is opened"},
            {"conductivity_W_per_mK", 0.32, 0.1, 5, "of bone; measured: 0.16 to 4.89"},
            {"density_kg_per_m3", 1908.0, 500, 3000, "of bone"},

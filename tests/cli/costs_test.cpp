@@ -1,0 +1,70 @@
+// kerf run --costs and kerf loop --costs from outside.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+using test::ProgramResult;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr char kScene[] =
+    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\nvoxel_mm = 0.25\n"
+    "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n[effects.tangential_force]\n"
+    "[output]\nbone = false\npictures = false\npieces = false\n"
+    "[[path.stroke]]\nstart_mm = [0.0, 0.0, 6.5]\nend_mm = [0.0, 0.0, 5.0]\nfeed_mm_per_s = 6.0\n"
+    "disc_normal = [1.0, 0.0, 0.0]\n";
+
+class Costs : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    Write("s.toml", kScene);
+  }
+};
+
+/// Every stage and effect has its times, and the stages' means are no more than the tick's.
+void CheckParts(const Json& costs) {
+  EXPECT_EQ(costs.at("budget_us"), 1000);
+  double sum_us = 0;
+  ASSERT_FALSE(costs.at("stages").empty());
+  for (const auto& [name, stage] : costs.at("stages").items()) sum_us += stage.at("mean_us").get<double>();
+  EXPECT_LE(sum_us, costs.at("tick").at("mean_us").get<double>() * 1.001);
+  EXPECT_EQ(costs.at("effects").size(), 1u);
+  EXPECT_TRUE(costs.at("effects").contains("tangential_force"));
+}
+
+TEST_F(Costs, OfARunAreATableAndInJson) {
+  const ProgramResult table = Kerf("run s.toml -o out --costs");
+  ASSERT_EQ(table.code, 0) << table.err;
+  for (const char* part : {"engage", "remove", "p99 of budget"}) EXPECT_THAT(table.out, HasSubstr(part));
+  EXPECT_THAT(Kerf("run s.toml -o out").out, Not(HasSubstr("p99 of budget")));
+  const ProgramResult json = Kerf("run s.toml -o out --costs --json");
+  ASSERT_EQ(json.code, 0) << json.err;
+  CheckParts(Json::parse(json.out).at("costs"));
+  EXPECT_FALSE(Json::parse(Kerf("run s.toml -o out --json").out).contains("costs"));
+}
+
+TEST_F(Costs, OfALoopAreATableAndInJson) {
+  const ProgramResult table = Kerf("loop s.toml --seconds 0.3 --costs");
+  ASSERT_EQ(table.code, 0) << table.err;
+  for (const char* part : {"engage", "remove", "p99 of budget"}) EXPECT_THAT(table.out, HasSubstr(part));
+  const ProgramResult json = Kerf("loop s.toml --seconds 0.3 --costs --json");
+  ASSERT_EQ(json.code, 0) << json.err;
+  CheckParts(Json::parse(json.out).at("costs"));
+}
+
+TEST_F(Costs, NeedTheClock) {
+  const ProgramResult result = Kerf("loop s.toml --seconds 0.3 --costs --virtual");
+  EXPECT_EQ(result.code, 2);
+  EXPECT_THAT(result.err, HasSubstr("--virtual"));
+}
+
+}  // namespace
+}  // namespace kerf
