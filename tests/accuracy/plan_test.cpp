@@ -56,7 +56,7 @@ TEST(StudyPlan, HashChangesWithAnyValue) {
                                        Sweep("rate_hz", "500"),
                                        "[base]\nsubsteps = 2\n",
                                        "[study]\nticks_of_defaults = 5000\n",
-                                       "[study]\nreference_tolerance = 1e-3\n",
+                                       "[study]\nreference_tolerance = 5e-3\n",
                                        "[study]\npaths = [\"slot\"]\n",
                                        "[study]\nholdings = [\"hand\"]\n",
                                        "[study]\ncost_paths = [\"slot\"]\n" + Sweep("voxel_mm", "0.2")};
