@@ -49,12 +49,12 @@ struct CoupledParams {
   int edge_samples_per_pitch = 8;                        // 1 to 256
   int max_iterations = 40;                               // of the solver in a sub-step, 1 to 1000
   int max_substeps = 24;                                 // in a tick, 1 to 4096
-  int substeps = 1;  // so many equal parts of a tick at least, over which the handle goes on evenly, 1 to 64
-  int carve_interval_ticks = 1;      // bone is removed every so many ticks, 1 to 64 (src/removal/paced_cutter.h)
-  int precision_bits = 24;           // for comparison: of the significand of what removal writes, 4 to 24 (a float's)
   bool whole_voxel_removal = false;  // for comparison: voxels go all at once, with the force steps that this makes
   int spare_leaves = 4096;           // see BoneField
   PaperReading slab_reading = PaperReading::kCorrected;  // by which the slab's resistance goes with depth
+  int substeps = 1;  // so many equal parts of a tick at least, over which the handle goes on evenly, 1 to 64
+  int carve_interval_ticks = 1;  // bone is removed every so many ticks, 1 to 64 (src/removal/paced_cutter.h)
+  int precision_bits = 24;       // for comparison: of the significand of what removal writes, 4 to 24 (a float's)
 };
 
 struct CoupledInput {

@@ -149,8 +149,6 @@ bool Edge::FindMaterial(const Probe& probe, std::size_t i, MaterialLookup::Mater
     material = materials_.Find(field_, probe.World(p_T));
     return material.region != 0;
   };
-  // On the edge itself: further ahead an arc would meet the next tissue too early.
-  if (at(points_[i].p_T)) return true;
   if (at(points_[i].ahead_T)) return true;
   // Coarse region voxels with their centres outside the bone: look further in.
   if (at(points_[i].ahead_T + region_step_mm_ * points_[i].e_T)) return true;

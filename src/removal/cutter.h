@@ -13,8 +13,8 @@ namespace kerf {
 /// Which part of the tool takes bone away.
 enum class CutWith {
   kWholeTool,  // a tool that follows a path whatever stands in its way: its flats cut too
-  kEdge,  // a disc: only its rim, from CalcToothDepth() inside it outwards; the flats are for the contact to hold. A
-          // ball: all of it
+  kEdge,  // a disc: only its rim, from three voxels inside it outwards; the flats are for the contact to hold. A ball:
+          // all of it
 };
 
 /// Removes what the tool sweeps, with sub-voxel precision: phi <- max(phi, -distance to the swept space). The rule does
@@ -28,6 +28,7 @@ enum class CutWith {
 class Cutter {
  public:
   static constexpr double kFlankTolerance = 0.01;  // of a voxel's edge
+  static constexpr double kEdgeVoxels = 3;         // how far the rim reaches inwards in kEdge
 
   /// The field must outlive the cutter. `old_leaves`: how many leaves of the bone's first surface can be cut into
   /// before their old values must be accounted for (Refill(), CalcRemovedByRegion(); 2 kB each; leaves of pure bone

@@ -2,7 +2,6 @@
 // that it need not know which tool it is; only the sweep (src/removal) has a formula for each.
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "kerf/tool.h"
@@ -40,12 +39,6 @@ struct ToolShape {
 /// hold only while the spindle stands still.
 ToolShape MakeToolShape(const Tool& tool, int samples_per_pitch, double face_spacing_mm, double rim_margin_mm,
                         double stopped_margin_mm);
-
-/// How far inside the rim of a turning disc its teeth cut sideways, mm: their depth, an assumption, and at least three
-/// voxels, which a level set needs. The tool's flats are for the contact to hold from there inwards.
-inline double CalcToothDepth(double voxel_mm) {
-  return std::max(0.3, 3 * voxel_mm);
-}
 
 /// A bound of how far any point of a ball of radius `reach_mm` about the tool's origin moves from one pose to another,
 /// mm. Tick-safe.
