@@ -86,7 +86,7 @@ void ListValues(const TomlNode& node, const std::string& path, std::map<std::str
   for (std::size_t i = 0; i < node.children.size(); ++i) {
     const TomlNode& child = node.children[i];
     const std::string name = node.kind == TomlNode::Kind::kArray ? fmt::format("[{}]", i) : child.key;
-    ListValues(child, path.empty() ? name : path + "." + name, values);
+    ListValues(child, path.empty() ? name : fmt::format("{}.{}", path, name), values);
   }
 }
 
@@ -111,7 +111,7 @@ std::string EditScene(const std::string& text, const std::string& file, const st
     const std::size_t at = SetValue(probe, file, edits.front());
     lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(std::min(at, lines.size())), std::string(kMark) + note);
   }
-  const std::string edited = JoinLines(lines);
+  std::string edited = JoinLines(lines);
   const auto refuse = [&] {
     std::string values;
     for (const SceneEdit& edit : edits) values += fmt::format("\n  [{}] {} = {}", edit.table, edit.key, edit.value);
