@@ -16,7 +16,6 @@ namespace {
 
 using test::MakeCase;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 TEST(ParetoFront, IsThatOfAllPairs) {
   EXPECT_TRUE(rc::check([] {

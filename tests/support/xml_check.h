@@ -30,7 +30,7 @@ inline std::string FindXmlFault(std::string_view text) {
   while (i < text.size()) {
     const std::size_t begin = std::min(text.find('<', i), text.size());
     const std::string_view between = text.substr(i, begin - i);
-    if (const std::string fault = text_fault(between); !fault.empty()) return fault;
+    if (std::string fault = text_fault(between); !fault.empty()) return fault;
     if (open.empty() && !std::all_of(between.begin(), between.end(), [](char c) { return c == '\n'; }))
       return "text outside the root";
     if (begin == text.size()) break;
@@ -68,7 +68,7 @@ inline std::string FindXmlFault(std::string_view text) {
       const std::string name(tag.substr(at, equals - at));
       if (std::find(names.begin(), names.end(), name) != names.end()) return "an attribute twice: " + name;
       names.push_back(name);
-      if (const std::string fault = text_fault(tag.substr(equals + 2, close - equals - 2)); !fault.empty())
+      if (std::string fault = text_fault(tag.substr(equals + 2, close - equals - 2)); !fault.empty())
         return fault;
       at = close + 1;
     }
