@@ -68,8 +68,7 @@ inline std::string FindXmlFault(std::string_view text) {
       const std::string name(tag.substr(at, equals - at));
       if (std::find(names.begin(), names.end(), name) != names.end()) return "an attribute twice: " + name;
       names.push_back(name);
-      if (std::string fault = text_fault(tag.substr(equals + 2, close - equals - 2)); !fault.empty())
-        return fault;
+      if (std::string fault = text_fault(tag.substr(equals + 2, close - equals - 2)); !fault.empty()) return fault;
       at = close + 1;
     }
     if (!closed) open.emplace_back(tag.substr(0, name_end));
