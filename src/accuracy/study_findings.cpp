@@ -159,6 +159,24 @@ void SayPrices(std::string& text, const std::vector<PooledSetting>& settings, co
   if (!idle.empty()) Say(text, "What the defaults spend without gain: {}.", Join(idle));
 }
 
+// Settings against the defaults, as far as there are times of them.
+void SayComparison(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& defaults) {
+  std::size_t untimed = 0;
+  bool any = false;
+  for (const PooledSetting& s : settings) {
+    if (s.is_default) continue;
+    if (!s.timed) ++untimed;
+    any = any || IsRanked(s);
+  }
+  if (untimed > 0) {
+    Say(text, "{} setting{} not timed on every path; {} in no ranking and no diagram of times.", untimed,
+        untimed == 1 ? " was" : "s were", untimed == 1 ? "it stands" : "they stand");
+  }
+  if (!any) return;
+  SayFront(text, settings, defaults);
+  SayPrices(text, settings, defaults);
+}
+
 void SayThresholds(std::string& text, const std::vector<PooledSetting>& settings) {
   std::vector<std::string> above;
   std::vector<std::string> between;
@@ -278,8 +296,7 @@ std::string DescribeFindings(const StudyResults& study, Holding holding) {
   } else {
     SayCriteria(text, study, *found);
     if (found->timed) {
-      SayFront(text, settings, *found);
-      SayPrices(text, settings, *found);
+      SayComparison(text, settings, *found);
     } else {
       Say(text, "Times were not measured on every path.");
     }

@@ -191,6 +191,17 @@ TEST(StudyFindings, FollowFromTheFigures) {
   EXPECT_THAT(text, HasSubstr("More exact than the defaults for no more time"));
 }
 
+TEST(StudyFindings, OfSettingsThatWereNotTimedEverywhereNothingIsClaimed) {
+  StudyResults study = MakeSmallStudy();
+  for (CaseRecord& record : study.cases) {
+    if (record.knob != "default" && record.path == "b") record.costs.reset();
+  }
+  const std::string text = DescribeFindings(study, Holding::kHand);
+  EXPECT_THAT(text, HasSubstr("not timed on every path"));
+  EXPECT_EQ(text.find("Pareto"), std::string::npos) << text;
+  EXPECT_EQ(text.find("No knob by itself"), std::string::npos) << text;
+}
+
 TEST(StudyFindings, SayWhatTheSlabSaves) {
   const std::string text = DescribeFindings(MakeSmallStudy(), Holding::kHand);
   EXPECT_THAT(
