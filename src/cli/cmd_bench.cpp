@@ -41,16 +41,8 @@ void Run(Options& options) {
   report.realtime = options.bench.realtime;
   report.ticks = options.bench.ticks;
   {
-    std::unique_ptr<ProgressBar> bar;
-    std::string stage;
-    options.bench.progress = [&](const std::string& now, double fraction) {
-      if (now != stage) {
-        bar.reset();
-        bar = std::make_unique<ProgressBar>(now);
-        stage = now;
-      }
-      bar->Show(fraction);
-    };
+    StageBars bars;
+    options.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
     report.results = RunTickCases(options.cases, options.bench);
   }
   for (const std::string& doubt : FindTickDoubts(report)) fmt::print(stderr, "kerf: warning: {}\n", doubt);

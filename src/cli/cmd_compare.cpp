@@ -61,16 +61,8 @@ void Run(const Options& options) {
   MakeFolder(options.folder);  // before the long work
   Comparison comparison;
   {
-    std::unique_ptr<ProgressBar> bar;
-    std::string stage;
-    const auto show = [&](const std::string& now, double fraction) {
-      if (now != stage) {
-        bar.reset();
-        bar = std::make_unique<ProgressBar>(now);
-        stage = now;
-      }
-      bar->Show(fraction);
-    };
+    StageBars bars;
+    const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
     comparison = CompareScene(scene, options.params, show, options.scene);
   }
   const std::vector<std::string> files = WriteComparison(comparison, options.folder);

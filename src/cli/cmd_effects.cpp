@@ -66,16 +66,8 @@ void Run(Options& options) {
   options.measure.stop = &CatchInterrupt();
   EffectCosts costs;
   {
-    std::unique_ptr<ProgressBar> bar;
-    std::string stage;
-    options.measure.progress = [&](const std::string& now, double fraction) {
-      if (now != stage) {
-        bar.reset();
-        bar = std::make_unique<ProgressBar>(now);
-        stage = now;
-      }
-      bar->Show(fraction);
-    };
+    StageBars bars;
+    options.measure.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
     costs = MeasureEffects(scene, options.measure);
   }
   if (!options.csv.empty()) WriteTextFile(options.csv, FormatKeptCosts(costs));

@@ -86,16 +86,10 @@ void Run(Options& options) {
   options.loop.keep_bones = !options.folder.empty();
   LoopSummary summary;
   {
-    std::unique_ptr<ProgressBar> bar;
-    std::string stage;
+    StageBars bars;
     const auto show = [&](const std::string& now, double fraction) {
-      if (now != stage) {
-        bar.reset();
-        bar = std::make_unique<ProgressBar>(now);
-        stage = now;
-      }
-      bar->SetNote(now == "cutting" ? *note : "");
-      bar->Show(fraction);
+      bars.Show(now, fraction);
+      if (now == "cutting") bars.SetNote(*note);
     };
     summary = RunLoop(scene, options.loop, show);
     if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder, show);

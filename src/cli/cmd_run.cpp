@@ -87,26 +87,6 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
   fmt::print("\n");
 }
 
-/// A bar for each stage of the work.
-class StageBars {
- public:
-  void Show(const std::string& now, double fraction) {
-    if (now != stage_) {
-      bar_.reset();
-      bar_ = std::make_unique<ProgressBar>(now);
-      stage_ = now;
-    }
-    bar_->Show(fraction);
-  }
-  void SetNote(const std::string& note) {
-    if (bar_) bar_->SetNote(note);
-  }
-
- private:
-  std::unique_ptr<ProgressBar> bar_;
-  std::string stage_;
-};
-
 void RunSlabMode(const Scene& scene, const Options& options) {
   SlabSummary summary;
   {

@@ -48,25 +48,8 @@ std::string ShowTime(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600);
 }
 
-/// A bar for each stage of work.
-class Bars {
- public:
-  void Show(const std::string& stage, double fraction) {
-    if (stage != stage_) {
-      bar_.reset();
-      bar_ = std::make_unique<ProgressBar>(stage);
-      stage_ = stage;
-    }
-    bar_->Show(fraction);
-  }
-
- private:
-  std::string stage_;
-  std::unique_ptr<ProgressBar> bar_;
-};
-
 void DrawReport(const StudyResults& results, const std::string& folder) {
-  Bars bars;
+  StageBars bars;
   WriteStudyReport(results, folder, [&](const std::string& what) { bars.Show(what, 0); });
 }
 
@@ -156,7 +139,7 @@ void Work(Options& options, const StudyWork& work) {
   options.run.warn = Warn;
   StudyRunOutcome outcome;
   {
-    Bars bars;
+    StageBars bars;
     options.run.progress = [&](const std::string& stage, double fraction) { bars.Show(stage, fraction); };
     outcome = RunStudy(spec, work, options.run);
   }

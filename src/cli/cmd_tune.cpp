@@ -68,16 +68,8 @@ void Run(Options& options) {
   options.tune.stop = &CatchInterrupt();
   TuneResult result;
   {
-    std::unique_ptr<ProgressBar> bar;
-    std::string stage;
-    options.tune.progress = [&](const std::string& now, double fraction) {
-      if (now != stage) {
-        bar.reset();
-        bar = std::make_unique<ProgressBar>(now);
-        stage = now;
-      }
-      bar->Show(fraction);
-    };
+    StageBars bars;
+    options.tune.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
     result = Tune(options.scene, options.tune);
   }
   for (const std::string& note : result.notes) fmt::print(stderr, "kerf: note: {}\n", note);

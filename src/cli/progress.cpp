@@ -39,4 +39,17 @@ void ProgressBar::Show(double fraction) {
   std::fflush(stderr);
 }
 
+void StageBars::Show(const std::string& stage, double fraction) {
+  if (stage != stage_) {
+    bar_.reset();  // wiped before the next is drawn
+    bar_ = std::make_unique<ProgressBar>(stage);
+    stage_ = stage;
+  }
+  bar_->Show(fraction);
+}
+
+void StageBars::SetNote(const std::string& note) {
+  if (bar_) bar_->SetNote(note);
+}
+
 }  // namespace kerf::cli

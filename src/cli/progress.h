@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <mutex>
 #include <string>
 
@@ -28,6 +29,18 @@ class ProgressBar {
   bool shown_ = false;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_{};
+};
+
+/// A bar for each stage of a work that tells its stages by name, one after the other. One thread.
+class StageBars {
+ public:
+  void Show(const std::string& stage, double fraction);
+  /// Behind the bar of the stage that is shown; gone with it.
+  void SetNote(const std::string& note);
+
+ private:
+  std::unique_ptr<ProgressBar> bar_;
+  std::string stage_;
 };
 
 }  // namespace kerf::cli
