@@ -46,7 +46,7 @@ struct CoupledParams {
   ForceLaw law;
   CouplingParams coupling;
   EffectChoices effects{EffectChoice("kerf_friction")};  // a scene's are those that it names, and no others
-  int edge_samples_per_pitch = 8;                        // 1 to 256
+  int edge_samples_per_pitch = 16;                       // 1 to 256
   int max_iterations = 40;                               // of the solver in a sub-step, 1 to 1000
   int max_substeps = 24;                                 // in a tick, 1 to 4096
   bool whole_voxel_removal = false;  // for comparison: voxels go all at once, with the force steps that this makes

@@ -17,10 +17,10 @@ namespace kerf {
 struct SimulationParams {
   Tool tool = DiscSaw{};
   ForceLaw law;
-  int rim_samples_per_pitch = 8;  // 1 to 256; how finely the rim looks for bone
-  EffectChoices effects = {};     // those that need a hand are left out
-  int substeps = 1;               // each tick in at least so many steps, 1 to 64
-  int carve_interval_ticks = 1;   // bone is removed every so many ticks, 1 to 64 (src/removal/paced_cutter.h)
+  int rim_samples_per_pitch = 16;  // 1 to 256; how finely the rim looks for bone
+  EffectChoices effects = {};      // those that need a hand are left out
+  int substeps = 1;                // each tick in at least so many steps, 1 to 64
+  int carve_interval_ticks = 1;    // bone is removed every so many ticks, 1 to 64 (src/removal/paced_cutter.h)
 };
 
 class EffectPlan;

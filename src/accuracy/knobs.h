@@ -9,7 +9,7 @@ namespace kerf {
 /// The base settings are what kerf ships.
 struct StudySettings {
   double voxel_mm = 0.1;
-  int rim_samples_per_pitch = 8;
+  int rim_samples_per_pitch = 16;
   int substeps = 1;  // at least so many in each tick
   double rate_hz = 1000;
   int carve_interval_ticks = 1;  // bone is removed every so many ticks

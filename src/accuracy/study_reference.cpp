@@ -22,7 +22,7 @@ constexpr int kMostRefinements = 5;
 constexpr int kFirstSteps = 1;
 constexpr int kFirstRimPoints = 768;
 constexpr double kVolumeByCells = 5e-4;  // error of the removed volume with the reference's finest cells
-constexpr std::uint64_t kMethod = 2;     // another number when references are worked out in another way
+constexpr std::uint64_t kMethod = 3;     // another number when references are worked out in another way
 
 ExactSolid MakeVariantSolid(const StudyPath& path, const StudySettings& settings) {
   if (settings.material == "ct") {

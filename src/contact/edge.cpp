@@ -21,6 +21,7 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
       materials_(bone, tool),
       p_TC_(p_TC_mm),
       look_ahead_mm_(kLookAheadVoxels * field.voxel_mm()),
+      material_ahead_mm_(kMaterialAheadVoxels * field.voxel_mm()),
       region_step_mm_(bone.region_voxel_mm()),
       reach_mm_(shape.reach_mm + look_ahead_mm_),
       ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
@@ -149,6 +150,7 @@ bool Edge::FindMaterial(const Probe& probe, std::size_t i, MaterialLookup::Mater
     material = materials_.Find(field_, probe.World(p_T));
     return material.region != 0;
   };
+  if (at(points_[i].p_T + material_ahead_mm_ * points_[i].e_T)) return true;
   if (at(points_[i].ahead_T)) return true;
   // Coarse region voxels with their centres outside the bone: look further in.
   if (at(points_[i].ahead_T + region_step_mm_ * points_[i].e_T)) return true;

@@ -15,9 +15,12 @@ namespace kerf {
 
 /// How far ahead of the edge a tooth looks for bone, as a share of the voxel's edge. The cut surface lies exactly on
 /// the edge, so on it there is nothing to see. An engaged arc comes out too long by about look-ahead * (cos(alpha) -
-/// 1/2) / sin(alpha) where the rim crosses the surface at angle alpha from its lowest point: 0.5 % at 1.1 mm depth and
+/// 1/2) / sin(alpha) where the rim crosses the surface at angle alpha from its lowest point: 0.4 % at 1.1 mm depth and
 /// 0.1 mm voxels.
-inline constexpr double kLookAheadVoxels = 0.25;
+inline constexpr double kLookAheadVoxels = 0.2;
+/// The same for the material that it meets. Further ahead an arc comes to the next tissue too early; on the edge itself
+/// rounding says which tissue a tooth meets that runs along a border.
+inline constexpr double kMaterialAheadVoxels = 0.05;
 
 class Edge {
  public:
@@ -85,6 +88,7 @@ class Edge {
   MaterialLookup materials_;
   Vec3 p_TC_;
   double look_ahead_mm_;
+  double material_ahead_mm_;
   double region_step_mm_;  // how much further to look where the region grid is too coarse to have a material
   double reach_mm_;        // of the look-ahead points from the tool's origin
   double ring_radius_mm_;  // 0: not a ring

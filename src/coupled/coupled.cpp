@@ -11,10 +11,11 @@
 namespace kerf {
 namespace {
 
-constexpr double kFlatStiffness_N_per_mm = 3000;   // of one point of a flat
-constexpr double kSolidStiffness_N_per_mm = 2000;  // of one point of a stopped edge
-constexpr double kStepVoxels = 0.5;                // way of the tool in one sub-step
-constexpr double kAxialShare = 0.25;               // along the spindle, of the thinner of disc and voxel
+constexpr double kFlatStiffness_N_per_mm = 3000;  // of one point of a flat
+constexpr double kSolidStiffness_N_per_mm =
+    2000;                             // of an eighth of a pitch of a stopped rim, or of one in 512 of a ball
+constexpr double kStepVoxels = 0.5;   // way of the tool in one sub-step
+constexpr double kAxialShare = 0.25;  // along the spindle, of the thinner of disc and voxel
 constexpr double kLargestTurn_rad = 0.5;
 constexpr double kMarginVoxels = 1.5;  // nearer than that is near
 constexpr double kMostTick_s = 1;
@@ -30,6 +31,12 @@ bool IsFinite(const Vec3& v, double most) {
 /// square, for each to be `most` long.
 double CountSteps(double straight, double bent, double most) {
   return (straight + std::sqrt(straight * straight + 4 * bent * most)) / (2 * most);
+}
+
+/// Of each point of a stopped edge, N/mm: all of it is as stiff however many points stand for it.
+double CalcSolidStiffness(const ToolShape& shape) {
+  const double parts = shape.edge_is_ring ? std::max(64.0, 8 * shape.passes_per_turn) : 512;
+  return kSolidStiffness_N_per_mm * parts / static_cast<double>(shape.edge.size());
 }
 
 double CalcThickness(const Tool& tool) {
@@ -134,7 +141,7 @@ void CoupledSimulation::State::Engage(const CoupledInput& in, double time_s) {
   } else if (turning) {
     edge.FindTeeth(probe, problem);
   } else {
-    edge.FindSolids(probe, (kStepVoxels + kAxialShare) * h, looked_share * kSolidStiffness_N_per_mm, problem);
+    edge.FindSolids(probe, (kStepVoxels + kAxialShare) * h, looked_share * CalcSolidStiffness(shape), problem);
   }
   if (is_disc && looks) {
     faces.Find(probe, axial_mm, turning, problem);

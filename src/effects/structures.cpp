@@ -101,7 +101,7 @@ StructuresEffect::StructuresEffect(const StructuresParams& params, const EffectS
       p_WF_mm_(setup.p_WF_mm),
       voxels_(FindVoxels(params, setup.bone)),
       from_files_(params.surface != nullptr || params.markups != nullptr),
-      look_ahead_mm_(kLookAheadVoxels * setup.field.voxel_mm()),
+      ahead_mm_(kMaterialAheadVoxels * setup.field.voxel_mm()),
       distance_(Moved(voxels_.MakeBoxes(), -setup.p_WF_mm), setup.tool),
       shell_(Moved(voxels_.MakeShell(), -setup.p_WF_mm)),
       reach_mm_(setup.shape.reach_mm) {
@@ -117,7 +117,7 @@ void StructuresEffect::Solved(const EffectSolved& solved) {
     cut_all_ += cut;
     if (!(cut > 0)) continue;
     if (!regions_[static_cast<std::size_t>(tooth.region)] &&
-        !(from_files_ && voxels_.Contains(solved.X_FT.Point(tooth.p_T + look_ahead_mm_ * tooth.e_T) + p_WF_mm_))) {
+        !(from_files_ && voxels_.Contains(solved.X_FT.Point(tooth.p_T + ahead_mm_ * tooth.e_T) + p_WF_mm_))) {
       continue;
     }
     cut_share_ += cut;

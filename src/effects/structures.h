@@ -111,7 +111,7 @@ class StructuresEffect final : public Effect {
   Vec3 p_WF_mm_;
   StructureVoxels voxels_;
   bool from_files_;
-  double look_ahead_mm_;  // of the teeth: where their region is looked up
+  double ahead_mm_;  // of the teeth: where their material is looked up
   StructureDistance distance_;
   BoxTree shell_;
   Pose X_looked_;

@@ -269,7 +269,9 @@ double CalcRemovedOf(const ExactBone& bone, const Vec3& centre, double size_mm, 
   if (solid < -2 * reach_mm && swept < -reach_mm) return whole;
   if (size_mm <= finest_mm) {
     const auto share = [size_mm](double distance) { return std::clamp(0.5 - distance / size_mm, 0.0, 1.0); };
-    return whole * share(solid) * share(swept);
+    // What was less what is left: where a kerf's wall lies on a face of the solid, both are as blurred and nothing is
+    // lost.
+    return whole * (share(solid) - share(std::max(solid, -swept)));
   }
   double sum = 0;
   for (int i = 0; i < 8; ++i) {

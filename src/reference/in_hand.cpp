@@ -17,8 +17,11 @@ using namespace reference;
 // for 1.4 mm x 1.4 mm.
 constexpr double kWall_N_per_mm3 = 3000 / (1.4 * 1.4);
 constexpr double kDeep_mm = 0.1;          // in a wall: no spring is drawn so far
+constexpr double kFirstRing = 1.0 / 8;    // of the spacing: the outermost ring of points on a flat
+constexpr double kWiderRings = 1.5;       // each next, until they are as wide as the spacing
 constexpr double kCreep_mm_per_s = 0.02;  // of a law with a force at the smallest bite
 constexpr int kFluxShare = 4;             // only so much of the rim's points for the flux, which is only a share
+constexpr double kMostWay_mm = 0.025;     // of any point of the disc, before bone and walls are looked at again
 constexpr double kWayInATick_mm = 0.1;    // of the tool's points in a step, times the steps of a tick
 
 /// On both flats.
@@ -27,17 +30,21 @@ struct FlatPoint {
   double area_mm2 = 0;
 };
 
+/// In rings, the outermost narrow: in a shallow kerf they alone hold the tool.
 std::vector<FlatPoint> MakeFlat(double radius_mm, double spacing_mm) {
   std::vector<FlatPoint> points;
-  const int rings = std::max(1, static_cast<int>(std::ceil(radius_mm / spacing_mm)));
-  const double width = radius_mm / rings;
-  for (int ring = 0; ring < rings; ++ring) {
-    const double r = (ring + 0.5) * width;
+  double outer = radius_mm;
+  double width = kFirstRing * spacing_mm;
+  for (int ring = 0; outer > 0; ++ring) {
+    const double inner = outer > 1.5 * width ? outer - width : 0;
+    const double r = 0.5 * (outer + inner);
     const int count = std::max(6, static_cast<int>(std::ceil(2 * kPi * r / spacing_mm)));
     for (int i = 0; i < count; ++i) {
       const double angle = 2 * kPi * (i + 0.5 * (ring % 2)) / count;
-      points.push_back({r * std::cos(angle), r * std::sin(angle), 2 * kPi * r * width / count});
+      points.push_back({r * std::cos(angle), r * std::sin(angle), kPi * (outer * outer - inner * inner) / count});
     }
+    outer = inner;
+    width = std::min(kWiderRings * width, spacing_mm);
   }
   return points;
 }
@@ -58,7 +65,7 @@ class HeldTool {
         seen_(flat_.size()),
         flux_(params.saw, std::max(16, params.fineness.rim_points / kFluxShare), 1, false),
         reach_mm_(std::hypot(params.saw.radius_mm(), 0.5 * params.saw.thickness_mm)),
-        most_way_mm_(std::min(kWayInATick_mm / params.fineness.steps_per_tick, 0.25 * params.fineness.edge_mm)),
+        most_way_mm_(std::min(kWayInATick_mm / params.fineness.steps_per_tick, kMostWay_mm)),
         X_T_(X_W),
         X_H_(X_W) {
     const ReferenceCoupling& c = params.coupling;

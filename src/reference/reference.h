@@ -38,7 +38,7 @@ struct ReferenceFineness {
   int steps_per_tick = 4;        // of equal length; more where the tool would go further than 0.1 mm in one
   double flat_spacing_mm = 0.7;  // of the points on the flats
   double look_ahead_mm = 1e-5;   // so far ahead of the rim bone is engaged; above rounding and an arc's sagitta
-  double edge_mm = 0.1;          // hand: of the rim that cuts; the walls hold all of the flats inside it
+  double edge_mm = 0.3;          // hand: of the rim that cuts; the walls hold all of the flats inside it
 };
 
 struct ReferenceParams {

@@ -28,7 +28,6 @@ enum class CutWith {
 class Cutter {
  public:
   static constexpr double kFlankTolerance = 0.01;  // of a voxel's edge
-  static constexpr double kEdgeVoxels = 3;         // how far the rim reaches inwards in kEdge
 
   /// The field must outlive the cutter. `old_leaves`: how many leaves of the bone's first surface can be cut into
   /// before their old values must be accounted for (Refill(), CalcRemovedByRegion(); 2 kB each; leaves of pure bone

@@ -89,7 +89,7 @@ enum class SceneMode { kVoxel, kSlab };
 struct SceneSimulation {
   SceneMode mode = SceneMode::kVoxel;
   double rate_hz = 1000;
-  int rim_samples_per_pitch = 8;
+  int rim_samples_per_pitch = 16;
   int substeps = 1;
   int carve_interval_ticks = 1;
 };

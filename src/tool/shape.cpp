@@ -39,7 +39,8 @@ ToolShape MakeDiscShape(const DiscSaw& disc, int samples_per_pitch, double face_
   // tilting.
   const int rings = std::max(1, static_cast<int>(std::ceil(outermost / (0.5 * face_spacing_mm))));
   for (int ring = rings; ring >= 1; --ring) {
-    AddFaceRing(disc, outermost * ring / rings, 2 * face_spacing_mm, 0.5 * (ring % 2), false, shape);
+    AddFaceRing(disc, outermost * ring / rings, (ring == rings ? 1 : 2) * face_spacing_mm, 0.5 * (ring % 2), false,
+                shape);
   }
   return shape;
 }
@@ -51,8 +52,8 @@ ToolShape MakeBallShape(const BallBurr& ball, int samples_per_pitch) {
   shape.passes_per_turn = ball.flutes;
   const double r = ball.radius_mm();
   // About as far apart along the meridian as round the equator.
-  const int meridians = std::max(32, 4 * samples_per_pitch);
-  const int parallels = std::max(16, 2 * samples_per_pitch);
+  const int meridians = std::max(32, 2 * samples_per_pitch);
+  const int parallels = std::max(16, samples_per_pitch);
   for (int j = 0; j < parallels; ++j) {
     const double colatitude = kPi * (j + 0.5) / parallels;
     for (int i = 0; i < meridians; ++i) {

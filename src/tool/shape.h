@@ -2,6 +2,7 @@
 // that it need not know which tool it is; only the sweep (src/removal) has a formula for each.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "kerf/tool.h"
@@ -32,6 +33,14 @@ struct ToolShape {
   /// Disc: rings on both flats, from near the spindle to `rim_margin_mm` inside the rim. Ball: none.
   std::vector<FacePoint> faces;
 };
+
+/// How far inside the rim a turning disc's teeth cut with their sides, mm; in a grid at least so many voxels, for the
+/// kerf's corner to be clear of the flats.
+inline constexpr double kToothSide_mm = 0.3;
+inline constexpr double kToothSideVoxels = 3;
+inline double CalcToothSide(double voxel_mm) {
+  return std::max(kToothSide_mm, kToothSideVoxels * voxel_mm);
+}
 
 /// `samples_per_pitch`: of the edge, 1 to 256. `face_spacing_mm` > 0: of the flats' points, half of it along the
 /// radius and twice of it around.

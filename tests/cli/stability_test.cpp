@@ -17,7 +17,7 @@ using testing::HasSubstr;
 using testing::Not;
 
 constexpr char kBlock[] =
-    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 26.0\nsize_y_mm = 6.0\nsize_z_mm = 26.0\nvoxel_mm = 0.4\n";
+    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 26.0\nsize_y_mm = 6.0\nsize_z_mm = 26.0\nvoxel_mm = 0.25\n";
 constexpr char kStroke[] =
     "[[path.stroke]]\nstart_mm = [0.0, 0.0, 12.0]\nend_mm = [0.0, 0.0, 4.0]\nfeed_mm_per_s = 3.0\n"
     "disc_normal = [0.0, 1.0, 0.0]\n";

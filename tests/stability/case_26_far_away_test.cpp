@@ -145,8 +145,9 @@ TEST(HardCase26, WhereRoundingCannotBeHelpedItIsThatOfTheInput) {
   // A spring of 1 N/mm and a torsion's arm, walls of 3000 N/mm a point; 1e-10 mm of rounding grow to some 1e-9 N.
   verdict.AtMost("off in the force, moved by whole leaves", most_off_N[0], 1e-7, "N");
   verdict.AtMost("off in the bone, moved by whole leaves", most_off_mm[0], 1e-6, "mm");
-  // Distances are right to 4e-7 of the disc's radius: at a stiff wall that is 0.01 N a point, wherever the bone is.
-  verdict.AtMost("off in the force, moved by voxels", most_off_N[1], 0.1, "N");
+  // Distances are right to 4e-7 of the disc's radius: at a stiff wall that is 0.01 N a point, wherever the bone is;
+  // of the 48 points of the outermost ring a dozen are in the kerf.
+  verdict.AtMost("off in the force, moved by voxels", most_off_N[1], 0.13, "N");
 }
 
 TEST(HardCase26, BeyondTheWorldItIsRefusedInWords) {

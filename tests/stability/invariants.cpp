@@ -190,8 +190,8 @@ void Invariants::CheckForce(const CoupledInput& in, const CoupledOutput& out) {
   // A turned spring's arm: its point of attachment moves on a circle, not along its tangent.
   const double bent_mm = 0.5 * turned * turned * (glm::length(c.p_TC_mm) + CalcReach(params_.tool));
   const Vec3 left = out.f_cut_W_N + out.f_face_W_N + out.f_friction_W_N - out.f_H_W_N;
-  // Bone beyond steel makes the cutting's slope so steep that rounding of a speed shows.
-  const double residual = out.mean_E_MPa > 1e6 ? 1e-4 : 1e-6;
+  // Bone beyond steel makes the cutting's slope so steep that rounding of a speed shows; the slope goes with E.
+  const double residual = out.mean_E_MPa > 1e6 ? 1e-4 * std::max(1.0, out.mean_E_MPa / 1e7) : 1e-6;
   const double most = residual * (1 + in_play) + 2 * turned * in_play + c.stiffness_N_per_mm * bent_mm;
   if (!(glm::length(left) <= most)) {
     Fail("I17", fmt::format("the tool has no mass, but {} N are left over of the forces on it (edge {}, faces {}, "
@@ -216,7 +216,8 @@ void Invariants::CheckStep(const CoupledInput& in, const CoupledOutput& out) {
   if (!disc) return;
   const double tilt = glm::length(glm::cross(X_WT_.Vector({0, 0, 1}), out.X_WT.Vector({0, 0, 1})));
   const double along = std::abs(way.z) + tilt * disc->radius_mm();
-  const double most = 0.25 * std::min(h_, disc->thickness_mm);
+  // What it goes across comes to lie along the spindle by half of the tilt.
+  const double most = 0.25 * std::min(h_, disc->thickness_mm) + 0.5 * tilt * across;
   if (!(along <= kBent * most)) {
     Fail("I7", fmt::format("the rim went {} mm along the spindle in one look at the bone, of at most {}", along, most));
   }

@@ -91,12 +91,13 @@ TEST(Mutants, AStoppedEdgeGivesWayByItsStiffness) {
   CoupledOutput out;
   const double push_N = 20;
   for (int i = 0; i < 400; ++i) out = hand.Push({0, 0, -push_N}, 0);
-  // Points lie at every eighth of a pitch, one of them lowest; each is a spring of 2000 N/mm.
+  // One of the points is the lowest; each is a spring, 2000 N/mm an eighth of a pitch.
+  const int samples = DiscParams().edge_samples_per_pitch;
   const double depth = 4 + kR - out.X_WT.p_AB.z;
   double force_N = 0;
-  for (int k = -20; k <= 20; ++k) {
-    const double angle = 2 * test::kPi * k / (8 * kSaw.teeth);
-    force_N += 2000 * std::max(0.0, depth - kR * (1 - std::cos(angle))) * std::cos(angle);
+  for (int k = -40; k <= 40; ++k) {
+    const double angle = 2 * test::kPi * k / (samples * kSaw.teeth);
+    force_N += 2000 * 8.0 / samples * std::max(0.0, depth - kR * (1 - std::cos(angle))) * std::cos(angle);
   }
   EXPECT_NEAR(force_N / push_N, 1, 0.1) << depth;
 }
@@ -147,17 +148,17 @@ TEST(Mutants, SubstepsAreAQuarterOfALayerAlongTheSpindle) {
   }
 }
 
-TEST(Mutants, TeethLookAQuarterOfAVoxelAhead) {
+TEST(Mutants, TeethLookAFifthOfAVoxelAhead) {
   // A rim set down over flat bone has teeth in it when it is nearer than that, and none when it is not.
   for (const double gap_voxels : {0.15, 0.3}) {
     const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR + gap_voxels * kVoxel});
     CoupledSimulation simulation(MakeBlockOfBone(), DiscParams(), X);
     const CoupledOutput out = simulation.Tick(Handle(X));
-    if (gap_voxels > 0.25) {
+    if (gap_voxels > 0.2) {
       EXPECT_EQ(out.engaged_teeth, 0);
     } else {
-      // The arc in which the gap is below a quarter of a voxel, each point by what it has of that.
-      const double ahead = 0.25 * kVoxel;
+      // The arc in which the gap is below a fifth of a voxel, each point by what it has of that.
+      const double ahead = 0.2 * kVoxel;
       double teeth = 0;
       for (int k = -10000; k <= 10000; ++k) {
         const double angle = 0.3 * k / 10000;

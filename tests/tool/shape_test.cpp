@@ -87,7 +87,7 @@ TEST(ToolShape, MeanTeethAcrossTheFeedOfABallConvergeToTheirIntegral) {
   const double exact = 2 * ball.flutes * ball.radius_mm() / (M_PI * ball.tooth_width_mm);
   double error[2];
   for (int i = 0; i < 2; ++i) {
-    const ToolShape shape = MakeToolShape(ball, i == 0 ? 8 : 32, 1, 0, 0);
+    const ToolShape shape = MakeToolShape(ball, i == 0 ? 16 : 64, 1, 0, 0);
     double sum = 0;
     for (const EdgePoint& p : shape.edge) sum += p.teeth * std::max(0.0, p.e_T.x);
     error[i] = std::abs(sum / exact - 1);
