@@ -108,6 +108,10 @@ CaseOutcome RunForCosts(const StudyPath& path, Holding holding, const StudySetti
     outcome.why = FindOmission(path, holding, settings);
     if (outcome.why.empty()) return Measure(path, holding, settings, ticks, core);
     outcome.state = CaseState::kOmitted;
+  } catch (const Omission& omission) {
+    outcome = {};
+    outcome.state = CaseState::kOmitted;
+    outcome.why = omission.what();
   } catch (const std::exception& error) {
     outcome = {};
     outcome.state = CaseState::kFailed;

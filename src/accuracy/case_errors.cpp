@@ -73,6 +73,10 @@ CaseOutcome RunForErrors(const StudyPath& path, Holding holding, const StudySett
     outcome.why = FindOmission(path, holding, settings);
     if (outcome.why.empty()) return Compare(path, holding, settings, reference);
     outcome.state = CaseState::kOmitted;
+  } catch (const Omission& omission) {
+    outcome = {};
+    outcome.state = CaseState::kOmitted;
+    outcome.why = omission.what();
   } catch (const std::exception& error) {
     outcome = {};
     outcome.state = CaseState::kFailed;

@@ -191,8 +191,14 @@ class SlabSubject final : public CaseSubject {
       params.coupling_damping_Ns_per_mm = path.coupling.damping_Ns_per_mm;
     }
     const CutPlane plane{X_start.p_AB, X_start.Vector({0, 0, 1})};
-    SlabProfile profile = MakeBoneProfile(bone, plane, path.saw.thickness_mm, params.direction_W, path.saw.radius_mm());
-    return {std::move(profile), params, X_start};
+    return {MakeProfile(bone, plane, params), params, X_start};
+  }
+  static SlabProfile MakeProfile(const Bone& bone, const CutPlane& plane, const SlabParams& params) {
+    try {
+      return MakeBoneProfile(bone, plane, params.saw.thickness_mm, params.direction_W, params.saw.radius_mm());
+    } catch (const Error& error) {
+      throw Omission(error.what());
+    }
   }
 
   SlabSimulation simulation_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "accuracy/case.h"
+#include "kerf/error.h"
 
 namespace kerf {
 
@@ -40,13 +41,19 @@ class CaseSubject {
   virtual std::optional<Bone> TakeBone() { return std::nullopt; }
 };
 
+/// What only shows when a case's simulation is made: it means nothing on this path.
+class Omission : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Why these settings mean nothing on this path; empty: they do.
 std::string FindOmission(const StudyPath& path, Holding holding, const StudySettings& settings);
 /// The law that they name, with the path's parameters where it is the path's. Throws Error.
 ForceLaw MakeCaseLaw(const StudyPath& path, const StudySettings& settings);
 /// The path's bone with the material that they name. Throws Error.
 Bone MakeCaseBone(const StudyPath& path, const StudySettings& settings);
-/// Throws Error, as the simulations do for parameters out of range.
+/// Throws Omission, and Error, as the simulations do for parameters out of range.
 std::unique_ptr<CaseSubject> MakeCaseSubject(const StudyPath& path, Holding holding, const StudySettings& settings,
                                              Bone bone);
 

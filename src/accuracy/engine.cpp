@@ -9,6 +9,7 @@
 #include <mutex>
 #include <set>
 
+#include "accuracy/case_run.h"
 #include "accuracy/settings.h"
 #include "bench/measure.h"
 #include "kerf/error.h"
@@ -285,6 +286,10 @@ class Runner {
     for (const PlannedCase* c : left_errors_) {
       list.Add("errors", c->errors_weight, [this, c, &paths] {
         Do(*c, CaseWork::kErrors, paths, [&](const StudyPath& path) {
+          CaseOutcome omitted;
+          omitted.state = CaseState::kOmitted;
+          omitted.why = FindOmission(path, c->holding, c->settings);
+          if (!omitted.why.empty()) return omitted;  // and no reference is worked out for it
           return work_.run_for_errors(path, c->holding, c->settings, *TakeReference(*c, path));
         });
         LeaveReference(*c);

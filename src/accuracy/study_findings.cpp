@@ -262,6 +262,8 @@ void SayReferences(std::string& text, const StudyResults& study, Holding holding
   std::string of;
   std::size_t cases = 0;
   std::size_t below = 0;
+  std::size_t near = 0;
+  constexpr double kNear = 10;  // bars: so much smaller a reference's own error should be
   for (const CaseRecord& record : study.cases) {
     if (record.holding != holding || record.state != CaseState::kDone || !record.errors) continue;
     const ReferenceRecord* reference = FindReference(study, record);
@@ -270,7 +272,9 @@ void SayReferences(std::string& text, const StudyResults& study, Holding holding
     if (CalcForceError(study, record).at_most) {
       ++below;
     } else if (reference->error_bar > 0) {
-      smallest_ratio = std::min(smallest_ratio, record.errors->force_p95 / reference->error_bar);
+      const double ratio = record.errors->force_p95 / reference->error_bar;
+      smallest_ratio = std::min(smallest_ratio, ratio);
+      near += ratio < kNear ? 1 : 0;
     }
     if (reference->error_bar > largest) largest = reference->error_bar, of = reference->path;
   }
@@ -280,7 +284,9 @@ void SayReferences(std::string& text, const StudyResults& study, Holding holding
       "\"at most\"{}.",
       ShowShare(largest), of, below == 0 ? "None" : std::to_string(below), cases,
       std::isfinite(smallest_ratio)
-          ? fmt::format("; the smallest of the others is {} times it", ShowThree(smallest_ratio))
+          ? fmt::format("; the smallest of the others is {} times it, and {} below ten times",
+                        ShowThree(smallest_ratio),
+                        near == 0 ? "none is" : std::to_string(near) + (near == 1 ? " is" : " are"))
           : std::string());
 }
 

@@ -234,7 +234,7 @@ void AddImportCommand(CLI::App& app) {
   c->add_option("--series", o->import.series,
                 "UID, or its end, of the DICOM series to import; default: the only CT series.");
   c->add_flag("--json", o->json, "Print the report as JSON.");
-  c->add_option("--voxel", o->import.voxel_mm, "Edge of a voxel of the bone, mm, 0.05 to 2; default 0.2.");
+  c->add_option("--voxel", o->import.voxel_mm, "Edge of a voxel of the bone, mm, 0.05 to 2; default 0.1.");
 
   const std::string which = "Which bone";
   c->add_option("--keep", o->keep, "A point x,y,z in the bone wanted, patient coordinates LPS in mm; may be repeated.")

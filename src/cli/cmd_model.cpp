@@ -181,7 +181,7 @@ void AddBlock(CLI::App& model, const char* name, const char* help, const BlockPa
                 "Turn about the middle of the top face by x,y,z degrees: about the x axis, then the y axis, then the z "
                 "axis of the "
                 "world; default 0,0,0.");
-  c->add_option("--voxel", o->params.voxel_mm, "Edge of a voxel, mm; 0.02 to 4, default 0.2.");
+  c->add_option("--voxel", o->params.voxel_mm, "Edge of a voxel, mm; 0.02 to 4, default 0.1.");
   c->callback([o] {
     BlockParams params = o->params;
     if (!o->size.empty()) {

@@ -11,11 +11,10 @@
 namespace kerf {
 namespace {
 
-constexpr double kFlatStiffness_N_per_mm = 3000;  // of one point of a flat
-constexpr double kSolidStiffness_N_per_mm =
-    2000;                             // of an eighth of a pitch of a stopped rim, or of one in 512 of a ball
-constexpr double kStepVoxels = 0.5;   // way of the tool in one sub-step
-constexpr double kAxialShare = 0.25;  // along the spindle, of the thinner of disc and voxel
+constexpr double kFlatStiffness_N_per_mm = 3000;   // of one point of a flat
+constexpr double kSolidStiffness_N_per_mm = 2000;  // of a stopped edge: CalcSolidStiffness()
+constexpr double kStepVoxels = 0.5;                // way of the tool in one sub-step
+constexpr double kAxialShare = 0.25;               // along the spindle, of the thinner of disc and voxel
 constexpr double kLargestTurn_rad = 0.5;
 constexpr double kMarginVoxels = 1.5;  // nearer than that is near
 constexpr double kMostTick_s = 1;
@@ -33,7 +32,8 @@ double CountSteps(double straight, double bent, double most) {
   return (straight + std::sqrt(straight * straight + 4 * bent * most)) / (2 * most);
 }
 
-/// Of each point of a stopped edge, N/mm: all of it is as stiff however many points stand for it.
+/// Of each point of a stopped edge, N/mm: an eighth of a disc's pitch, or one part in 512 of a ball, is as stiff
+/// however many points stand for it.
 double CalcSolidStiffness(const ToolShape& shape) {
   const double parts = shape.edge_is_ring ? std::max(64.0, 8 * shape.passes_per_turn) : 512;
   return kSolidStiffness_N_per_mm * parts / static_cast<double>(shape.edge.size());

@@ -22,7 +22,7 @@ namespace kerf {
 
 struct ImportOptions {
   std::string series;      // of a DICOM folder: UID or its end; empty: the only CT series
-  double voxel_mm = 0.2;   // 0.05 to 2
+  double voxel_mm = 0.1;   // 0.05 to 2
   IsolateOptions isolate;  // with the iso value
   bool fill = true;        // cavities become bone
   FillOptions cavities;

@@ -21,7 +21,7 @@ struct BlockParams {
   Vec3 size_mm{40, 20, 20};
   Pose X_WB;                          // where it stands
   std::vector<MaterialLayer> layers;  // empty: region 24 throughout; the last one fills what is left
-  double voxel_mm = 0.2;
+  double voxel_mm = 0.1;
 };
 
 template <typename Params, typename Visitor>

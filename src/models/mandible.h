@@ -49,7 +49,7 @@ struct MandibleParams {
   double cortex_back_mm = 1.4;
 
   int teeth = 14;
-  double voxel_mm = 0.2;
+  double voxel_mm = 0.1;
 };
 
 template <typename Params, typename Visitor>

@@ -9,7 +9,13 @@
 #include "accuracy/plan.h"
 #include "accuracy/settings.h"
 #include "files/files.h"
+#include "import/import.h"
+#include "kerf/coupled.h"
 #include "kerf/error.h"
+#include "kerf/simulation.h"
+#include "models/block.h"
+#include "models/mandible.h"
+#include "scene/scene.h"
 #include "support/folder.h"
 #include "support/seeded_check.h"
 
@@ -35,6 +41,13 @@ TEST(StudyFile, EmptyFileIsTheBaseSettingsOnAllPaths) {
   EXPECT_EQ(spec.paths, kPaths);
   EXPECT_THAT(spec.holdings, ElementsAre(Holding::kHand, Holding::kPath));
   EXPECT_EQ(ShowSettings(spec.base), ShowSettings(StudySettings{}));
+  // What a scene and a model have that say nothing.
+  EXPECT_EQ(spec.base.voxel_mm, BlockParams{}.voxel_mm);
+  EXPECT_EQ(spec.base.voxel_mm, MandibleParams{}.voxel_mm);
+  EXPECT_EQ(spec.base.voxel_mm, ImportOptions{}.voxel_mm);
+  EXPECT_EQ(spec.base.rim_samples_per_pitch, SimulationParams{}.rim_samples_per_pitch);
+  EXPECT_EQ(spec.base.rim_samples_per_pitch, CoupledParams{}.edge_samples_per_pitch);
+  EXPECT_EQ(spec.base.rim_samples_per_pitch, SceneSimulation{}.rim_samples_per_pitch);
   EXPECT_GE(spec.ticks_of_defaults, 100'000);
 }
 

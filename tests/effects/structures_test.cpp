@@ -175,7 +175,7 @@ TEST(Structures, WarnsAtItsMarginAndTellsOfTheBreach) {
     if (figures[2] > 0 && breached_mm == -100) breached_mm = gap_mm;
   }
   EXPECT_NEAR(warned_mm, 2, 0.51 * h + 0.05);
-  // Teeth look a quarter of a voxel ahead, and the label is that of the nearest voxel.
+  // Teeth look a twentieth of a voxel ahead, and the label is that of the nearest voxel.
   EXPECT_NEAR(breached_mm, 0, h);
   ASSERT_GE(effect.events().size(), 2u);
   EXPECT_EQ(effect.events()[0].kind, StructureEvent::Kind::kNear);

@@ -65,7 +65,7 @@ TEST(HardCase01, GrazingForceFallsToNothingWithTheDepth) {
   // is, so the force can be no more than stiffness times how deep the handle is. A tooth sees the face from a quarter
   // of a voxel before it (kLookAheadVoxels): from there the force goes to nothing, and in a steady way.
   Verdict verdict(
-      "holds, but contact begins a quarter of a voxel before the surface, and goes by the spring, not by depth^1.5");
+      "holds, but contact begins a fifth of a voxel before the surface, and goes by the spring, not by depth^1.5");
   double over_share = 0, before_N = 0, slope = 0;
   double toggles = 0, turns = 0, kick = 0;
   for (const double h : {0.2, 0.4}) {
@@ -113,7 +113,7 @@ TEST(HardCase01, GrazingForceFallsToNothingWithTheDepth) {
 }
 
 TEST(HardCase01, GrazingCutConvergesWithTheVoxel) {
-  // A voxel's depth of 0.2 mm grazed with voxels of 0.4, 0.2 and 0.1 mm: the surface is seen a quarter of a voxel
+  // A voxel's depth of 0.2 mm grazed with voxels of 0.4, 0.2 and 0.1 mm: the surface is seen a fifth of a voxel
   // early, so force and depth go to those of no voxels as the voxel does, about as fast.
   Verdict verdict("holds");
   std::vector<double> mean_N;
@@ -168,7 +168,7 @@ TEST(HardCase02, ExactlyTangentIsAsGoodAsAnUlpBeside) {
       }
     }
   }
-  // Held up at most a quarter of a voxel above: the look-ahead of the edge (case 1).
+  // Held up at most a fifth of a voxel above: the look-ahead of the edge (case 1).
   verdict.AtMost("force in exact touch, voxels of 0.4 mm", 1000 * most_N, 1, "mN");
   verdict.AtMost("spread over -1 to +7 ulps", spread_N, 1e-6, "N");
   verdict.AtMost("tool from the handle", 1000 * moved_mm, 1, "um");
