@@ -114,10 +114,13 @@ void AddKnobs(PlotSpec& plot, const StudyResults& study, const std::vector<Poole
   for (const std::string& knob : knobs) {
     PlotSeries series = MakeKnobSeries(knob);
     bool any = false;
-    for (const PooledSetting& setting : CurveOf(settings, study.base, knob)) {
+    const std::vector<PooledSetting> curve = CurveOf(settings, study.base, knob);
+    const bool on_all_paths =
+        std::all_of(curve.begin(), curve.end(), [](const PooledSetting& s) { return s.is_default || s.complete; });
+    for (const PooledSetting& setting : curve) {
       if (!IsDrawn(setting, kind)) continue;
-      // Words have no curve from the defaults to them.
-      if (setting.is_default && !FindKnob(knob).numeric) continue;
+      // Words have no curve from the defaults to them, nor have settings that were done on fewer paths than these.
+      if (setting.is_default && !(FindKnob(knob).numeric && on_all_paths)) continue;
       AddPoint(series, setting, kind, LabelOf(setting, defaults != nullptr ? defaults->paths : setting.paths));
       any = any || !setting.is_default;
     }

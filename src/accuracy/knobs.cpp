@@ -13,7 +13,8 @@ const std::vector<Knob>& StudyKnobs() {
   static const std::vector<Knob> knobs = {
       {"voxel_mm", "voxel edge (mm)", "1: the look-ahead and the rounding of edges are shares of a voxel", 1},
       {"rim_samples_per_pitch", "rim samples per tooth pitch",
-       "-2: the rim is an integral by the trapezoidal rule, its ends found between the points", -2},
+       "-1: an arc's ends are found to a sixteenth of the points' distance (between them -2, the trapezoidal rule)",
+       -1},
       {"substeps", "steps in each tick", "-1: implicit Euler, first order in the step", -1},
       {"rate_hz", "ticks a second", "-1: implicit Euler, first order in the step", -1},
       {"carve_interval_ticks", "ticks from removal to removal",

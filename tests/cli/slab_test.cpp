@@ -161,7 +161,7 @@ TEST_F(Slab, BadUseIsRefused) {
   ExpectRefusal(Kerf("slab none.vdb --plane 0,0,-5,1,0,0 -o out"),
                 "none.vdb: can't be read: No such file or directory");
   ExpectRefusal(Kerf("slab block.vdb --plane 40,0,-5,1,0,0 -o out"),
-                "the plane misses the bone: along its normal the bone lies -54.80 to -25.20 mm from the plane");
+                "the plane misses the bone: along its normal the bone lies -54.90 to -25.10 mm from the plane");
   EXPECT_FALSE(Exists("out"));
   for (const char* arguments :
        {"slab block.vdb -o out", "slab block.vdb --plane 0,0,-5,1,0,0", "slab block.vdb --plane 0,0,-5,1,0 -o out",
