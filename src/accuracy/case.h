@@ -65,6 +65,9 @@ std::string VariantOf(const StudySettings& settings);
 StudyReference MakeStudyReference(const StudyPath& path, Holding holding, const StudySettings& settings,
                                   double tolerance, const std::string& file, const std::atomic<bool>* stop);
 
+/// Throws Error when timed ticks can't be held to that core.
+void CheckCore(std::optional<int> core);
+
 struct CaseOutcome {
   CaseState state = CaseState::kDone;
   std::string why;

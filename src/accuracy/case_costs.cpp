@@ -101,6 +101,11 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
 
 }  // namespace
 
+void CheckCore(std::optional<int> core) {
+  if (!core) return;
+  const PinnedToCore tried(*core);
+}
+
 CaseOutcome RunForCosts(const StudyPath& path, Holding holding, const StudySettings& settings, std::uint64_t ticks,
                         std::optional<int> core) {
   CaseOutcome outcome;

@@ -42,7 +42,8 @@ CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings&
   if (pass.bone) {
     if (reference.ticks.empty() || !reference.bone) throw Error("the reference is empty");
     errors.volume = CalcVolumeError(pass.removed_mm3, reference.removed_mm3);
-    CalcCutSurfaceErrors(*pass.bone, *reference.bone, reference.ticks, path.saw, GetReferenceEdge_mm(holding), errors);
+    CalcCutSurfaceErrors(*pass.bone, *reference.bone, reference.ticks, path.saw, GetReferenceEdge_mm(holding, path.saw),
+                         errors);
   } else {
     // Nothing is cut where something should be.
     errors.volume = reference.removed_mm3 > 0 ? 1 : 0;

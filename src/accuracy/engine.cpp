@@ -102,6 +102,7 @@ struct SharedReference {
   std::shared_ptr<const StudyReference> reference;
   std::string why;  // it can't be made
   std::size_t left = 0;
+  bool needed = false;  // by a case that is not left out
 };
 
 class Runner {
@@ -113,6 +114,7 @@ class Runner {
   }
 
   StudyRunOutcome Run() {
+    if (options_.costs) CheckCore(options_.core);
     LookWhatIsLeft();
     std::set<std::string> wanted;
     for (const auto& list : {left_errors_, left_costs_}) {
@@ -162,9 +164,12 @@ class Runner {
       SharedReference& shared = references_[c->reference];
       if (shared.first == nullptr) shared.first = c;
       ++shared.left;
+      const StudyPath* path = paths.Find(c->path);
+      shared.needed = shared.needed || (path != nullptr && FindOmission(*path, c->holding, c->settings).empty());
     }
     WorkList list;
     for (auto& [name, shared] : references_) {
+      if (!shared.needed) continue;
       const StudyPath* path = paths.Find(shared.first->path);
       if (path == nullptr || !Offers(*path, shared.first->holding)) continue;
       const std::string& key = name;

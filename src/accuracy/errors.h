@@ -32,7 +32,7 @@ std::vector<Vec3> SampleReference(const StudyReference& reference, Holding holdi
 void CalcSurfaceErrors(std::vector<double> there_mm, std::vector<double> back_mm, ErrorFigures& errors);
 
 /// How far inside its rim the reference's disc cuts, mm; 0: all of it does.
-double GetReferenceEdge_mm(Holding holding);
+double GetReferenceEdge_mm(Holding holding, const DiscSaw& saw);
 
 /// Nearest rank; 0 for none.
 double CalcPercentile(std::vector<double> values, double share);

@@ -178,7 +178,8 @@ StudyFigure MakeWorkPrecision(const StudyResults& study, Holding holding, Kind k
   plot.title = fmt::format("What accuracy costs in time: {}", DescribeHolding(holding));
   plot.caption = worst ? fmt::format("of {} paths the slowest and the one with the largest error", paths)
                        : fmt::format("medians over {} paths", paths);
-  plot.x.label = fmt::format("time per tick, {} (\xc2\xb5s)", worst ? "p99 on the slowest path" : "p50, median path");
+  plot.x.label = fmt::format("time per millisecond simulated, {} (\xc2\xb5s)",
+                             worst ? "p99 on the slowest path" : "p50, median path");
   plot.y.label = fmt::format("force error, p95, {} path (%)", worst ? "worst" : "median");
   AddKnobs(plot, study, settings, study.knobs, kind);
   SetRanges(plot);
@@ -201,7 +202,7 @@ StudyFigure MakeWorstPose(const StudyResults& study, Holding holding) {
   PlotSpec& plot = figure.plot;
   plot.title = fmt::format("The worst-case pose by itself: {}", DescribeHolding(holding));
   plot.caption = study.path_titles.contains(kWorstPath) ? study.path_titles.at(kWorstPath) : "";
-  plot.x.label = "time per tick, p99 (\xc2\xb5s)";
+  plot.x.label = "time per millisecond simulated, p99 (\xc2\xb5s)";
   plot.y.label = "force error, p95 (%)";
   AddKnobs(plot, study, settings, study.knobs, Kind::kWorst);
   SetRanges(plot);
@@ -220,7 +221,7 @@ StudyFigure MakeSlabVoxel(const StudyResults& study, Holding holding, const std:
   PlotSpec& plot = figure.plot;
   plot.title = fmt::format("Voxels against the slab: {}", DescribeHolding(holding));
   plot.caption = fmt::format("the {} paths that the slab can do; small marks: each path", paths.size());
-  plot.x.label = "time per tick, p99 on the slowest path (\xc2\xb5s)";
+  plot.x.label = "time per millisecond simulated, p99 on the slowest path (\xc2\xb5s)";
   plot.y.label = "force error, p95, worst path (%)";
   std::vector<PlotSeries> clouds;
   for (const PooledSetting& setting : settings) {

@@ -106,6 +106,11 @@ class Merger {
       whole_.errors = whole_.errors || source.description.errors;
       whole_.costs = whole_.costs || source.description.costs;
     }
+    if (out_.HasDescription()) {  // what was asked of it before
+      const auto before = out_.ReadDescription();
+      whole_.errors = whole_.errors || before.errors;
+      whole_.costs = whole_.costs || before.costs;
+    }
     plan_ = MakePlan(whole_.spec, variant_of);
     if (plan_.hash != whole_.plan_hash) {
       throw Error(fmt::format("{}: was made by a kerf that plans this study otherwise (commit {})",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <cmath>
 #include <limits>
 
 #include "accuracy/settings.h"
@@ -16,6 +17,13 @@ using Json = nlohmann::ordered_json;
 /// JSON knows neither infinity nor what is no number: null, read as the latter.
 double NumberFrom(const Json& json) {
   return json.is_null() ? std::numeric_limits<double>::quiet_NaN() : json.get<double>();
+}
+
+/// A figure that was measured; all but the time of a breakthrough are 0 or more.
+double FigureFrom(const Json& json, const char* key) {
+  const double value = NumberFrom(json.at(key));
+  if (!(value >= 0 && std::isfinite(value))) throw Error(fmt::format("{} = {} was never measured", key, value));
+  return value;
 }
 
 // Both ways by one list of names.
@@ -101,10 +109,10 @@ Json ToJson(const ErrorFigures& errors) {
 
 ErrorFigures ErrorsFromJson(const Json& json) {
   ErrorFigures errors;
-  DescribeErrors(errors, [&](const char* key, double& value) { value = NumberFrom(json.at(key)); });
+  DescribeErrors(errors, [&](const char* key, double& value) { value = FigureFrom(json, key); });
   if (json.contains("breakthrough_ms")) errors.breakthrough_ms = NumberFrom(json.at("breakthrough_ms"));
-  if (json.contains("temperature_K")) errors.temperature_K = NumberFrom(json.at("temperature_K"));
-  if (json.contains("temperature_bar_K")) errors.temperature_bar_K = NumberFrom(json.at("temperature_bar_K"));
+  if (json.contains("temperature_K")) errors.temperature_K = FigureFrom(json, "temperature_K");
+  if (json.contains("temperature_bar_K")) errors.temperature_bar_K = FigureFrom(json, "temperature_bar_K");
   return errors;
 }
 
@@ -118,9 +126,10 @@ Json ToJson(const CostFigures& costs) {
 
 CostFigures CostsFromJson(const Json& json) {
   CostFigures costs;
+  if (!json.at("ticks").is_number_unsigned()) throw Error("ticks is no count");
   costs.ticks = json.at("ticks");
   costs.tick.count = costs.ticks;
-  DescribeCosts(costs, [&](const char* key, double& value) { value = NumberFrom(json.at(key)); });
+  DescribeCosts(costs, [&](const char* key, double& value) { value = FigureFrom(json, key); });
   for (const Json& item : json.at("histogram")) costs.histogram.emplace_back(item.at(0), item.at(1));
   return costs;
 }
@@ -145,7 +154,7 @@ ReferenceRecord ReferenceFromJson(const Json& json) {
   reference.input_hash = HashFromText(json.at("input_hash"));
   reference.force_hash = HashFromText(json.at("force_hash"));
   reference.steps_per_tick = json.at("steps_per_tick");
-  DescribeReference(reference, [&](const char* key, double& value) { value = NumberFrom(json.at(key)); });
+  DescribeReference(reference, [&](const char* key, double& value) { value = FigureFrom(json, key); });
   reference.note = json.at("note");
   return reference;
 }

@@ -33,7 +33,7 @@ std::string ShowNumber(double number);
 std::string ValueOf(const StudySettings& settings, const std::string& knob);
 /// Sets it from such a text. Throws Error for what is no value of it; ranges are the study file's matter.
 void SetValue(StudySettings& settings, const std::string& knob, const std::string& value);
-/// "voxel_mm=0.1 rim_samples_per_pitch=8 ...": all of them.
+/// "voxel_mm=0.1 rim_samples_per_pitch=16 ...": all of them.
 std::string ShowSettings(const StudySettings& settings);
 
 /// FNV-1a: the same on every machine, for telling texts apart, not for security.

@@ -13,6 +13,7 @@
 #include "accuracy/reference_store.h"
 #include "core/hash.h"
 #include "kerf/error.h"
+#include "tool/shape.h"
 
 namespace kerf {
 namespace {
@@ -113,7 +114,7 @@ std::shared_ptr<const ExactBone> SweepBone(ExactSolid solid, const ReferencePara
   auto bone = std::make_shared<ExactBone>(std::move(solid), params.saw);
   Pose X_before = X_start;
   for (const ReferenceTick& tick : ticks) {
-    bone->Sweep(X_before, tick.X_WT, GetReferenceEdge_mm(holding));
+    bone->Sweep(X_before, tick.X_WT, GetReferenceEdge_mm(holding, params.saw));
     X_before = tick.X_WT;
   }
   return bone;
@@ -134,8 +135,9 @@ std::vector<ReferenceTick> WorkOut(Holding holding, const ReferenceParams& param
 
 }  // namespace
 
-double GetReferenceEdge_mm(Holding holding) {
-  return holding == Holding::kHand ? ReferenceFineness{}.edge_mm : 0;
+double GetReferenceEdge_mm(Holding holding, const DiscSaw& saw) {
+  // As the simulation has it where voxels are no matter.
+  return holding == Holding::kHand ? CalcToothSide(saw.radius_mm(), 0) : 0;
 }
 
 std::string VariantOf(const StudySettings& settings) {
@@ -150,6 +152,7 @@ StudyReference MakeStudyReference(const StudyPath& path, Holding holding, const 
                                   double tolerance, const std::string& file, const std::atomic<bool>* stop) {
   ReferenceParams params;
   params.saw = path.saw;
+  params.fineness.edge_mm = CalcToothSide(path.saw.radius_mm(), 0);
   params.law = MakeCaseLaw(path, settings);
   params.rpm = path.rpm;
   params.tick_s = kTick_s;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "accuracy/case_run.h"
@@ -109,6 +110,8 @@ std::vector<double> VoxelsToTry(const Scene& scene, const TuneOptions& options) 
   return voxels;
 }
 
+constexpr double kAsGood = 1.05;  // of the least error
+
 /// The other settings about one that looks good, one changed at a time.
 std::vector<StudySettings> Neighbours(const StudySettings& settings) {
   std::vector<StudySettings> all;
@@ -148,22 +151,27 @@ StudySettings SettingsOf(const Scene& scene, Holding holding) {
 
 std::optional<std::size_t> ChooseCandidate(const std::vector<TuneCandidate>& candidates, const TuneOptions& options,
                                            double reference_bar) {
-  std::optional<std::size_t> best;
+  std::vector<std::size_t> fit;
+  double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const TuneCandidate& c = candidates[i];
     if (!c.done()) continue;
     if (options.budget_us && c.p99_us() > *options.budget_us) continue;
     if (options.error && c.CalcError(reference_bar) > *options.error) continue;
-    if (!best) {
-      best = i;
-      continue;
-    }
-    const TuneCandidate& b = candidates[*best];
-    const double error = c.CalcError(reference_bar), best_error = b.CalcError(reference_bar);
-    // With an error to keep, more accuracy than that is not asked for.
-    const bool better = options.error ? c.p99_us() < b.p99_us()
-                                      : error < best_error || (error == best_error && c.p99_us() < b.p99_us());
-    if (better) best = i;
+    fit.push_back(i);
+    least = std::min(least, c.CalcError(reference_bar));
+  }
+  std::optional<std::size_t> best;
+  for (const std::size_t i : fit) {
+    const TuneCandidate& c = candidates[i];
+    // With an error to keep, more accuracy than that is not asked for. Else errors that are nearly the least are as
+    // good: which is less is luck, and a finer rim and earlier removal are the safer choice elsewhere on the path.
+    if (!options.error && c.CalcError(reference_bar) > kAsGood * least) continue;
+    const auto rank = [&](const TuneCandidate& t) {
+      return options.error ? std::tuple(0, 0, t.p99_us())
+                           : std::tuple(-t.settings.rim_samples_per_pitch, t.settings.carve_interval_ticks, t.p99_us());
+    };
+    if (!best || rank(c) < rank(candidates[*best])) best = i;
   }
   return best;
 }
@@ -178,8 +186,12 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
   if (scene.simulation.mode == SceneMode::kSlab) {
     throw Error(fmt::format("{}: [simulation] mode = \"slab\" has no voxels to tune", scene_file));
   }
+  CheckCore(options.core);
   TuneResult result;
   result.scene = scene_file;
+  if (scene.path.strokes.size() > 1) {
+    result.notes.push_back(fmt::format("measured is the first of the path's {} strokes", scene.path.strokes.size()));
+  }
   result.holding = options.holding;
   result.machine = LookAtMachine();
   const auto show = [&](const char* stage, double fraction) {
@@ -214,6 +226,11 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
 
   Measuring measuring(whole, stretch, reference, options, result);
   const std::vector<double> voxels = VoxelsToTry(scene, options);
+  if (scene.bone.source == BoneSource::kMandible && voxels.size() < options.voxels_mm.size()) {
+    result.notes.push_back(
+        fmt::format("voxels below {:g} mm are not tried: a whole mandible of such takes minutes and gigabytes",
+                    kLeastVoxelOfMandible_mm));
+  }
   measuring.Expect(1 + voxels.size() + 2 * (Neighbours(own).size() - 3));
   measuring.Try(own);
   for (const double voxel_mm : voxels) {

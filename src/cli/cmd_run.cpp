@@ -141,6 +141,7 @@ void Run(const Options& options) {
   const Scene scene = ReadScene(options.scene);
   CheckInputsStay(scene, options.scene, options.folder);
   if (scene.simulation.mode == SceneMode::kSlab) {
+    if (options.costs) throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));
     RunSlabMode(scene, options);
     return;
   }

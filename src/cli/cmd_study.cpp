@@ -172,6 +172,12 @@ void Work(Options& options, const StudyWork& work) {
 void Run(Options& options) {
   const int kinds = (options.merge ? 1 : 0) + (options.redraw ? 1 : 0) + (options.defaults ? 1 : 0);
   if (kinds > 1) throw CLI::ValidationError("study", "--merge, --redraw and --defaults exclude each other");
+  if (kinds > 0 && (options.dry_run || options.run.extend || options.errors_only || options.costs_only)) {
+    throw CLI::ValidationError(options.merge    ? "--merge"
+                               : options.redraw ? "--redraw"
+                                                : "--defaults",
+                               "excludes --dry-run, --extend, --errors-only and --costs-only");
+  }
   if (options.defaults) {
     const std::string text = DefaultStudyToml();
     std::fwrite(text.data(), 1, text.size(), stdout);
@@ -190,7 +196,10 @@ void Run(Options& options) {
     }
     return Finish(options, work, outcome.missing);
   }
-  if (options.inputs.size() != 1) throw CLI::ValidationError("STUDY", "is missing: give one study file");
+  if (options.inputs.size() != 1) {
+    throw CLI::ValidationError("STUDY",
+                               options.inputs.empty() ? "is missing: give one study file" : "give one study file");
+  }
   if (!options.shard.empty()) {
     try {
       options.run.shard = ShardFromText(options.shard);

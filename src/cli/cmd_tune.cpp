@@ -65,6 +65,11 @@ void Run(Options& options) {
     CheckWritable(target);
     CheckWritable(evidence);
   }
+  // Before all the measuring: whether the scene is written so that settings can be put into it.
+  StudySettings other = SettingsOf(scene, options.tune.holding);
+  other.rim_samples_per_pitch = other.rim_samples_per_pitch == 2 ? 4 : 2;
+  other.substeps = other.carve_interval_ticks = other.substeps == 3 ? 5 : 3;
+  EditScene(text, options.scene, EditsFor(scene, options.tune.holding, other), "");
   options.tune.stop = &CatchInterrupt();
   TuneResult result;
   {
@@ -90,8 +95,10 @@ void Run(Options& options) {
     if (edits.empty()) fmt::print("            the scene has these settings already\n");
   }
   if (options.dry_run) return;
-  WriteTextFile(target, EditScene(text, options.scene, edits, DescribeEvidence(result, options.tune)));
+  // The scene last: where either can't be written it is as it was.
+  const std::string edited = EditScene(text, options.scene, edits, DescribeEvidence(result, options.tune));
   WriteTextFile(evidence, FormatTuneJson(result, options.tune));
+  WriteTextFile(target, edited);
   if (!options.json) fmt::print("  written   {} {}\n", target, evidence);
 }
 

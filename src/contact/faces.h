@@ -22,7 +22,9 @@ class Faces {
 
   /// How far inside the rim the outermost points must lie: a little further than what the rim cuts of the walls when it
   /// moves sideways (CutWith::kEdge). Shallower cuts than that have no hold on the flats.
-  static double CalcRimMargin(double voxel_mm) { return CalcToothSide(voxel_mm) + 0.25 * voxel_mm; }
+  static double CalcRimMargin(double radius_mm, double voxel_mm) {
+    return CalcToothSide(radius_mm, voxel_mm) + 0.25 * voxel_mm;
+  }
   /// The same while the spindle stands still and the rim cuts nothing: as far as the grid blurs the kerf's corner.
   static double CalcStoppedMargin(double voxel_mm) { return 1.75 * voxel_mm; }
 

@@ -34,8 +34,9 @@ struct ReferenceCoupling {
 
 /// How finely it is worked out. All of it converges: the error falls with each figure's own (the counts' inverses).
 struct ReferenceFineness {
-  int rim_points = 1536;         // evenly around the rim; ends of what is engaged are found between them
-  int steps_per_tick = 4;        // of equal length; more where the tool would go further than 0.1 mm in one
+  int rim_points = 1536;  // evenly around the rim; ends of what is engaged are found between them
+  int steps_per_tick =
+      4;  // of equal length; more where any point of it would go further than 0.025 mm (led: the tool 0.1 mm) in one
   double flat_spacing_mm = 0.7;  // of the points on the flats
   double look_ahead_mm = 1e-5;   // so far ahead of the rim bone is engaged; above rounding and an arc's sagitta
   double edge_mm = 0.3;          // hand: of the rim that cuts; the walls hold all of the flats inside it

@@ -26,7 +26,7 @@ EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
     zone.radius_mm = disc->radius_mm();
     zone.half_thickness_mm = 0.5 * CalcKerfWidth(*disc, field.voxel_mm());
-    if (with == CutWith::kEdge) zone.depth_mm = CalcToothSide(field.voxel_mm());
+    if (with == CutWith::kEdge) zone.depth_mm = CalcToothSide(zone.radius_mm, field.voxel_mm());
   } else {
     zone.ball = true;
     zone.radius_mm = std::get<BallBurr>(tool).radius_mm();

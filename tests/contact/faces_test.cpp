@@ -28,7 +28,8 @@ TEST(Faces, InItsOwnKerfTheDiscTouchesBothWallsAndIsInNeither) {
         cutter.Cut(X, X_next);
         X = X_next;
       }
-      const ToolShape shape = MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(h), Faces::CalcStoppedMargin(h));
+      const ToolShape shape =
+          MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), h), Faces::CalcStoppedMargin(h));
       Faces faces(field, shape, kSaw, Vec3(0));
       StepProblem problem;
       problem.tau_s = 0.001;
@@ -53,7 +54,8 @@ TEST(Faces, InItsOwnKerfTheDiscTouchesBothWallsAndIsInNeither) {
 TEST(Faces, ReachTellsOfBoneBeforeItIsTouched) {
   Bone bone = test::MakeBox(Pose{}, {30, 30, 4}, 0.2);
   BoneField field(bone, 100);
-  const ToolShape shape = MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(0.2), Faces::CalcStoppedMargin(0.2));
+  const ToolShape shape =
+      MakeToolShape(kSaw, 8, 1.4, Faces::CalcRimMargin(kSaw.radius_mm(), 0.2), Faces::CalcStoppedMargin(0.2));
   Faces faces(field, shape, kSaw, Vec3(0));
   // Flat on a face, lowered bit by bit: a pair that was far is looked at again in time.
   for (double height = 3; height > 0.01; height -= 0.013) {

@@ -325,10 +325,10 @@ TEST(Cutter, OfADiscOnlyTheRimCutsWhenTheFlatsAreForTheContact) {
     const Vec3 p_vox(i / 50 - 25, i % 50 - 25, 2);
     const Vec3 p_W = kVoxel * p_vox;
     const double r = std::hypot(p_W.x - 0.03, p_W.y - 0.05);
-    if (r < 4 - CalcToothSide(kVoxel) - 1e-5) {
+    if (r < 4 - CalcToothSide(4, kVoxel) - 1e-5) {
       EXPECT_EQ(field.Sample(p_vox), -field.band_mm());  // pure bone
       ++inside;
-    } else if (r < 4 - 0.2 * kVoxel && r > 4 - CalcToothSide(kVoxel) + 0.1 * kVoxel) {
+    } else if (r < 4 - 0.2 * kVoxel && r > 4 - CalcToothSide(4, kVoxel) + 0.1 * kVoxel) {
       EXPECT_GT(field.Sample(p_vox), 0);
       ++rim;
     }

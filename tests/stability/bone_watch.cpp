@@ -181,7 +181,7 @@ void BoneWatch::CheckEdges(const BoneField& field, std::vector<std::string>& fou
   const auto* disc = std::get_if<DiscSaw>(&tool_);
   if (!disc) return;
   constexpr int kPoints = 48;
-  const double depth_mm = with_ == CutWith::kEdge ? CalcToothSide(h_) - 0.01 * h_ : kAll;
+  const double depth_mm = with_ == CutWith::kEdge ? CalcToothSide(disc->radius_mm(), h_) - 0.01 * h_ : kAll;
   const double slack_mm = (Cutter::kFlankTolerance + 0.005) * h_ + 4e-6 * reach_mm_;
   for (std::size_t n = 0; n < passed_.size(); ++n) {
     if (!passed_[n].cut) continue;
