@@ -253,9 +253,12 @@ class Runner {
           record.state = CaseState::kFailed;
           record.why = "it gave no figures";
         }
+        ParseWorkRecord(FormatWorkRecord(record));  // throws for figures that are no numbers
       } catch (...) {
         record.state = CaseState::kFailed;
         record.why = DescribeFailure();
+        record.errors.reset();
+        record.costs.reset();
         if (Stopped()) return;  // that may be why
       }
     }

@@ -248,17 +248,19 @@ TEST(StudyEngine, EstimateFallsAsRecordsCome) {
   EXPECT_EQ(after.references_s + after.errors_s + after.costs_s, 0);
 }
 
-TEST(StudyEngine, FiguresThatAreNoNumbersSurviveTheirRecord) {
+TEST(StudyEngine, FiguresThatCanNotBeAreNoRecord) {
   WorkRecord record;
   record.id = "a";
   record.errors = ErrorFigures{};
-  record.errors->force_l2 = std::numeric_limits<double>::quiet_NaN();
-  record.errors->breakthrough_ms = -0.0;
+  record.errors->breakthrough_ms = -0.5;  // too early
   record.why = "bytes \xff that are no text";
   const WorkRecord again = ParseWorkRecord(FormatWorkRecord(record));
-  EXPECT_TRUE(std::isnan(again.errors->force_l2));
-  ASSERT_TRUE(again.errors->breakthrough_ms.has_value());
+  EXPECT_EQ(again.errors->breakthrough_ms, -0.5);
   EXPECT_FALSE(again.errors->temperature_K.has_value());
+  for (const double never : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -3.0}) {
+    record.errors->force_l2 = never;
+    EXPECT_THAT(test::MessageOf([&] { ParseWorkRecord(FormatWorkRecord(record)); }), HasSubstr("force_l2"));
+  }
 }
 
 }  // namespace
