@@ -95,7 +95,8 @@ std::string DefaultsTable(const StudyResults& study, Holding holding) {
 
 std::string EqualTimeTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  std::string text = Header({"p99.9 on every path within", "best setting", "force, p95, worst path", "its p99.9 (us)"});
+  std::string text = Header({"p99.9 for a ms simulated, on every path, within", "best setting",
+                             "force, p95, worst path", "its p99.9 (us for a ms)"});
   for (const double budget_us : {250.0, 500.0, 1000.0}) {
     const PooledSetting* best = nullptr;
     for (const PooledSetting& setting : settings) {
@@ -116,8 +117,8 @@ std::string EqualTimeTable(const StudyResults& study, Holding holding) {
 
 std::string EqualErrorTable(const StudyResults& study, Holding holding) {
   const std::vector<PooledSetting> settings = PoolSettings(study, holding);
-  std::string text = Header(
-      {"force, p95, on every path at most", "cheapest setting", "p99, slowest path (us)", "p99.9 (us)", "its error"});
+  std::string text = Header({"force, p95, on every path at most", "cheapest setting", "p99, slowest path (us for a ms)",
+                             "p99.9 (us for a ms)", "its error"});
   for (const double limit : {kTargetForce, kForceJnd}) {
     const PooledSetting* best = nullptr;
     for (const PooledSetting& setting : settings) {
