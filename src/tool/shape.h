@@ -34,13 +34,13 @@ struct ToolShape {
   std::vector<FacePoint> faces;
 };
 
-/// How far inside the rim a turning disc's teeth cut with their sides, mm; in a grid at least so many voxels, for the
-/// kerf's corner to be clear of the flats; and no further than there is disc.
+/// How far inside the rim a turning disc's teeth cut with their sides, mm: no further than there is disc. In a grid at
+/// least so many voxels, for the kerf's corner to be clear of the flats.
 inline constexpr double kToothSide_mm = 0.3;
-inline constexpr double kToothSideVoxels = 3;
 inline constexpr double kMostToothSide = 0.45;  // of the radius
+inline constexpr double kToothSideVoxels = 3;
 inline double CalcToothSide(double radius_mm, double voxel_mm) {
-  return std::min(std::max(kToothSide_mm, kToothSideVoxels * voxel_mm), kMostToothSide * radius_mm);
+  return std::max(std::min(kToothSide_mm, kMostToothSide * radius_mm), kToothSideVoxels * voxel_mm);
 }
 
 /// `samples_per_pitch`: of the edge, 1 to 256. `face_spacing_mm` > 0: of the flats' points, half of it along the
