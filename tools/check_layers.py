@@ -26,6 +26,8 @@ LIBRARIES = [
     ("embree", re.compile(r"^embree3/")),
     ("sndfile", re.compile(r"^sndfile\.h")),
     ("json", re.compile(r"^nlohmann/")),
+    ("zstd", re.compile(r"^zstd\.h")),
+    ("sleef", re.compile(r"^sleef\.h")),
     # Free to all.
     ("", re.compile(r"^(glm|fmt)/")),
 ]

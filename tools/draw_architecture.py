@@ -19,9 +19,9 @@ SHOWN = {"openvdb": "OpenVDB", "vtk": "VTK", "itk": "ITK, GDCM", "toml": "toml++
 # Columns set by hand so that hardly an arrow runs behind a box; rows follow from the table.
 COLUMNS = {"cli": 2.55, "study": 2.7, "session": 3.55, "scene": 2.7, "slab": 1.4, "sim": 5.15, "effects": 4.85, "import": 2.25,
            "report": 3.5, "contact": 2.2, "removal": 6.3, "models": 0, "bonefile": 1, "render": 4.3, "paper": 1.85,
-           "force": 6.3, "bone": 3.75, "mesh": 2.8, "material": 3.65, "tool": 4.7, "files": 1.4, "core": 3, "proximity": 5.25,
+           "force": 6.3, "bone": 3.75, "mesh": 2.8, "material": 3.65, "pack": 2.3, "record": 1.02, "tool": 4.7, "files": 1.4, "core": 3, "proximity": 5.25,
            "coupled": 0.2, "devices": 0.45, "haptics": 0.65, "bench": 4.8, "stability": 1.25, "heap_guard": 6.05, "audio": 0,
-           "reference": 3.25, "accuracy": 1.65}
+           "reference": 3.25, "accuracy": 1.65, "undo": 4.35}
 PURE, IMPURE, EDGE, TEXT, NOTE = "#dcebf7", "#f4e9d8", "#8a949e", "#1c2733", "#5b6670"
 
 

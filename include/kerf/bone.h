@@ -72,6 +72,8 @@ class Bone {
   /// Order-independent 64-bit hash of all phi values with |phi| < band and of the region grid: equal iff the bones are
   /// (nearly certainly) bit-identical.
   std::uint64_t CalcHash() const;
+  /// Of what it is made of: the constants of all regions, and E from the CT where that is used.
+  std::uint64_t CalcMaterialHash() const;
 
   struct Grids;  // OpenVDB lives behind this door: src/bone/grids.h
   Grids& grids() { return *grids_; }

@@ -19,6 +19,7 @@
 namespace kerf {
 
 class EffectPlan;
+class LeafHistory;
 
 /// Spring and damper between handle and tool, at one point of the tool. A device's profile limits them.
 struct CouplingParams {
@@ -163,7 +164,19 @@ class CoupledSimulation {
   /// By region; below 0: put back. It is not counted as removed.
   void AddTakenOut(const std::array<double, 256>& mm3, double sign);
 
+  // ---- undo, between ticks, tick-safe; putting bone back: src/coupled/restore.h
+  /// The bone as it is now can be come back to: what changes from here on is told to the history under this number, 1
+  /// or more. False, and nothing done, when the history's ring is full or there is no history. What the slab's law
+  /// passed and had not removed yet is removed later.
+  bool Checkpoint(std::uint32_t number);
+
   // ---- not in the tick
+  /// From now on what leaves were before they change goes to a history (src/bone/leaf_history.h), whose ring holds
+  /// `ring_leaves` (2 kB each) until somebody reads it; begins with a checkpoint of number 0. Once: later calls give
+  /// the same history.
+  LeafHistory& KeepHistory(int ring_leaves = 8192);
+  /// Null: none is kept. Tick-safe.
+  LeafHistory* history();
   /// Sets spare leaves aside again, as many as at the start. A long cut that the start did not allow for needs it, or
   /// the tool stops before uncut bone (kCoupledLeavesUsedUp) and waits.
   void Refill();
@@ -178,6 +191,7 @@ class CoupledSimulation {
   std::size_t CalcMemoryBytes() const;  // of everything but the bone
 
  private:
+  friend class Restore;
   struct State;
   std::unique_ptr<State> state_;
 };

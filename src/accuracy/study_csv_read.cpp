@@ -12,6 +12,7 @@
 #include "accuracy/study_csv.h"
 #include "core/csv.h"
 #include "files/files.h"
+#include "files/json_text.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -236,6 +237,7 @@ Value Get(const json& object, const char* key, const std::string& file) {
 void ReadJson(const std::string& folder, StudyResults& study) {
   const std::string file = folder + "/study.json";
   const std::string text = ReadTextFile(file);
+  CheckJsonDepth(text, file);
   json all;
   try {
     all = json::parse(text);

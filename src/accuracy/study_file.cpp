@@ -8,13 +8,10 @@
 
 #include "accuracy/settings.h"
 #include "core/nearest_name.h"
-#include "files/files.h"
 #include "kerf/error.h"
 #include "scene/faults.h"
-#include "scene/scene.h"
 #include "scene/table_reader.h"
 #include "scene/toml_document.h"
-#include "session/run_scene.h"
 #include "study_default_toml.h"
 
 namespace kerf {
@@ -22,7 +19,6 @@ namespace {
 
 using Kind = TomlNode::Kind;
 
-constexpr std::size_t kMaxStudyBytes = std::size_t{32} << 20;
 constexpr std::size_t kMaxScenes = 100'000;
 constexpr std::size_t kMaxValues = 1000;
 constexpr std::size_t kMaxNameLength = 60;  // file names are made of them
@@ -190,19 +186,6 @@ StudySpec ParseStudy(const std::string& text, const std::string& file, const std
 
 std::string DefaultStudyToml() {
   return kStudyDefaultToml;
-}
-
-StudySpec ReadStudyFile(const std::string& file, const std::vector<std::string>& built_in) {
-  StudySpec spec = ParseStudy(ReadTextFile(file, kMaxStudyBytes), file, built_in);
-  for (StudyScene& scene : spec.scenes) {
-    std::string content = ReadTextFile(scene.file);
-    for (const std::string& input : ListInputs(ReadScene(scene.file), scene.file)) {
-      if (!input.empty() && !IsSameFile(input, scene.file))
-        content += ShowHash(HashText(ReadTextFile(input, std::size_t{8} << 30)));
-    }
-    scene.content_hash = HashText(content);
-  }
-  return spec;
 }
 
 }  // namespace kerf

@@ -13,6 +13,7 @@
 #include "accuracy/record_json.h"
 #include "accuracy/settings.h"
 #include "files/files.h"
+#include "files/json_text.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -71,6 +72,7 @@ std::string FormatWorkRecord(const WorkRecord& record) {
 
 WorkRecord ParseWorkRecord(const std::string& text) {
   try {
+    CheckJsonDepth(text, "it");
     const Json json = Json::parse(text);
     CheckSchema(json);
     WorkRecord record;
@@ -110,6 +112,7 @@ bool StudyFolder::HasDescription() const {
 
 StudyDescription StudyFolder::ReadDescription() const {
   return ReadJson((fs::path(path_) / "plan.json").string(), kMaxDescriptionBytes, [](const std::string& text) {
+    CheckJsonDepth(text, "it");
     const Json json = Json::parse(text);
     CheckSchema(json);
     StudyDescription d;
@@ -180,6 +183,7 @@ std::optional<KeptReference> StudyFolder::ReadReference(const std::string& name)
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return std::nullopt;
   return ReadJson(file, kMaxRecordBytes, [&](const std::string& text) {
+    CheckJsonDepth(text, "it");
     const Json json = Json::parse(text);
     CheckSchema(json);
     KeptReference kept{json.at("name"), json.at("input"), json.at("why"), ReferenceFromJson(json.at("reference"))};

@@ -6,6 +6,7 @@
 #include "accuracy/record_json.h"
 #include "accuracy/settings.h"
 #include "accuracy/study_file.h"
+#include "files/json_text.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -63,6 +64,7 @@ std::uint64_t HashOf(const StudySpec& spec) {
 }
 
 StudySpec SpecFromJson(const std::string& text) {
+  CheckJsonDepth(text, "a study's description");
   try {
     const Json json = Json::parse(text);
     StudySpec spec;

@@ -1,7 +1,6 @@
 #include "bench/measure.h"
 
 #include <fmt/format.h>
-#include <malloc.h>
 #include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -119,15 +118,6 @@ MachineState LookAtMachine() {
   double load = 0;
   if (getloadavg(&load, 1) == 1) machine.load = load;
   return machine;
-}
-
-std::size_t ReadResidentBytes() {
-  malloc_trim(0);  // what is free but kept is not in use
-  std::ifstream file("/proc/self/statm");
-  std::size_t total = 0;
-  std::size_t resident = 0;
-  file >> total >> resident;
-  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
 }  // namespace kerf

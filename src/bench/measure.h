@@ -71,7 +71,5 @@ struct MachineState {
   double load = 0;  // programs that wanted a core in the last minute, on average
 };
 MachineState LookAtMachine();
-/// Memory of this program that is in use, bytes.
-std::size_t ReadResidentBytes();
 
 }  // namespace kerf

@@ -6,6 +6,7 @@
 
 #include "bench/cut_cases.h"
 #include "bone/grids.h"
+#include "files/memory.h"
 #include "material/region_table.h"
 #include "models/block.h"
 #include "models/mandible.h"

@@ -327,4 +327,18 @@ std::uint64_t Bone::CalcHash() const {
   return hash;
 }
 
+std::uint64_t Bone::CalcMaterialHash() const {
+  std::uint64_t hash = 0;
+  const auto mix = [&hash](double x) { hash = MixHash(hash ^ std::bit_cast<std::uint64_t>(x)); };
+  for (const auto& [id, region] : grids_->materials.regions()) {
+    mix(id);
+    mix(region.E_MPa);
+    mix(region.nu);
+    mix(grids_->by_modulus[static_cast<std::size_t>(id)] ? 1 : 0);
+  }
+  if (grids_->modulus == nullptr) return hash;
+  for (auto it = grids_->modulus->tree().cbeginValueOn(); it; ++it) mix(static_cast<double>(*it));
+  return hash;
+}
+
 }  // namespace kerf

@@ -33,12 +33,13 @@ struct BuildOptions {
   double region_voxel_mm = 0.2;          // of the region grid
   std::function<void(double)> progress;  // called with 0..1, from one thread; may be empty
   int band_voxels = 3;                   // half width of the level set's band, 2 to 8; files hold 3 only
+  double most_bytes = 1e300;             // of memory, that are free: more is refused before it is asked for
 };
 
 /// Voxelises a solid within `box` (which it must not touch: leave at least 4 voxels around it).
 /// Voxel centres lie at integer multiples of voxel_mm in world coordinates.
-/// Throws Error when the box would need more than 2^36 voxels, or nothing is inside. Uses all cores; the result does
-/// not depend on their number.
+/// Throws Error when the box would need more than 2^36 voxels, the bone more memory than there is, or nothing is
+/// inside. Uses all cores; the result does not depend on their number.
 Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials);
 
 /// The same from a closed surface; the region function as above. Throws Error when the mesh is open.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bone/grids.h"
+#include "bone/leaf_history.h"
 
 namespace kerf {
 namespace {
@@ -132,7 +133,10 @@ void SplitInsideTiles(FloatTree& tree) {
   }
 }
 
+/// Throws Error when the tree's box is too large for a table, before a tile of it becomes many.
 FloatTree& Split(FloatTree& tree) {
+  const auto [first, last] = FindLeafBox(tree);
+  LeafTable<float>::CheckedSize({last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3});
   SplitInsideTiles(tree);
   return tree;
 }
@@ -191,6 +195,7 @@ struct BoneField::State {
   std::vector<std::unique_ptr<FloatLeaf>> spare;  // filled with the inside value
   std::vector<LeafIndex> changed;
   std::vector<LeafIndex> unsettled;
+  LeafHistory* history = nullptr;
 };
 
 BoneField::BoneField(Bone& bone, int spare_leaves)
@@ -270,8 +275,10 @@ float* BoneField::Write(const LeafIndex& leaf) {
   const std::size_t place = s.table().Find(leaf);
   const float* values = s.table().at(place);
   if (values == s.outside) return nullptr;
-  if (values == s.inside) {
-    if (s.spare.empty()) return nullptr;
+  const bool is_inside = values == s.inside;
+  if (is_inside && s.spare.empty()) return nullptr;
+  if (s.history != nullptr && s.history->Wants(place)) s.history->Note(place, leaf, is_inside ? nullptr : values);
+  if (is_inside) {
     FloatLeaf* own = s.spare.back().release();
     s.spare.pop_back();
     own->setOrigin(OriginOf(leaf + s.origin));
@@ -314,6 +321,19 @@ float* BoneField::OwnValues(const LeafIndex& leaf) {
   return const_cast<float*>(values);  // of a tree that this field may change
 }
 
+bool BoneField::WantsOld(const LeafIndex& leaf) const {
+  return state_->history != nullptr && state_->history->Wants(state_->table().Find(leaf));
+}
+
+bool BoneField::Swap(const LeafIndex& leaf, float* values) {
+  LeafHistory* const history = std::exchange(state_->history, nullptr);
+  float* const own = Open(leaf);
+  state_->history = history;
+  if (own == nullptr) return false;
+  std::swap_ranges(own, own + kLeafVoxels, values);
+  return true;
+}
+
 std::span<const LeafIndex> BoneField::changed() const {
   return state_->changed;
 }
@@ -330,6 +350,16 @@ void BoneField::ClearChanged() {
 }
 int BoneField::spare_leaves() const {
   return static_cast<int>(state_->spare.size());
+}
+
+void BoneField::set_history(LeafHistory* history) {
+  state_->history = history;
+}
+std::size_t BoneField::place_count() const {
+  return state_->table().size();
+}
+std::size_t BoneField::PlaceOf(const LeafIndex& leaf) const {
+  return state_->table().Find(leaf);
 }
 
 void BoneField::Refill(int spare_leaves) {

@@ -11,6 +11,8 @@
 
 namespace kerf {
 
+class LeafHistory;
+
 /// A window on a Bone's grids for the time of a simulation.
 ///
 /// The values are the grids' own: what is written here is the bone. A leaf is 512 floats (mm), z fastest, y next. Where
@@ -75,8 +77,13 @@ class BoneField {
   /// As Write(), but a leaf outside takes a spare one too: bone comes back to where it was. Null when there is none,
   /// and beyond the bone's box.
   float* Open(const LeafIndex& leaf);
-  /// The leaf's own values, null unless its kind is kOwn. Who changes them calls Write() too.
+  /// The leaf's own values, null unless its kind is kOwn. Who changes them calls Write() too; before, if WantsOld().
   float* OwnValues(const LeafIndex& leaf);
+  /// Whether a history is kept that the leaf's old values have yet to go to: Write() and Open() hand them over, so they
+  /// are called before the values change.
+  bool WantsOld(const LeafIndex& leaf) const;
+  /// Gives the leaf `values` (512) and them its own; no history is told. False, and nothing done, where Open() is null.
+  bool Swap(const LeafIndex& leaf, float* values);
   /// Leaves marked since the last ClearChanged(), each once, in the order of the first mark.
   std::span<const LeafIndex> changed() const;
   /// The i-th of them.
@@ -85,6 +92,11 @@ class BoneField {
   int spare_leaves() const;
 
   // ---- between ticks: may allocate
+  /// Is handed what leaves were before they change (src/bone/leaf_history.h); null: nobody is. It must outlive this.
+  void set_history(LeafHistory* history);
+  /// Of the table of leaves: how many places, and that of a leaf.
+  std::size_t place_count() const;
+  std::size_t PlaceOf(const LeafIndex& leaf) const;
   /// Sets leaves aside until there are so many.
   void Refill(int spare_leaves);
   /// Makes the grids' bookkeeping (active voxels, emptied leaves) true again after writing; the values always are.

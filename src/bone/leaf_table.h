@@ -1,12 +1,16 @@
 // A box of space in leaves of 8 x 8 x 8 voxels, each found in one step.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "bone/interpolate.h"
+#include "kerf/error.h"
 
 namespace kerf {
 
@@ -18,6 +22,9 @@ struct LeafIndex {
   bool operator==(const LeafIndex&) const = default;
 };
 
+/// Of a table: the 2^36 voxels that a bone may be made in, with the layer around them; a pointer each.
+inline constexpr double kMostTableLeaves = 1.05 * (1 << 27);
+
 /// Pointers to the values of leaves (512, z fastest, y next), which others own. Every leaf beyond the box reads as the
 /// value that the table was made with, and so does every leaf in it that nothing was set for.
 template <typename T>
@@ -27,14 +34,24 @@ class LeafTable {
 
   LeafTable() = default;
   /// `first` and `last`: the lowest and the highest leaf, or one less along each axis for none; a layer of leaves is
-  /// kept around them.
+  /// kept around them. Throws Error when the box holds more than kMostTableLeaves.
   LeafTable(const LeafIndex& first, const LeafIndex& last, const T* beyond)
       : first_{first.x - 1, first.y - 1, first.z - 1},
         count_{last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3},
-        leaves_(static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y) *
-                    static_cast<std::size_t>(count_.z),
-                beyond) {}
+        leaves_(CheckedSize(count_), beyond) {}
 
+  /// Throws Error when so many leaves along each axis are too many.
+  static std::size_t CheckedSize(const LeafIndex& count) {
+    const double leaves = double{1} * count.x * count.y * count.z;
+    if (!(leaves <= kMostTableLeaves)) {
+      throw Error(
+          fmt::format("a bone whose parts lie in a box of {} x {} x {} voxels can't be cut: at most 2^36 voxels; "
+                      "use larger voxels, or leave away what is far off",
+                      8 * static_cast<std::int64_t>(count.x), 8 * static_cast<std::int64_t>(count.y),
+                      8 * static_cast<std::int64_t>(count.z)));
+    }
+    return static_cast<std::size_t>(leaves);
+  }
   std::size_t size() const { return leaves_.size(); }
 
   /// Place of a leaf in the table; one beyond the box has that of the layer around it. Tick-safe.

@@ -231,7 +231,8 @@ void PieceFinder::State::Build(const FloatTree& tree) {
   }
 }
 
-/// Finds the leaf's parts. Each is a number's that some part of before had: bone that is cut never grows together.
+/// Finds the leaf's parts. Each is a number's that some part of before had: bone that is cut never grows
+/// together, and where undo brings bone back between two, the lower number stays.
 void PieceFinder::State::Split(Leaf& leaf, const LeafMask& mask) const {
   std::vector<Part> before(std::move(leaf.more));
   if (leaf.first.count > 0) before.push_back(leaf.first);
@@ -350,7 +351,8 @@ void PieceFinder::State::GiveNumbers(std::vector<Component>& components) {
     piece.volume_mm3 = mm3;
     const Vec3 low(c->low[0], c->low[1], c->low[2]), high(c->high[0], c->high[1], c->high[2]);
     piece.bounds_W = {h * (low - 0.5), h * (high + 0.5)};
-    if (!keeps && !at_start) found.came_off.push_back(piece);
+    // What was nothing's before came back: undo gives it a number, and tells of nothing that came off.
+    if (!keeps && c->was != 0 && !at_start) found.came_off.push_back(piece);
     found.pieces.push_back(piece);
   }
 }

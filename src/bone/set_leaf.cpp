@@ -1,5 +1,7 @@
 #include "bone/set_leaf.h"
 
+#include <algorithm>
+
 #include <cmath>
 
 #include "bone/grids.h"
@@ -18,6 +20,16 @@ void SetLeaf(Bone& bone, const std::array<int, 3>& index, std::span<const float,
     const float phi = values[i];
     leaf->setValueOnly(i, phi);
     leaf->setActiveState(i, std::abs(phi) < band);
+  }
+}
+
+void GetLeaf(const Bone& bone, const std::array<int, 3>& index, std::span<float, 512> values) {
+  const openvdb::FloatTree& tree = bone.grids().phi->tree();
+  const openvdb::Coord corner(8 * index[0], 8 * index[1], 8 * index[2]);
+  if (const auto* leaf = tree.probeConstLeaf(corner)) {
+    std::copy_n(leaf->buffer().data(), 512, values.begin());
+  } else {
+    std::fill(values.begin(), values.end(), tree.getValue(corner));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
@@ -15,6 +16,8 @@
 #include <vector>
 
 #include "bone/grids.h"
+#include "bonefile/limits.h"
+#include "bonefile/vdb_check.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
@@ -25,7 +28,6 @@ namespace {
 constexpr int kFormat = 1;
 constexpr float kMaxHu = 100'000;
 constexpr char kNotePrefix[] = "note_";
-constexpr std::uint64_t kMaxFileBytes = std::uint64_t{8} << 30;
 
 /// OpenVDB's writer, onto a stream of ours: its own does not look whether the disk is full.
 class Writer : public openvdb::io::Archive {
@@ -104,9 +106,21 @@ double VoxelSize(const openvdb::GridBase& grid, const std::string& path) {
   return h;
 }
 
+/// Over what lies further apart, later steps would never end.
+void CheckSides(const openvdb::GridBase& grid, const std::string& path) {
+  const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+  if (box.empty()) return;
+  const openvdb::Coord sides = box.dim();
+  if (std::max({sides.x(), sides.y(), sides.z()}) <= kMaxVdbSide_vox) return;
+  Refuse(path, fmt::format("grid \"{}\" has {} x {} x {} voxels; kerf reads up to {} along a side", grid.getName(),
+                           sides.x(), sides.y(), sides.z(), kMaxVdbSide_vox));
+}
+
 void CheckGrids(const Bone::Grids& grids, const std::string& path) {
   const double h = VoxelSize(*grids.phi, path);
   VoxelSize(*grids.region, path);
+  CheckSides(*grids.phi, path);
+  CheckSides(*grids.region, path);
   const float band = grids.phi->background();
   if (!(std::abs(static_cast<double>(band) - kHalfBandVoxels * h) <= 1e-3 * h)) {
     Refuse(path, fmt::format("grid \"phi\" has the background {} where {} mm (3 voxels) is expected", band, 3 * h));
@@ -136,14 +150,21 @@ Bone ReadBone(const std::string& path, const ReadBoneOptions& options) {
   std::error_code failed;
   const auto bytes = std::filesystem::file_size(path, failed);
   if (failed) Refuse(path, fmt::format("can't be read: {}", failed.message()));
-  if (bytes > kMaxFileBytes) Refuse(path, "can't be read: it is larger than 8 GiB");
+  if (bytes > kMaxVdbFileBytes) Refuse(path, "can't be read: it is larger than 8 GiB");
+  std::ifstream in(path, std::ios::binary);
+  if (!in) Refuse(path, fmt::format("can't be read: {}", std::generic_category().message(errno)));
+  return ReadBone(in, path, options);
+}
+
+Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& options) {
+  std::set<std::string> wanted = {"phi", "region"};
+  if (options.hu) wanted.insert("hu");
+  CheckVdb(in, path, wanted);
   Bone bone;  // also gets OpenVDB ready
   Bone::Grids& grids = bone.grids();
   try {
     // A stream that throws where it ends: OpenVDB would go on with whatever counts it finds in memory.
-    std::ifstream in;
     in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
-    in.open(path, std::ios::binary);
     Reader file(in);
     const openvdb::MetaMap* meta = &file.meta();
     const auto format = meta->getMetadata<openvdb::Int32Metadata>("kerf_format");
@@ -156,8 +177,6 @@ Bone ReadBone(const std::string& path, const ReadBoneOptions& options) {
     for (auto it = meta->beginMeta(); it != meta->endMeta(); ++it) {
       if (it->first.starts_with(kNotePrefix)) grids.notes[it->first.substr(sizeof kNotePrefix - 1)] = it->second->str();
     }
-    std::set<std::string> wanted = {"phi", "region"};
-    if (options.hu) wanted.insert("hu");
     auto found = file.ReadGrids(in, wanted);
     if (!found["phi"] || !found["region"]) Refuse(path, "not a kerf bone: grids \"phi\" and \"region\" are needed");
     grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(found["phi"]);

@@ -3,6 +3,7 @@
 // metadata (docs/formats.md).
 #pragma once
 
+#include <istream>
 #include <string>
 
 #include "kerf/bone.h"
@@ -15,6 +16,8 @@ struct ReadBoneOptions {
 
 /// Throws Error with one sentence for anything that is not a whole kerf bone.
 Bone ReadBone(const std::string& path, const ReadBoneOptions& options = {});
+/// The same of a stream that can seek and must not be read any more afterwards; `path` names it in messages.
+Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& options = {});
 /// Writes to a temporary beside `path` and renames. Throws Error.
 void WriteBone(const Bone& bone, const std::string& path);
 

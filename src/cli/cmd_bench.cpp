@@ -8,11 +8,16 @@
 
 #include "bench/tick_cases.h"
 #include "bench/tick_report.h"
+#include "bench/undo_bench.h"
 #include "cli/commands.h"
 #include "cli/progress.h"
+#include "cli/signals.h"
 #include "files/files.h"
 #include "kerf/error.h"
+#include "kerf/version.h"
 #include "removal/carve.h"
+#include "scene/scene.h"
+#include "session/hour.h"
 
 namespace kerf::cli {
 namespace {
@@ -56,11 +61,115 @@ void Run(Options& options) {
   }
 }
 
+struct UndoCommand {
+  UndoBenchOptions bench;
+  std::string output;
+  bool json = false;
+  bool markdown = false;
+};
+
+void RunUndo(UndoCommand& command) {
+  if (!command.output.empty()) CheckWritable(command.output);
+  UndoReport report;
+  {
+    StageBars bars;
+    command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+    report = RunUndoBench(command.bench);
+  }
+  const std::string text = command.json       ? FormatUndoJson(report)
+                           : command.markdown ? FormatUndoMarkdown(report)
+                                              : FormatUndoTable(report);
+  if (command.output.empty()) {
+    fmt::print("{}", text);
+  } else {
+    WriteTextFile(command.output, text);
+  }
+}
+
+void AddUndoBench(CLI::App& group) {
+  const auto options = std::make_shared<UndoCommand>();
+  CLI::App* command = group.add_subcommand(
+      "undo",
+      "Time going back over 1, 5 and 20 cuts through the default mandible and forward again, and what it costs "
+      "the tick to keep what was there; with hashes of the bone");
+  command->add_option("--rounds", options->bench.rounds, "Times that all is undone and redone, 1 to 1000")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--voxel", options->bench.voxel_mm, "Voxels of the mandible, mm, 0.1 to 1")
+      ->check(CLI::Range(0.1, 1.0))
+      ->capture_default_str();
+  command->add_option("--leaves-per-tick", options->bench.leaves_per_tick, "Put back in a tick, 1 to 100000")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--core", options->bench.core, "Core that it is held to, from 0")
+      ->check(CLI::Range(0, 4095))
+      ->capture_default_str();
+  command->add_flag("--realtime", options->bench.realtime, "Go before other programs (SCHED_FIFO), as the loop does");
+  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
+  command->add_flag("--markdown", options->markdown, "Report as the table of docs/reliability.md")->excludes(json);
+  command->callback([options] { RunUndo(*options); });
+}
+
+}  // namespace
+
+namespace {
+
+struct HourCommand {
+  std::string scene;
+  std::string folder;
+  HourOptions hour;
+  bool markdown = false;
+};
+
+void RunHourCommand(HourCommand& options) {
+  const Scene scene = ReadScene(options.scene);
+  if (!options.folder.empty()) {
+    MakeFolder(options.folder);
+    for (const char* name : {"/hour.csv", "/hour.png"}) CheckWritable(options.folder + name);
+  }
+  options.hour.stop = &CatchInterrupt();
+  const MachineState machine = LookAtMachine();
+  Hour hour;
+  {
+    StageBars bars;
+    hour = RunHour(scene, options.hour, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
+  }
+  if (!options.folder.empty()) WriteHour(hour, options.folder);
+  if (options.markdown) {
+    const std::string words =
+        fmt::format("{}; load {:.1f} before the run; commit {}. Made by `tools/reliability_figures`.", machine.cpu,
+                    machine.load, CommitString());
+    fmt::print("{}", FormatHourMarkdown(hour, words, "reliability/hour.png"));
+  } else {
+    fmt::print("{}", FormatHourTable(hour));
+  }
+  if (hour.loop.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended by itself: {}", hour.loop.failure));
+}
+
+void AddHourCommand(CLI::App& group) {
+  const auto options = std::make_shared<HourCommand>();
+  CLI::App* command = group.add_subcommand(
+      "hour",
+      "Saw for an hour of simulated time and watch memory, times of ticks, force at rest and sums, minute by minute");
+  command->add_option("SCENE", options->scene, "The scene file; made for it: scenes/one_hour.toml")->required();
+  command->add_option("--minutes", options->hour.minutes, "How long, simulated minutes, 0.1 to 600")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str();
+  command->add_option("-o,--output", options->folder, "Folder for hour.csv and hour.png; made when missing");
+  command->add_option("--log", options->hour.folder,
+                      "Folder that is there; the loop's log goes into it as it comes, and away again at the end");
+  command->add_flag("--markdown", options->markdown, "The table of docs/reliability.md instead");
+  command->callback([options] { RunHourCommand(*options); });
+}
+
 }  // namespace
 
 void AddBenchCommand(CLI::App& app) {
   CLI::App* group = app.add_subcommand("bench", "Measure how fast kerf is, beside baselines of the same run");
   group->require_subcommand(1);
+  AddUndoBench(*group);
+  AddHourCommand(*group);
   const auto options = std::make_shared<Options>();
   CLI::App* command = group->add_subcommand(
       "tick",

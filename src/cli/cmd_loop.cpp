@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +13,7 @@
 #include "kerf/error.h"
 #include "scene/scene.h"
 #include "session/run_loop.h"
+#include "session/session_recorder.h"
 
 namespace kerf::cli {
 namespace {
@@ -20,6 +23,11 @@ struct Options {
   std::string folder;
   std::string hand;
   std::optional<double> rate_hz;
+  std::string from;
+  std::optional<double> at_s;
+  std::string bone_file;
+  std::vector<std::string> actions;
+  bool records = false;
   LoopOptions loop;
   bool json = false;
 };
@@ -69,11 +77,69 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   if (s.fragments) fmt::print("  fragments {}\n", DescribeFragments(*s.fragments));
   fmt::print("  readers   {} leaves sent; a copy made from them is {}\n", s.leaves_sent,
              s.mirror_identical ? "bit-identical" : "NOT the bone");
+  if (s.replayed) {
+    fmt::print("  gone on   from a recording: {} ticks, {:.3f} s\n", s.replayed->steps, s.replayed->time_s);
+  }
+  if (s.undone) {
+    fmt::print("  undo      back or forward {} times, {} checkpoints kept in {:.2f} MB\n", s.undone->restores,
+               s.undone->checkpoints, s.undone->kept_MB);
+    if (!s.virtual_time && s.undone->restores > 0) {
+      fmt::print("            at most {:.1f} ms from asking to the bone being there\n", s.undone->longest_ms);
+    }
+  }
+  if (s.recorded) {
+    fmt::print("  recorded  {}: {} ticks, {:.1f} kB, {:.2f} MB a minute\n", s.recorded->path, s.recorded->steps,
+               1e-3 * static_cast<double>(s.recorded->bytes),
+               s.simulated_s > 0 ? 60e-6 * static_cast<double>(s.recorded->bytes) / s.simulated_s : 0);
+  }
   fmt::print("  state     bone {:016x}, force {:016x}\n", s.bone_hash, s.force_hash);
 }
 
+/// The scene of the file, or of the recording to go on from.
+Scene OpenScene(Options& options, std::optional<RecordingReader>& recording, RecordedScene& recorded) {
+  if (options.from.empty()) {
+    if (options.scene.empty()) throw CLI::RequiredError("SCENE or --from");
+    return ReadScene(options.scene);
+  }
+  if (!options.scene.empty()) throw CLI::ValidationError("--from", "has its own scene; give no other");
+  recording.emplace(options.from);
+  const RecordingHead& head = recording->head();
+  if (head.kind != RecordedKind::kLoop) {
+    throw Error(fmt::format("{}: is a recording of 'kerf run', which has no hand that could go on", options.from));
+  }
+  if (options.at_s && std::isnan(*options.at_s)) throw CLI::ValidationError("--at", "is no number");
+  if (options.at_s && *options.at_s > recording->duration_s() + 1e-9) {
+    throw Error(fmt::format("{}: is {:.3f} s long; there is no moment {:g} s in it", options.from,
+                            recording->duration_s(), *options.at_s));
+  }
+  recorded = OpenRecordedScene(*recording, options.bone_file);
+  options.scene = head.scene_file;
+  options.loop.replay.recording = &*recording;
+  options.loop.replay.until_s = options.at_s.value_or(recording->duration_s());
+  options.loop.replay.goes_on = true;
+  return recorded.scene;
+}
+
 void Run(Options& options) {
-  Scene scene = ReadScene(options.scene);
+  std::optional<RecordingReader> recording;
+  RecordedScene recorded;
+  Scene scene = OpenScene(options, recording, recorded);
+  options.loop.scene_file = options.scene;
+  try {
+    for (const std::string& text : options.actions) options.loop.actions.push_back(ParseLoopAction(text));
+  } catch (const Error& e) {
+    throw CLI::ValidationError("--do", e.what());
+  }
+  std::stable_sort(options.loop.actions.begin(), options.loop.actions.end(),
+                   [](const LoopAction& a, const LoopAction& b) { return a.at_s < b.at_s; });
+  if (options.records) {
+    std::vector<std::string> inputs = ListInputs(scene, options.scene);
+    inputs.push_back(options.from);
+    CheckInputsStay(inputs, {options.loop.record});
+    CheckNewRecording(options.loop.record);
+    // Nor may a result take its place.
+    if (!options.folder.empty()) CheckLoopInputsStay(scene, options.loop.record, options.folder);
+  }
   if (!options.hand.empty()) scene.hand.model = options.hand;
   if (options.rate_hz) scene.loop.rate_hz = *options.rate_hz;
   if (!options.folder.empty()) {
@@ -84,6 +150,8 @@ void Run(Options& options) {
   options.loop.costs.live = [note](const std::string& line) { *note = line; };
   options.loop.stop = &CatchInterrupt();
   options.loop.keep_bones = !options.folder.empty();
+  options.loop.log = options.folder.empty() ? LoopLog::kNowhere : LoopLog::kFolder;
+  options.loop.folder = options.folder;
   LoopSummary summary;
   {
     StageBars bars;
@@ -101,6 +169,12 @@ void Run(Options& options) {
     PrintSummary(scene, summary);
     if (!options.folder.empty()) fmt::print("  results   {}/: {}\n", options.folder, fmt::join(summary.files, " "));
   }
+  if (summary.replayed && summary.replayed->divergence) {
+    const Divergence& d = *summary.replayed->divergence;
+    throw Error(fmt::format("{}: other than recorded from tick {} on, at {:.3f} s: {}", options.from, d.step + 1,
+                            d.time_s, d.what));
+  }
+  if (summary.recorded && !summary.recorded->failure.empty()) throw Error(summary.recorded->failure);
   if (summary.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended by itself: {}", summary.failure));
 }
 
@@ -110,15 +184,39 @@ void AddLoopCommand(CLI::App& app) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "loop", "Run a scene live in a simulated hand on a simulated device, and tell how the loop kept its time");
-  command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')")->required();
-  command->add_option("--seconds", options->loop.seconds, "How long, s, 0.01 to 3600; Ctrl-C ends it earlier")
+  command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')");
+  CLI::Option* from = command->add_option("--from", options->from,
+                                          "Go on from a recording, in place of a scene: its end, or the moment --at");
+  command->add_option("--at", options->at_s, "Moment of the recording to go on from, s")
+      ->needs(from)
+      ->check(CLI::Range(0.0, 1e9));
+  command->add_option("--bone", options->bone_file, "The recording's bone, where it is not where it was (.vdb)")
+      ->needs(from);
+  command
+      ->add_option(
+          "--do", options->actions,
+          "TIME:checkpoint=NAME, TIME:undo[=NAME], TIME:redo or TIME:rpm=SPEED, TIME in s since the session's or the "
+          "recording's start: remember the bone as it is then, go back to that, or to the checkpoint before, "
+          "and forward again (until something is cut), set the spindle's speed; may be given many times")
+      ->allow_extra_args(false);
+  command->add_option("--undo-mb", options->loop.undo_MB, "Memory for going back, MB, 0.2 to 1e6; the oldest go first")
       ->capture_default_str()
-      ->check(CLI::Range(0.01, 3600.0));
+      ->check(CLI::Range(0.2, 1e6));
+  CLI::Option* record =
+      command->add_option("--record", options->loop.record,
+                          "Record the session into this file, which must not be there yet (see 'kerf replay')");
+  command
+      ->add_option(
+          "--seconds", options->loop.seconds,
+          fmt::format("How long, s (after --at, with --from), 0.01 to {:g}; Ctrl-C ends it earlier", kMostLoop_s))
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, kMostLoop_s));
   command->add_option("--hand", options->hand, "The hand, H0 to H4, instead of the scene's [hand] model")
       ->transform(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}, CLI::ignore_case));
-  command
-      ->add_option("--rate-hz", options->rate_hz, "Ticks a second, 250 to 4000, instead of the scene's [loop] rate_hz")
-      ->check(CLI::Range(250.0, 4000.0));
+  CLI::Option* rate = command
+                          ->add_option("--rate-hz", options->rate_hz,
+                                       "Ticks a second, 250 to 4000, instead of the scene's [loop] rate_hz")
+                          ->check(CLI::Range(250.0, 4000.0));
   command->add_option(
       "-o,--output", options->folder,
       "Folder for report, JSON, forces, and as [output] asks bone, pieces and pictures; made when missing; without "
@@ -137,7 +235,11 @@ void AddLoopCommand(CLI::App& app) {
                  "Time each effect too, and show what a tick costs: live behind the progress bar, and as a table")
       ->excludes(without_clock);
   command->add_flag("--json", options->json, "Print the summary as JSON");
-  command->callback([options] { Run(*options); });
+  rate->excludes(from);
+  command->callback([options, record] {
+    options->records = record->count() > 0;
+    Run(*options);
+  });
 }
 
 }  // namespace kerf::cli

@@ -7,6 +7,7 @@
 
 #include "cli/commands.h"
 #include "cli/progress.h"
+#include "files/files.h"
 #include "scene/doubts.h"
 #include "scene/scene.h"
 #include "session/run_scene.h"
@@ -20,6 +21,8 @@ struct Options {
   std::string folder = "out";
   bool json = false;
   bool costs = false;
+  std::string record;
+  bool records = false;
 };
 
 void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& folder) {
@@ -92,7 +95,8 @@ void RunSlabMode(const Scene& scene, const Options& options) {
   {
     StageBars bars;
     summary =
-        RunSlabScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
+        RunSlabScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
+                     {options.record, options.scene, nullptr});
   }
   for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
   for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
@@ -109,6 +113,7 @@ void RunSlabMode(const Scene& scene, const Options& options) {
     fmt::print("{}", FormatSlabSummaryJson(scene, summary));
   } else {
     PrintSlabSummary(scene, summary, options.folder);
+    if (options.records) fmt::print("  recorded  {}\n", options.record);
   }
 }
 
@@ -140,6 +145,11 @@ std::vector<std::string> FindEffectWarnings(const Scene& scene, const EffectReco
 void Run(const Options& options) {
   const Scene scene = ReadScene(options.scene);
   CheckInputsStay(scene, options.scene, options.folder);
+  if (options.records) {
+    CheckInputsStay(ListInputs(scene, options.scene), {options.record});
+    CheckNewRecording(options.record);
+    CheckInputsStay(scene, options.record, options.folder);  // nor may a result take its place
+  }
   if (scene.simulation.mode == SceneMode::kSlab) {
     if (options.costs) throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));
     RunSlabMode(scene, options);
@@ -150,7 +160,8 @@ void Run(const Options& options) {
     StageBars bars;
     summary =
         RunScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
-                 {options.costs, [&](const std::string& line) { bars.SetNote(line); }});
+                 {options.costs, [&](const std::string& line) { bars.SetNote(line); }},
+                 {options.record, options.scene, nullptr});
   }
   for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
   for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
@@ -169,6 +180,7 @@ void Run(const Options& options) {
     fmt::print("{}", FormatSummaryJson(scene, summary));
   } else {
     PrintSummary(scene, summary, options.folder);
+    if (options.records) fmt::print("  recorded  {}\n", options.record);
   }
 }
 
@@ -183,8 +195,13 @@ void AddRunCommand(CLI::App& app) {
       ->capture_default_str();
   command->add_flag("--costs", options->costs,
                     "Time each stage of the ticks and each effect: live behind the progress bar, and as a table");
+  CLI::Option* record = command->add_option(
+      "--record", options->record, "Record the run into this file, which must not be there yet (see 'kerf replay')");
   command->add_flag("--json", options->json, "Print the summary as JSON");
-  command->callback([options] { Run(*options); });
+  command->callback([options, record] {
+    options->records = record->count() > 0;
+    Run(*options);
+  });
 }
 
 }  // namespace kerf::cli

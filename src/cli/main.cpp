@@ -12,6 +12,7 @@
 #include "cli/commands.h"
 #include "cli/signals.h"
 #include "core/nearest_name.h"
+#include "files/memory.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 
@@ -33,6 +34,13 @@ std::string FindUnknownCommand(const CLI::App& app, int argc, char** argv) {
                      nearest.empty() ? "" : fmt::format("; the nearest is \"{}\"", nearest));
 }
 
+/// Messages show what stands in files: no control character of theirs may reach the terminal.
+std::string ForTerminal(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return (c < 0x20 && c != '\n') || c == 0x7f; }, '?');
+  return text;
+}
+
 /// Output that got lost, on a full disk for instance, is a failure.
 int FlushOutput(int code) {
   errno = 0;
@@ -44,7 +52,7 @@ int FlushOutput(int code) {
   return code == 0 ? kFailed : code;
 }
 
-int RunProgram(int argc, char** argv) {
+int RunProgram(int argc, char** argv, double free_bytes) {
   CLI::App app{"kerf: a simulator of cutting bone with a saw", "kerf"};
   app.require_subcommand(1);
   app.set_version_flag("--version", [] {
@@ -61,6 +69,8 @@ int RunProgram(int argc, char** argv) {
   kerf::cli::AddPaperCommand(app);
   kerf::cli::AddRunCommand(app);
   kerf::cli::AddLoopCommand(app);
+  kerf::cli::AddReplayCommand(app);
+  kerf::cli::AddLogCommand(app);
   kerf::cli::AddImportCommand(app);
   kerf::cli::AddModelCommand(app);
   kerf::cli::AddSceneCommand(app);
@@ -82,16 +92,17 @@ int RunProgram(int argc, char** argv) {
     const int code = app.exit(e);
     return code == 0 ? 0 : kUsage;
   } catch (const kerf::Error& e) {
-    fmt::print(stderr, "kerf: {}\n", e.what());
+    fmt::print(stderr, "kerf: {}\n", ForTerminal(e.what()));
     return kFailed;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "kerf: not enough memory\n");
+    fmt::print(stderr, "kerf: not enough memory: {:.1f} GB were free; use larger voxels or a shorter run\n",
+               1e-9 * free_bytes);
     return kFailed;
   } catch (const std::system_error& e) {
     if (std::ferror(stdout) == 0) fmt::print(stderr, "kerf: {}\n", e.what());  // else FlushOutput says it
     return kFailed;
   } catch (const std::exception& e) {
-    fmt::print(stderr, "kerf: {}\n", e.what());
+    fmt::print(stderr, "kerf: {}\n", ForTerminal(e.what()));
     return kFailed;
   }
 }
@@ -100,5 +111,6 @@ int RunProgram(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   kerf::cli::HandleSignals();
-  return FlushOutput(RunProgram(argc, argv));
+  const auto free_bytes = static_cast<double>(kerf::LimitMemory());
+  return FlushOutput(RunProgram(argc, argv, free_bytes));
 }

@@ -158,12 +158,15 @@ std::string FormatCsvNumber(double value, int shift) {
 }
 
 std::string FormatCsvField(const std::string& text) {
-  const bool plain = text.find_first_of(",\"") == std::string::npos && text == Trim(text) && !text.starts_with('#');
-  if (plain) return text;
+  std::string line = text;
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');  // a row is one line
+  const bool plain = line.find_first_of(",\"") == std::string::npos && line == Trim(line) && !line.starts_with('#');
+  if (plain) return line;
   std::string quoted = "\"";
-  for (const char c : text) {
+  for (const char c : line) {
     if (c == '"') quoted += '"';
-    quoted += c == '\n' || c == '\r' ? ' ' : c;  // a row is one line
+    quoted += c;
   }
   return quoted + "\"";
 }

@@ -30,6 +30,12 @@ class SpscRing {
     return &slots_[tail & (slots_.size() - 1)];
   }
   void Push() { tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
+  /// The n-th value pushed since the start, whether it has been read or not: it stays until its slot is claimed again.
+  /// Null when that has been, or when there are not so many.
+  const T* At(std::size_t n) const {
+    const std::size_t tail = tail_.load(std::memory_order_relaxed);
+    return n < tail && tail - n <= slots_.size() ? &slots_[n & (slots_.size() - 1)] : nullptr;
+  }
   bool TryPush(const T& value) {
     T* slot = Claim();
     if (slot == nullptr) return false;

@@ -512,7 +512,7 @@ Bone CoupledSimulation::TakeBone() && {
 }
 std::size_t CoupledSimulation::CalcMemoryBytes() const {
   return state_->field.CalcMemoryBytes() + state_->cutter.CalcMemoryBytes() + state_->clearance.CalcMemoryBytes() +
-         state_->effects.CalcMemoryBytes() + sizeof(State);
+         state_->effects.CalcMemoryBytes() + (state_->history ? state_->history->CalcMemoryBytes() : 0) + sizeof(State);
 }
 
 }  // namespace kerf

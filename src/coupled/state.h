@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <variant>
 
 #include "bone/field.h"
+#include "bone/leaf_history.h"
 #include "contact/edge.h"
 #include "contact/faces.h"
 #include "contact/step.h"
@@ -134,6 +136,7 @@ struct CoupledSimulation::State {
   std::size_t first_of_effects = 0;
   CoupledOutput last;  // what the last tick gave
   std::array<double, 256> taken_out_mm3{};
+  std::unique_ptr<LeafHistory> history;
   double reserve_mJ = 0;  // lost so far and not given back: what a push-out may take (push_out.h)
 };
 

@@ -118,6 +118,8 @@ class Effect {
   virtual void Release() {}
   /// The tool was set down elsewhere.
   virtual void Reset() { Release(); }
+  /// There may be bone again where there was none; Reset() follows.
+  virtual void BoneCameBack() {}
   /// As many as EffectInfo::channels.
   virtual void Report(std::span<double>) const {}
 

@@ -44,6 +44,10 @@ class EffectPlan {
     for (const Entry& entry : entries_) entry.effect->Reset();
   }
 
+  void BoneCameBack() {
+    for (const Entry& entry : entries_) entry.effect->BoneCameBack();
+  }
+
   // ---- any time but within a tick
   /// Is told of each effect's work; null: nobody is.
   void set_observer(TickObserver* observer) { observer_ = observer; }

@@ -102,7 +102,19 @@ std::string FollowLinks(const std::string& path) {
   return error ? path : target.string();
 }
 
+std::map<std::string, std::string>& Shelf() {
+  static std::map<std::string, std::string> shelf;
+  return shelf;
+}
+
 }  // namespace
+
+FileShelf::FileShelf(std::map<std::string, std::string> files) {
+  Shelf() = std::move(files);
+}
+FileShelf::~FileShelf() {
+  Shelf().clear();
+}
 
 void CheckWritable(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
@@ -119,6 +131,7 @@ void CheckWritable(const std::string& path) {
 }
 
 std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
+  if (const auto shelved = Shelf().find(path); shelved != Shelf().end()) return shelved->second;
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) throw Error(fmt::format("{}: there is no such file", path));
@@ -128,16 +141,15 @@ std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw Error(fmt::format("{}: can't be read: {}", path, Reason(errno)));
   std::string content;
-  // In blocks and not by the file's stated size: that is 0 for pipes.
-  constexpr std::size_t kBlock = std::size_t{1} << 20;
-  if (fs::is_regular_file(status)) {
-    const std::uintmax_t size = fs::file_size(path, error);
-    if (!error && size <= max_bytes) content.reserve(static_cast<std::size_t>(size) + 1);
-  }
+  // In blocks and not by the file's stated size: that is 0 in /proc, and others may write to it.
+  std::size_t block = std::size_t{1} << 20;
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (!error && size <= max_bytes) content.reserve(static_cast<std::size_t>(size) + 1);
+  if (!error && size > 0 && size < block) block = static_cast<std::size_t>(size) + 1;
   while (in) {
     const std::size_t old = content.size();
-    content.resize(old + kBlock);
-    in.read(content.data() + old, static_cast<std::streamsize>(kBlock));
+    content.resize(old + block);
+    in.read(content.data() + old, static_cast<std::streamsize>(block));
     content.resize(old + static_cast<std::size_t>(in.gcount()));
     if (content.size() > max_bytes) {
       throw Error(fmt::format("{}: is larger than {} MiB, which is more than a file of its kind can need", path,
@@ -148,18 +160,67 @@ std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
   return content;
 }
 
-void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write) {
+struct PendingFile::State {
+  std::string path;
+  std::string target;
+  Temporary temporary;
+  explicit State(const std::string& name) : path(name), target(FollowLinks(name)), temporary(target) {}
+};
+
+PendingFile::PendingFile(const std::string& path) {
   CheckWritable(path);
-  const std::string target = FollowLinks(path);
-  Temporary temporary(target);
-  write(temporary.path());
-  Flush(temporary.path(), path);
+  state_ = std::make_unique<State>(path);
+}
+PendingFile::~PendingFile() = default;
+PendingFile::PendingFile(PendingFile&&) noexcept = default;
+PendingFile& PendingFile::operator=(PendingFile&&) noexcept = default;
+
+const std::string& PendingFile::path() const {
+  return state_->path;
+}
+const std::string& PendingFile::temporary() const {
+  return state_->temporary.path();
+}
+
+void PendingFile::Commit() {
+  Flush(temporary(), path());
   // An earlier file's permissions stay: it may hold a patient's data.
   std::error_code ignored;
-  if (fs::is_regular_file(target, ignored)) {
-    fs::permissions(temporary.path(), fs::status(target, ignored).permissions(), ignored);
+  if (fs::is_regular_file(state_->target, ignored)) {
+    fs::permissions(temporary(), fs::status(state_->target, ignored).permissions(), ignored);
   }
-  temporary.RenameTo(target);
+  state_->temporary.RenameTo(state_->target);
+}
+
+GrowingFile::GrowingFile(const std::string& path) : pending_(path) {
+  file_ = open(pending_.temporary().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file_ < 0) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+}
+
+GrowingFile::~GrowingFile() {
+  if (file_ >= 0) close(file_);
+}
+
+void GrowingFile::Append(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(file_, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) throw Error(fmt::format("{}: can't be written: {}", pending_.path(), Reason(errno)));
+    bytes.remove_prefix(static_cast<std::size_t>(count));
+  }
+}
+
+void GrowingFile::Commit() {
+  const int result = close(file_);
+  file_ = -1;
+  if (result != 0) throw Error(fmt::format("{}: can't be written: {}", pending_.path(), Reason(errno)));
+  pending_.Commit();
+}
+
+void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write) {
+  PendingFile pending(path);
+  write(pending.temporary());
+  pending.Commit();
 }
 
 void WriteTextFile(const std::string& path, const std::string& content) {

@@ -6,11 +6,12 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "core/symmetric_eigen.h"
 #include "files/files.h"
+#include "files/json_text.h"
+#include "files/limits.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -19,13 +20,8 @@ namespace {
 using Json = nlohmann::json;
 
 /// The list of markups, each an object.
-Json ReadMarkupList(const std::string& path) {
-  Json file;
-  try {
-    file = Json::parse(ReadTextFile(path));
-  } catch (const Json::exception& e) {
-    throw Error(fmt::format("{}: not valid JSON ({})", path, e.what()));
-  }
+Json ParseMarkupList(const std::string& text, const std::string& path) {
+  const Json file = ParseJson(text, path);
   const auto markups = file.is_object() ? file.find("markups") : file.end();
   if (!file.is_object() || markups == file.end() || !markups->is_array()) {
     throw Error(fmt::format("{}: not a markups file of 3D Slicer (it has no list 'markups')", path));
@@ -175,16 +171,16 @@ CutPlane ReadPlane(const Json& plane, const std::string& path) {
 
 }  // namespace
 
-std::vector<Vec3> ReadMarkups(const std::string& path) {
+std::vector<Vec3> ParseMarkups(const std::string& text, const std::string& path) {
   std::vector<Vec3> points;
-  for (const Json& markup : ReadMarkupList(path)) AddPoints(markup, path, points);
+  for (const Json& markup : ParseMarkupList(text, path)) AddPoints(markup, path, points);
   if (points.empty()) throw Error(fmt::format("{}: holds no placed control point", path));
   return points;
 }
 
-std::vector<Markup> ReadCurveMarkups(const std::string& path) {
+std::vector<Markup> ParseCurveMarkups(const std::string& text, const std::string& path) {
   std::vector<Markup> markups;
-  for (const Json& json : ReadMarkupList(path)) {
+  for (const Json& json : ParseMarkupList(text, path)) {
     const auto type = json.find("type");
     const std::string word = type != json.end() && type->is_string() ? type->get<std::string>() : "";
     Markup markup;
@@ -202,8 +198,8 @@ std::vector<Markup> ReadCurveMarkups(const std::string& path) {
   return markups;
 }
 
-CutPlane ReadPlaneMarkups(const std::string& path) {
-  const Json markups = ReadMarkupList(path);
+CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path) {
+  const Json markups = ParseMarkupList(text, path);
   std::vector<Vec3> points;
   const Json* plane = nullptr;
   for (const Json& markup : markups) {
@@ -216,6 +212,18 @@ CutPlane ReadPlaneMarkups(const std::string& path) {
     }
   }
   return plane ? ReadPlane(*plane, path) : FitPlane(points, path);
+}
+
+std::vector<Vec3> ReadMarkups(const std::string& path) {
+  return ParseMarkups(ReadTextFile(path, kMaxMarkupBytes), path);
+}
+
+std::vector<Markup> ReadCurveMarkups(const std::string& path) {
+  return ParseCurveMarkups(ReadTextFile(path, kMaxMarkupBytes), path);
+}
+
+CutPlane ReadPlaneMarkups(const std::string& path) {
+  return ParsePlaneMarkups(ReadTextFile(path, kMaxMarkupBytes), path);
 }
 
 }  // namespace kerf

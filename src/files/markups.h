@@ -29,4 +29,9 @@ std::vector<Markup> ReadCurveMarkups(const std::string& path);
 /// other.
 CutPlane ReadPlaneMarkups(const std::string& path);
 
+/// The same from a file's text; `path` names it in messages.
+std::vector<Vec3> ParseMarkups(const std::string& text, const std::string& path);
+std::vector<Markup> ParseCurveMarkups(const std::string& text, const std::string& path);
+CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path);
+
 }  // namespace kerf

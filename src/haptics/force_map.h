@@ -59,6 +59,8 @@ class ForceMap {
                       double slew_dt_s = std::numeric_limits<double>::infinity());
   /// As after the start. Tick-safe.
   void Reset();
+  /// From where it is the force goes to zero by its slew, and comes by the ramp. Tick-safe.
+  void BeginRamp() { ramp_s_done_ = 0; }
 
   double force_scale() const { return force_scale_; }  // device N per simulation N
   double torque_scale() const { return torque_scale_; }

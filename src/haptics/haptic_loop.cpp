@@ -48,6 +48,8 @@ double BurnShare(Fidelity fidelity) {
   return fidelity == Fidelity::kFull ? 1 : fidelity == Fidelity::kCoarse ? 0.5 : 0.1;
 }
 
+constexpr int kCatchUpLeaves = 64;  // sent in a tick while bone that was put back waits
+
 /// Status bits that belong to a tick in which all was done as asked.
 constexpr std::uint32_t kHarmless = kCoupledAsleep | kCoupledSpindleStopped | kCoupledBlending;
 
@@ -140,6 +142,22 @@ void HapticLoop::RunHere(std::int64_t ticks, const std::function<bool()>& betwee
   if (running()) Finish(LoopEnd::kAsked);
 }
 
+void HapticLoop::GoThrough(const std::function<bool()>& more) {
+  const Deadlines::Tick on_time{};
+  while (more()) {
+    const HeapGuard guard;
+    // Of the time before it: DoTick() does not know yet how long it will be.
+    if (!DoTick(on_time)) break;
+    const LoopGiven& given = sample_.report.given;
+    gone_through_s_ += given.skipped == 0 ? given.dt_s : (1.0 + given.skipped) / params_.rate_hz;
+    sample_.time_s = gone_through_s_;
+    sample_.skipped = static_cast<int>(given.skipped);
+    counts_.missed += given.skipped;
+    counts_.longest_gap = std::max(counts_.longest_gap, std::uint64_t{given.skipped});
+    Exchange(on_time, clock_.Now());
+  }
+}
+
 void HapticLoop::Finish(LoopEnd end) {
   device_.Close();
   end_.store(end);
@@ -188,13 +206,16 @@ bool HapticLoop::DoTick(const Deadlines::Tick& when) {
   if (!body_.Tick(dt_s, stages_, sample_.report)) return false;
   stages_.Finish();
   const double time_s = 1e-9 * static_cast<double>(when.due_ns - start_ns_);
-  sample_.time_s = time_s;
+  sample_.time_s = gone_through_s_ + time_s;
   sample_.skipped = static_cast<int>(std::min<std::int64_t>(when.skipped, INT32_MAX));
+  // Of a tick that is gone through again the body knows it.
+  if (when.due_ns != 0) sample_.report.given.skipped = static_cast<std::uint32_t>(sample_.skipped);
   if (params_.burn_us > 0 && time_s >= params_.burn_from_s && time_s < params_.burn_to_s) {
     clock_.Burn(Nanoseconds(1e-6 * params_.burn_us * BurnShare(governor_.fidelity())));
   }
   const CoupledOutput& out = sample_.report.out;
   ++counts_.ticks;
+  sample_.tick = counts_.ticks;
   counts_.missed += static_cast<std::uint64_t>(when.skipped);
   counts_.longest_gap = std::max(counts_.longest_gap, static_cast<std::uint64_t>(when.skipped));
   counts_.status_ticks += (out.status & ~kHarmless) != 0 ? 1U : 0U;
@@ -207,7 +228,10 @@ bool HapticLoop::DoTick(const Deadlines::Tick& when) {
 void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
   const std::int64_t before_ns = clock_.Now();
   const bool all_marked = MarkChanged(sample_.time_s);
-  publisher_.Send(params_.leaves_per_tick);
+  // Bone that was put back is seen soon, not at the pace of cutting.
+  if (sample_.report.stands && params_.leaves_per_tick > 0) catching_up_ = true;
+  publisher_.Send(catching_up_ ? std::max(params_.leaves_per_tick, kCatchUpLeaves) : params_.leaves_per_tick);
+  if (publisher_.waiting() == 0) catching_up_ = false;
   if (all_marked)
     sent_until_s_ = publisher_.waiting() == 0 ? sample_.time_s : publisher_.oldest_s() - 1 / params_.rate_hz;
   sample_.tick_us = Microseconds(before_ns - begin_ns);

@@ -45,8 +45,9 @@ struct LoopParams {
 
 /// A tick, as logged.
 struct LoopSample {
-  double time_s = 0;  // of its deadline, since the start
-  int skipped = 0;    // deadlines missed before it
+  std::uint64_t tick = 0;  // its number, from 1: where one is missing, it was lost
+  double time_s = 0;       // of its deadline, since the start
+  int skipped = 0;         // deadlines missed before it
   LoopTick report;
   float tick_us = 0;
   float late_us = 0;
@@ -90,6 +91,10 @@ class HapticLoop {
   /// Times each effect too, in stages(); before the loop begins.
   void Watch(EffectPlan& plan) { stages_.Watch(plan); }
 
+  /// Before it begins: ticks in the calling thread, without a clock, for as long as `more` says; it is called before
+  /// each tick, outside the heap guard, and reads what the queues have. Each lasts as long as the body reports
+  /// (LoopGiven::dt_s), and the loop's own time begins after them. Throws what the body throws.
+  void GoThrough(const std::function<bool()>& more);
   /// Starts the loop's thread and the watchdog's; returns when the system has said what it grants. Once.
   void Start();
   /// Waits for the tick under way, makes the force zero, and ends the threads. Any number of times.
@@ -156,9 +161,11 @@ class HapticLoop {
   LeafPublisher publisher_;
   int next_mark_ = 0;
   double sent_until_s_ = 0;
+  bool catching_up_ = false;
 
   LoopSample sample_;
   LoopCounts counts_;
+  double gone_through_s_ = 0;
   std::int64_t start_ns_ = 0;
   std::atomic<std::int64_t> beat_ns_{0};
   std::atomic<bool> stop_{false};

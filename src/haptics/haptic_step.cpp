@@ -1,5 +1,7 @@
 #include "haptics/haptic_step.h"
 
+#include "devices/lattice.h"
+
 namespace kerf {
 namespace {
 
@@ -24,7 +26,8 @@ Vec3 CalcTurn(const Quat& a, const Quat& b) {
 HapticStep::HapticStep(CoupledSimulation& simulation, const DeviceProfile& profile, const ForceMapParams& force_map)
     : simulation_(&simulation),
       force_map_(profile, force_map),
-      velocity_(profile.resolution_mm > 0 ? profile.resolution_mm : 1e-9),
+      // The lattice moves a sample off the encoder's counts by a little.
+      velocity_(profile.resolution_mm > 0 ? profile.resolution_mm + 4 * kLatticePosition_mm : 4 * kLatticePosition_mm),
       turning_(kTurningQuantum_rad, 16, kTurningReach_mm) {}
 
 HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, TickObserver* observer) {
@@ -36,6 +39,10 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   DeviceSample sample;
   const bool read = device.Read(sample);
   const bool good = read && IsValid(sample.X_WH) && IsInWorld(sample.X_WH.p_AB);
+  // What is on the lattice stays as it is: given again, a recorded pose is the same to the bit.
+  if (good && !FindOnLattice(sample.X_WH)) sample.X_WH = MakePose(FindNearestOnLattice(sample.X_WH));
+  out.given.sample = sample;
+  out.given.read = read;
   if (!read) {
     out.faults |= kHapticReadFailed;
     ++counts_.read_failed;
@@ -59,7 +66,7 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   out.v_H_W_mm_per_s = velocity_.velocity_mm_per_s();
   out.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // here rad / s
 
-  if (good) {
+  if (good && !in.stand) {
     CoupledInput tick;
     tick.X_WH = sample_.X_WH;
     tick.v_H_W_mm_per_s = out.v_H_W_mm_per_s;
@@ -75,7 +82,9 @@ HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, Tic
   }
   out.force =
       force_map_.Calc(out.coupled.f_H_W_N, out.coupled.tau_H_W_Nmm, in.dt_s, out.faults != kHapticOk, in.slew_dt_s);
+  if (in.stand) force_map_.BeginRamp();
   write_failed_ = !device.Write(out.force.f_H_W_N, out.force.tau_H_W_Nmm);
+  out.given.wrote = !write_failed_;
   if (write_failed_) {
     out.faults |= kHapticWriteFailed;
     ++counts_.write_failed;

@@ -16,6 +16,8 @@ struct HapticStepInput {
   double rpm = 7500;    // of the spindle
   bool force_off =
       false;  // the watchdog has bitten, or the operator wants no force: zero at once, ramped in afterwards
+  // The simulation does not move on in this tick. The force goes to zero by its slew, and comes by the ramp afterwards.
+  bool stand = false;
   double slew_dt_s = std::numeric_limits<double>::infinity();  // if shorter, what the force's slew moves on by
 };
 
@@ -29,7 +31,15 @@ enum HapticFault : std::uint32_t {
   kHapticBadForce = 1u << 4,     // the simulation gave a force that is none
 };
 
+/// What the device said in a step: with the rest of HapticStepInput all that a step depends on.
+struct HapticGiven {
+  DeviceSample sample;  // on the lattice of devices/lattice.h, unless it is none
+  bool read = true;     // false: the device told no pose
+  bool wrote = true;    // false: it did not take the force
+};
+
 struct HapticStepOutput {
+  HapticGiven given;
   DeviceSample sample;  // the last good one
   Vec3 v_H_W_mm_per_s{0};
   Vec3 w_H_W_rad_per_s{0};
@@ -38,8 +48,9 @@ struct HapticStepOutput {
   std::uint32_t faults = kHapticOk;
 };
 
-/// Reads the device, estimates the handle's velocity, steps the simulation, maps the force and writes it. Any fault
-/// gives zero force in the same tick and lets it come back by the ramp.
+/// Reads the device, takes its pose to the lattice of devices/lattice.h (a nanometre), estimates the handle's velocity,
+/// steps the simulation, maps the force and writes it. Any fault gives zero force in the same tick and lets it come
+/// back by the ramp.
 class HapticStep {
  public:
   /// The simulation must outlive it. Throws Error naming the first value out of range.
@@ -59,6 +70,8 @@ class HapticStep {
     std::uint64_t bad_forces = 0;
   };
   const Counts& counts() const { return counts_; }
+  /// Whether a good sample has been read.
+  bool has_sample() const { return has_sample_; }
 
  private:
   CoupledSimulation* simulation_;

@@ -2,17 +2,38 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
+#include "devices/device.h"
+#include "haptics/restore_exchange.h"
 #include "kerf/coupled.h"
 
 namespace kerf {
 
+/// What a tick was given: the same again gives the same tick, to the bit.
+struct LoopGiven {
+  DeviceSample sample;  // as read
+  bool read = true;     // false: the device told no pose
+  bool wrote = true;    // false: it did not take the force
+  bool force_off = false;
+  double dt_s = 0;
+  std::uint32_t skipped = 0;  // deadlines missed before it
+  double rpm = 0;
+  Fidelity fidelity = Fidelity::kFull;  // asked for
+  std::uint32_t piece = 0;              // its number, if it began to leave the bone after this tick
+  bool taken_up = false;                // the first tick after another body's
+  RestoreEvent restore;                 // a checkpoint made, or a restore begun, before this tick
+};
+
 /// A tick, when it is over.
 struct LoopTick {
-  Pose X_WH;           // handle, as read
-  Vec3 f_device_N{0};  // that the device was told to make
+  LoopGiven given;
+  std::uint64_t voxel_hash = 0;  // of all that have changed (bone/changed_hash.h); 0 when nobody asked for it
+  Pose X_WH;                     // handle, as read
+  Vec3 f_device_N{0};            // that the device was told to make
   CoupledOutput out;
+  bool stands = false;  // bone is put back: the simulation was not ticked
 };
 
 /// All calls but the constructor's are made in the loop's thread: tick-safe, every one.

@@ -17,9 +17,11 @@ namespace kerf {
 /// tool has been clear of the piece without a break, the reader makes sure that all leaves that changed until then were
 /// as it knew them, and lets the piece go: nothing can have cut it in between.
 struct PieceTransfer {
-  explicit PieceTransfer(PieceRemoval&& the_removal) : removal(std::move(the_removal)) {}
+  explicit PieceTransfer(PieceRemoval&& the_removal, std::uint32_t the_number = 1)
+      : removal(std::move(the_removal)), number(the_number) {}
 
   PieceRemoval removal;
+  std::uint32_t number;  // not 0
   // the loop's
   std::atomic<std::int64_t> clear_since{0};  // the tick; 0: the tool is not clear of it
   std::atomic<bool> leaving{false};          // it has begun, and will be finished
@@ -37,8 +39,16 @@ class PieceExchange {
 
   /// The reader's. False when the one before is still waiting to be taken up.
   bool Send(PieceTransfer* transfer) { return ring_.TryPush(transfer); }
-  /// The loop's, after each tick. Tick-safe.
-  void Step(CoupledSimulation& simulation);
+  /// Half of a piece is out. Tick-safe.
+  bool leaving() const { return now_ != nullptr && now_->leaving.load(std::memory_order_relaxed); }
+  /// Pieces that have not begun to leave are dropped: the bone changed otherwise than by cutting. Tick-safe.
+  void Drop();
+  /// In the place of Step(), where no piece may move. Tick-safe.
+  void Pass() { ++tick_; }
+  /// In place of Send(), where no loop runs: at the next Step() the piece begins to leave, as it did once before.
+  void Begin(PieceTransfer* transfer);
+  /// The loop's, after each tick. The number of a piece that began to leave in it, else 0. Tick-safe.
+  std::uint32_t Step(CoupledSimulation& simulation);
 
  private:
   SpscRing<PieceTransfer*> ring_{1};

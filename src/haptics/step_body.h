@@ -1,10 +1,14 @@
 // The haptic step as the loop's body.
 #pragma once
 
+#include <atomic>
+
+#include "bone/changed_hash.h"
 #include "haptics/guarded_device.h"
 #include "haptics/haptic_step.h"
 #include "haptics/loop_body.h"
 #include "haptics/piece_exchange.h"
+#include "haptics/restore_exchange.h"
 
 namespace kerf {
 
@@ -31,6 +35,13 @@ class StepBody final : public LoopBody {
   /// Pieces that leave the bone between ticks; null: none do. Before the loop begins.
   void set_pieces(PieceExchange* pieces) { pieces_ = pieces; }
 
+  /// Checkpoints, undo and redo between ticks; null: none. Before the loop begins. The simulation keeps a history.
+  void set_restores(RestoreExchange* restores) { restores_ = restores; }
+  /// Kept up to date with the voxels that change, tick by tick; null: nobody needs it. Before the loop begins.
+  void set_hash(ChangedHash* hash) { hash_ = hash; }
+  /// From the next tick on. Tick-safe; any thread.
+  void set_rpm(double rpm) { rpm_.store(rpm, std::memory_order_relaxed); }
+
   bool Tick(double dt_s, TickObserver& observer, LoopTick& report) override;
   std::size_t channel_count() const override;
   void ReportChannels(std::span<double> channels) const override;
@@ -47,8 +58,11 @@ class StepBody final : public LoopBody {
   CoupledSimulation& simulation_;
   GuardedDevice& device_;
   StepBodyParams params_;
+  std::atomic<double> rpm_;
   BeforeTick* before_;
   PieceExchange* pieces_ = nullptr;
+  RestoreExchange* restores_ = nullptr;
+  ChangedHash* hash_ = nullptr;
   HapticStep step_;
   bool force_off_ = false;
   double failed_s_ = 0;

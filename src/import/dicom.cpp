@@ -16,6 +16,7 @@
 
 #include "import/dicom_header.h"
 #include "import/itk_read.h"
+#include "import/limits.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -86,6 +87,10 @@ void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
   DicomSlice slice;
   slice.path = path.string();
   slice.size = {columns, rows};
+  if (static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(columns) > kMaxSlicePixels) {
+    throw Error(
+        fmt::format("{}: a slice of {} x {} pixels, more than the 2^26 that kerf reads", path.string(), columns, rows));
+  }
   slice.samples = Whole(filter, 0x0028, 0x0002, 1);
   slice.bits = Whole(filter, 0x0028, 0x0100, 16);
   slice.frames = std::max(1, Whole(filter, 0x0028, 0x0008, 1));
@@ -207,6 +212,26 @@ void CheckSeries(const DicomSeries& series) {
   }
 }
 
+std::uint64_t CalcPixelBytes(const DicomSlice& slice) {
+  return static_cast<std::uint64_t>(slice.size[0]) * slice.size[1] * ((slice.bits + 7) / 8);
+}
+
+// Whether the pixels can be in a file of that length at all, before memory is asked for them.
+void CheckFileSize(const DicomSlice& slice) {
+  std::error_code failed;
+  const std::uint64_t bytes = fs::file_size(slice.path, failed);
+  if (failed) throw Error(fmt::format("{}: can't be read: {}", slice.path, failed.message()));
+  if (bytes > kMaxSliceBytes) {
+    throw Error(fmt::format("{}: a slice of {} MiB, more than the {} MiB that kerf reads", slice.path, bytes >> 20,
+                            kMaxSliceBytes >> 20));
+  }
+  const double reach = (slice.compressed ? kMaxUnpackRatio : 1) * static_cast<double>(bytes);
+  if (static_cast<double>(CalcPixelBytes(slice)) > reach) {
+    throw Error(fmt::format("{}: the slice is cut off; {} x {} pixels of {} bits are promised and not all there",
+                            slice.path, slice.size[0], slice.size[1], slice.bits));
+  }
+}
+
 // The file must hold the pixels that its header names: GDCM makes up what is missing and says nothing. Looks for the
 // element of the pixels, tag and length, in the bytes; compressed pixels have no length of their own, there the decoder
 // complains.
@@ -216,7 +241,7 @@ void CheckLength(const DicomSlice& slice) {
   std::ostringstream stream;
   stream << in.rdbuf();
   const std::string bytes = stream.str();
-  const std::uint64_t needed = static_cast<std::uint64_t>(slice.size[0]) * slice.size[1] * ((slice.bits + 7) / 8);
+  const std::uint64_t needed = CalcPixelBytes(slice);
   const auto byte = [&bytes](std::size_t at) -> std::uint64_t { return static_cast<unsigned char>(bytes[at]); };
   bool found = false;
   bool whole = false;
@@ -256,6 +281,10 @@ void ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
     io->ReadImageInformation();
   } catch (const itk::ExceptionObject& e) {
     throw Error(fmt::format("{}: {} ({})", s.path, complaint, OneLine(e)));
+  }
+  // GDCM may have read the header otherwise, and what it found is what memory is asked for.
+  if (static_cast<double>(io->GetImageSizeInBytes()) > kMaxVoxelBytes * s.size[0] * s.size[1]) {
+    throw Error(fmt::format("{}: {} x {} pixels were promised and others are there", s.path, s.size[0], s.size[1]));
   }
   AppendPixels(*io, s.path, hu, complaint);
   if (hu.size() != before + static_cast<std::size_t>(s.size[0]) * s.size[1]) {
@@ -349,6 +378,11 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
     }
   }
 
+  if (volume.count() > kMaxVoxels) {
+    throw Error(fmt::format("series {}: {} x {} x {} voxels, more than the 2^31 that kerf reads", series.uid,
+                            volume.size[0], volume.size[1], volume.size[2]));
+  }
+  for (const DicomSlice& slice : series.slices) CheckFileSize(slice);
   volume.hu.reserve(volume.count());
   for (int k = 0; k < n; ++k) {
     ReadSlice(series.slices[k], volume.hu);

@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <fstream>
 #include <string_view>
+#include <vector>
 
+#include "import/limits.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -48,8 +50,8 @@ bool HasLongLength(std::string_view vr) {
 
 class Bytes {
  public:
-  explicit Bytes(const std::string& path) : path_(path), in_(path, std::ios::binary | std::ios::ate) {
-    if (!in_) throw Error(fmt::format("{}: the file can't be opened", path));
+  Bytes(std::istream& in, const std::string& path) : path_(path), in_(in) {
+    in_.seekg(0, std::ios::end);
     size_ = static_cast<std::uint64_t>(std::max<std::streamoff>(0, in_.tellg()));
   }
 
@@ -96,15 +98,17 @@ class Bytes {
     return e;
   }
 
-  void CheckLength(const Element& e) const {
-    if (e.end() > size_) {
-      Refuse(fmt::format("element {} is {} bytes long where {} are left", e.Tag(), e.length, size_ - e.value_at));
+  // `end`: where the element or file that holds it ends.
+  void CheckLength(const Element& e, std::uint64_t end) const {
+    if (e.end() > end) {
+      const std::uint64_t left = end - std::min(end, e.value_at);
+      Refuse(fmt::format("element {} is {} bytes long where {} are left", e.Tag(), e.length, left));
     }
   }
 
  private:
   std::string path_;
-  std::ifstream in_;
+  std::istream& in_;
   std::uint64_t size_ = 0;
 };
 
@@ -116,7 +120,7 @@ std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
   while (bytes.Whole(at, 2, false) == 2) {
     const Element e = bytes.ReadElement(at, {});
     if (e.value_at == 0) bytes.Refuse(fmt::format("element {} of the meta information has no valid type", e.Tag()));
-    bytes.CheckLength(e);
+    bytes.CheckLength(e, bytes.size());
     if (e.number == 0) {
       if (e.vr != "UL" || e.length != 4) bytes.Refuse("the length of the meta information is no whole number");
       const std::uint32_t group_length = bytes.Whole(e.value_at, 4, false);
@@ -137,30 +141,72 @@ std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
   return at;
 }
 
+// Whether the value is a list of items, each with elements of its own that GDCM reads: a sequence, or what begins as
+// one where no type is written.
+bool HoldsItems(Bytes& bytes, const Element& e, const Encoding& encoding) {
+  constexpr std::uint32_t kItemBytes = 8;
+  if (e.group == 0xfffe) return e.number == 0xe000;
+  if (e.vr == "SQ") return true;
+  if (!e.vr.empty() && e.vr != "UN") return false;
+  return e.length >= kItemBytes && bytes.Whole(e.value_at, 2, encoding.big_endian) == 0xfffe &&
+         bytes.Whole(e.value_at + 2, 2, encoding.big_endian) == 0xe000;
+}
+
 void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
-  while (at < bytes.size()) {
+  // The sequences and items that `at` is in, the innermost last. One that ends with a delimiter may go as far as what
+  // it is in.
+  struct Inside {
+    std::uint64_t end;
+    bool delimited;
+  };
+  std::vector<Inside> inside{{bytes.size(), false}};
+  while (true) {
+    while (inside.size() > 1 && at >= inside.back().end) inside.pop_back();
+    if (at >= inside.back().end) return;
     const Element e = bytes.ReadElement(at, encoding);
-    if (e.group == 0 || e.value_at == 0) return;         // padding, or nothing of the standard
-    if (e.group == 0x7fe0) return;                       // the pixels
-    if (e.length == kUndefined && e.vr == "UN") return;  // written otherwise inside
-    at = e.value_at;                                     // into sequences and items that end with a delimiter
-    if (e.length == kUndefined) continue;
-    bytes.CheckLength(e);
-    at = e.end();
+    if (e.group == 0 || e.value_at == 0) return;          // padding, or nothing of the standard
+    if (e.group == 0x7fe0 && inside.size() == 1) return;  // the pixels
+    if (e.length == kUndefined && e.vr == "UN") return;   // written otherwise inside
+    at = e.value_at;
+    if (e.group == 0xfffe && e.number != 0xe000) {  // the end of an item or a sequence
+      if (inside.back().delimited) inside.pop_back();
+      continue;
+    }
+    const bool delimited = e.length == kUndefined;
+    if (!delimited) bytes.CheckLength(e, inside.back().end);
+    if (!delimited && !HoldsItems(bytes, e, encoding)) {
+      at = e.end();
+      continue;
+    }
+    if (inside.size() > kMaxDicomDepth) {
+      bytes.Refuse(fmt::format("its sequences and items stand more than {} deep within each other", kMaxDicomDepth));
+    }
+    inside.push_back({delimited ? inside.back().end : e.end(), delimited});
   }
 }
 
 }  // namespace
 
-void CheckDicomHeader(const std::string& path) {
-  Bytes bytes(path);
+void CheckDicomHeader(std::istream& in, const std::string& path) {
+  Bytes bytes(in, path);
   std::string syntax;
   const std::uint64_t data_set = CheckMeta(bytes, syntax);
-  if (syntax == "1.2.840.10008.1.2.1.99") return;  // deflated
+  if (syntax == "1.2.840.10008.1.2.1.99") {
+    throw Error(
+        fmt::format("{}: its data set is packed as a whole (deflated), which kerf doesn't read; convert the series "
+                    "to uncompressed DICOM",
+                    path));
+  }
   Encoding encoding;
   encoding.explicit_vr = syntax != "1.2.840.10008.1.2" && syntax != "1.2.840.113619.5.2";  // the latter is GE's own
   encoding.big_endian = syntax == "1.2.840.10008.1.2.2";
   CheckDataSet(bytes, data_set, encoding);
+}
+
+void CheckDicomHeader(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw Error(fmt::format("{}: the file can't be opened", path));
+  CheckDicomHeader(in, path);
 }
 
 }  // namespace kerf

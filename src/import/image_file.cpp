@@ -31,7 +31,7 @@ itk::ImageIOBase::Pointer MakeImageIo(const std::string& path) {
 }  // namespace
 
 Volume ReadImageFile(const std::string& path) {
-  CheckImageHeader(path);
+  const std::uint64_t promised = CheckImageHeader(path);
   const QuietItk quiet;
   const itk::ImageIOBase::Pointer io = MakeImageIo(path);
   io->SetFileName(path);
@@ -45,6 +45,11 @@ Volume ReadImageFile(const std::string& path) {
   if (dimensions != 3)
     throw Error(fmt::format("{}: the image has {} dimensions; kerf needs a volume of 3", path, dimensions));
 
+  // ITK may have read the header otherwise, and what it found is what it asks memory for.
+  if (static_cast<std::uint64_t>(io->GetImageSizeInBytes()) > promised) {
+    throw Error(fmt::format(
+        "{}: the header can be read in two ways, and one of them promises more voxels than the file has", path));
+  }
   Volume volume;
   for (unsigned a = 0; a < 3; ++a) {
     volume.size[a] = static_cast<int>(io->GetDimensions(a));

@@ -17,6 +17,7 @@
 #include <sstream>
 #include <vector>
 
+#include "import/limits.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -24,9 +25,6 @@ namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kMaxVoxels = 2147483648.0;  // 2^31: 4 GiB of HU
-constexpr std::size_t kMaxHeaderBytes = 1 << 16;
 
 enum class Packing { kRaw, kGzip, kOther };
 
@@ -58,7 +56,7 @@ std::string Trim(const std::string& text) {
 std::string ReadHead(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw Error(fmt::format("{}: the file can't be opened", path));
-  std::string head(kMaxHeaderBytes, '\0');
+  std::string head(kMaxImageHeaderBytes, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(in.gcount()));
   return head;
@@ -281,7 +279,7 @@ bool HasImageExtension(const std::string& path) {
   return false;
 }
 
-void CheckImageHeader(const std::string& path) {
+std::uint64_t CheckImageHeader(const std::string& path) {
   const std::string lower = Lower(path);
   const std::string head = ReadHead(path);
   const Promise promise = EndsWith(lower, "nrrd") || EndsWith(lower, ".nhdr") ? ParseNrrd(path, head)
@@ -297,7 +295,7 @@ void CheckImageHeader(const std::string& path) {
     voxels *= size;
     shape += (shape.empty() ? "" : " x ") + fmt::format("{}", size);
   }
-  if (voxels > kMaxVoxels) {
+  if (voxels > static_cast<double>(kMaxVoxels)) {
     throw Error(fmt::format(
         "{}: the header names {} voxels, more than the 2^31 that kerf reads; crop the scan or mend the header", path,
         shape));
@@ -306,18 +304,23 @@ void CheckImageHeader(const std::string& path) {
   const auto file_bytes = fs::file_size(promise.data_file, failed);
   if (failed)
     throw Error(fmt::format("{}: the voxels should be in {}, which can't be opened", path, promise.data_file));
+  if (!(promise.bytes_per_voxel >= 1 && promise.bytes_per_voxel <= kMaxVoxelBytes)) {
+    throw Error(fmt::format("{}: the header says that a voxel has {} bytes; kerf reads voxels of 1 to {}", path,
+                            promise.bytes_per_voxel, kMaxVoxelBytes));
+  }
   const double needed = voxels * promise.bytes_per_voxel;
   double there = static_cast<double>(file_bytes) - static_cast<double>(promise.offset);
-  if (promise.packing == Packing::kGzip) {
+  if (promise.packing != Packing::kRaw) there *= kMaxUnpackRatio;  // only a bound; of text or bzip2 the reader counts
+  if (promise.packing == Packing::kGzip && there >= promise.lead + needed) {
     there = CountUnpackedBytes(promise.data_file, promise.offset, promise.lead + needed) - promise.lead;
   }
-  if (promise.packing == Packing::kOther) there *= 64;  // text or bzip2: only a bound; the reader counts
   if (there < needed) {
     throw Error(
         fmt::format("{}: the header promises {} voxels ({:.0f} bytes), but the file holds {:.0f} bytes of them; "
                     "it is cut off, or its header is wrong",
                     path, shape, needed, std::max(there, 0.0)));
   }
+  return static_cast<std::uint64_t>(needed);
 }
 
 }  // namespace kerf

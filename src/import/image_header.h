@@ -1,14 +1,15 @@
 // What the header of an image file promises, held against the bytes that are there, before any library is let at it.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace kerf {
 
 /// Throws Error with one sentence when the NRRD, NIfTI or MetaImage file at `path` (chosen by its extension: .nrrd
-/// .nhdr .nii .nii.gz .mha .mhd) can't hold the voxels that its header names, names more than 2^31, or is no such file.
-/// Allocates no voxels.
-void CheckImageHeader(const std::string& path);
+/// .nhdr .nii .nii.gz .mha .mhd) can't hold the voxels that its header names, names more than kMaxVoxels, or is no such
+/// file. Allocates no voxels. Returns how many bytes the voxels take as the file has them, unpacked.
+std::uint64_t CheckImageHeader(const std::string& path);
 
 /// Whether the extension is one of those.
 bool HasImageExtension(const std::string& path);

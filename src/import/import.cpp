@@ -12,6 +12,7 @@
 #include "bone/build.h"
 #include "bone/surface.h"
 #include "core/hash.h"
+#include "files/memory.h"
 #include "import/ct_solid.h"
 #include "import/dicom.h"
 #include "import/hu_sampler.h"
@@ -221,6 +222,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   field.region = [&tissue](const Vec3& p_W) { return tissue.RegionAt(p_W); };
   field.is_distance = false;
   BuildOptions build;
+  build.most_bytes = static_cast<double>(ReadAvailableBytes());
   build.voxel_mm = options.voxel_mm;
   build.region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
   build.progress = Part(options.progress, 0.4, 0.9);
@@ -274,6 +276,7 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   Box3 box;
   for (const Vec3& p : mesh.points) box.Include(p);
   BuildOptions coarse;
+  coarse.most_bytes = static_cast<double>(ReadAvailableBytes());
   coarse.voxel_mm = std::max({options.voxel_mm, kMeshLattice_mm, glm::length(box.size()) / 400});
   coarse.region_voxel_mm = coarse.voxel_mm;
   Volume lattice;
@@ -304,6 +307,7 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   if (options.progress) options.progress(0.3);
 
   BuildOptions build;
+  build.most_bytes = static_cast<double>(ReadAvailableBytes());
   build.voxel_mm = options.voxel_mm;
   build.region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
   build.progress = Part(options.progress, 0.3, 0.95);

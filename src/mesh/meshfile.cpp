@@ -13,18 +13,22 @@
 #include <algorithm>
 #include <bit>
 #include <cctype>
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <system_error>
 #include <unordered_map>
 
 #include "files/files.h"
 #include "kerf/error.h"
+#include "mesh/limits.h"
 #include "mesh/read.h"
 #include "mesh/vtk_mesh.h"
 
 namespace kerf {
 namespace {
-
-constexpr std::size_t kMaxFileBytes = std::size_t{4} << 30;
 
 std::string LowerExtension(const std::string& path) {
   std::string extension = std::filesystem::path(path).extension().string();
@@ -85,8 +89,7 @@ std::string FormatObj(const TriangleMesh& mesh) {
   return fmt::to_string(text);
 }
 
-template <typename Writer>
-void WriteWithVtk(Writer& writer, const std::string& path) {
+void WriteStl(vtkSTLWriter& writer, const std::string& path) {
   QuietVtk();
   WriteAtomically(path, [&](const std::string& temporary) {
     writer.SetFileName(temporary.c_str());
@@ -96,7 +99,42 @@ void WriteWithVtk(Writer& writer, const std::string& path) {
   });
 }
 
+/// Of a binary PLY of triangles whose properties are floats and bytes, from its header.
+std::uintmax_t CalcPlyBytes(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::uintmax_t bytes = 0;
+  std::uintmax_t count = 0;
+  for (std::string line; std::getline(in, line);) {
+    bytes += line.size() + 1;
+    std::istringstream words(line);
+    std::string word, type;
+    words >> word >> type;
+    if (word == "element") words >> count;
+    if (word == "property") bytes += count * (type == "list" ? 1 + 3 * sizeof(std::int32_t) : type == "uchar" ? 1 : 4);
+    if (word == "end_header") return bytes;
+  }
+  return std::numeric_limits<std::uintmax_t>::max();
+}
+
+void WritePly(vtkPLYWriter& writer, const std::string& path) {
+  QuietVtk();
+  WriteAtomically(path, [&](const std::string& temporary) {
+    writer.SetFileName(temporary.c_str());
+    // Of a full disk VTK says nothing here.
+    std::error_code failed;
+    if (writer.Write() != 1 || std::filesystem::file_size(temporary, failed) != CalcPlyBytes(temporary)) {
+      throw Error(fmt::format("{}: can't be written (is the folder there, and the disk not full?)", path));
+    }
+  });
+}
+
 }  // namespace
+
+void CheckTriangles(std::size_t count, const std::string& path) {
+  if (count <= kMaxTriangles) return;
+  throw Error(fmt::format("{}: has more than the {} triangles that kerf reads; make it coarser", path,
+                          WithSeparators(kMaxTriangles)));
+}
 
 std::string WithSeparators(std::uint64_t count) {
   std::string text = std::to_string(count);
@@ -108,7 +146,7 @@ std::string WithSeparators(std::uint64_t count) {
 TriangleMesh ReadMesh(const std::string& path) {
   const std::string extension = LowerExtension(path);
   if (extension != ".stl" && extension != ".obj" && extension != ".ply") FailExtension(path);
-  const std::string bytes = ReadTextFile(path, kMaxFileBytes);
+  const std::string bytes = ReadTextFile(path, kMaxMeshFileBytes);
   if (extension == ".stl") return Tidy(ReadStl(bytes, path), path);
   if (extension == ".obj") return Tidy(ReadObj(bytes, path), path);
   return Tidy(ReadPly(bytes, path), path);
@@ -122,12 +160,12 @@ void WriteMesh(const TriangleMesh& mesh, const std::string& path) {
     const vtkNew<vtkSTLWriter> writer;
     writer->SetFileTypeToBinary();
     writer->SetInputData(MakePolyData(mesh));
-    WriteWithVtk(*writer.Get(), path);
+    WriteStl(*writer.Get(), path);
   } else if (extension == ".ply") {
     const vtkNew<vtkPLYWriter> writer;
     writer->SetFileTypeToBinary();
     writer->SetInputData(MakePolyData(mesh));
-    WriteWithVtk(*writer.Get(), path);
+    WritePly(*writer.Get(), path);
   } else {
     FailExtension(path);
   }
@@ -151,7 +189,7 @@ void WriteColouredMesh(const TriangleMesh& mesh, const std::vector<Rgb8>& point_
   writer->SetFileTypeToBinary();
   writer->SetArrayName("colours");
   writer->SetInputData(data);
-  WriteWithVtk(*writer.Get(), path);
+  WritePly(*writer.Get(), path);
 }
 
 }  // namespace kerf

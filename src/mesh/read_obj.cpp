@@ -9,6 +9,9 @@
 namespace kerf {
 namespace {
 
+/// A face is a fan of any length: whether it has too many is asked after every so many.
+constexpr int kCheckEach = 1 << 20;
+
 // The words of one line.
 class Words {
  public:
@@ -74,11 +77,13 @@ TriangleMesh ReadObj(std::string_view bytes, const std::string& path) {
                                  count));
         }
         const auto id = static_cast<std::uint32_t>(index - 1);
+        if (corners % kCheckEach == 0) CheckTriangles(mesh.triangles.size(), path);
         if (corners >= 2) mesh.triangles.push_back({first, previous, id});
         if (corners == 0) first = id;
         previous = id;
         ++corners;
       }
+      CheckTriangles(mesh.triangles.size(), path);
       if (corners < 3) throw fail("a face needs at least three points");
     }
     // Everything else (normals, textures, groups, materials, comments) says nothing about the shape.

@@ -229,14 +229,16 @@ void ReadRows(const Element& element, bool is_face, Body& body, const std::strin
       const bool wanted = is_face && IsFaceList(property);
       if (wanted && length < 3)
         throw Error(fmt::format("{}: face {} has {} points; it needs three", path, row + 1, length));
+      if (wanted) CheckTriangles(mesh.triangles.size() + static_cast<std::size_t>(length) - 2, path);
       std::uint32_t first = 0;
       std::uint32_t previous = 0;
       for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(length); ++i) {
         const double index = body.Next(property.type);
         if (!wanted) continue;
         if (!(index >= 0) || index >= static_cast<double>(mesh.points.size()) || index != std::floor(index)) {
-          throw Error(fmt::format("{}: face {} names point {}, but the points are 0 to {}", path, row + 1, index,
-                                  mesh.points.size() - 1));
+          throw Error(fmt::format("{}: face {} names point {}, but {}", path, row + 1, index,
+                                  mesh.points.empty() ? "no points stand before it"
+                                                      : fmt::format("the points are 0 to {}", mesh.points.size() - 1)));
         }
         const auto id = static_cast<std::uint32_t>(index);
         if (i >= 2) mesh.triangles.push_back({first, previous, id});

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bone/build.h"
+#include "files/memory.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
 
@@ -84,6 +85,7 @@ Bone MakeBlock(const BlockParams& params, const MaterialTable& materials) {
   BuildOptions options;
   options.voxel_mm = params.voxel_mm;
   options.region_voxel_mm = params.voxel_mm;
+  options.most_bytes = static_cast<double>(ReadAvailableBytes());
   Bone bone = MakeBone(solid, box.Grown(5 * params.voxel_mm), options, materials);
   bone.set_note("made_by", "kerf model block");
   bone.set_note("block_size_mm", fmt::format("{} {} {}", params.size_mm.x, params.size_mm.y, params.size_mm.z));

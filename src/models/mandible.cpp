@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "files/memory.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
 
@@ -25,6 +26,7 @@ Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
   options.voxel_mm = params.voxel_mm;
   options.region_voxel_mm = std::max(params.voxel_mm, 0.2);
   options.progress = progress;
+  options.most_bytes = static_cast<double>(ReadAvailableBytes());
   Bone bone = MakeBone(solid, shape.bounds().Grown(5 * params.voxel_mm), options, materials);
   bone.set_note("made_by", "kerf model mandible");
   Describe(params, [&bone](const char* key, const auto& value, Range, const char*) {

@@ -103,6 +103,38 @@ bool Cutter::Replace(const LeafIndex& leaf, const float* from, const float* to) 
   return true;
 }
 
+bool Cutter::Swap(const LeafIndex& leaf, float* values) {
+  State& s = *state_;
+  if (s.ledger.IsNoted(leaf)) return s.field.Swap(leaf, values);
+  const bool is_pure = s.field.kind(leaf) == BoneField::LeafKind::kInside;
+  if (!is_pure && !s.ledger.HasRoom()) return false;
+  if (!s.field.Swap(leaf, values)) return false;
+  s.ledger.Note(leaf, is_pure ? nullptr : values);
+  return true;
+}
+
+void Cutter::AddNeed(const LeafIndex& leaf, Need& need) const {
+  const State& s = *state_;
+  const LeafIndex low = s.field.lowest(), high = s.field.highest();
+  if (leaf.x < low.x || leaf.y < low.y || leaf.z < low.z || leaf.x > high.x || leaf.y > high.y || leaf.z > high.z) {
+    need.outside = true;
+    return;
+  }
+  const BoneField::LeafKind kind = s.field.kind(leaf);
+  if (kind != BoneField::LeafKind::kOwn) ++need.spare_leaves;
+  if (kind != BoneField::LeafKind::kInside && !s.ledger.IsNoted(leaf)) ++need.old_leaves;
+}
+
+bool Cutter::HasRoomFor(const Need& need) const {
+  return !need.outside && need.spare_leaves <= state_->field.spare_leaves() &&
+         static_cast<std::size_t>(need.old_leaves) <= state_->ledger.room();
+}
+
+void Cutter::BoneCameBack() {
+  Lift();
+  state_->leaves.Forget();
+}
+
 void Cutter::Lift() {
   state_->X_last.reset();
 }
@@ -173,15 +205,16 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
   ++effort.leaves;
   const bool is_pure = kind == BoneField::LeafKind::kInside;
   const bool is_noted = ledger.IsNoted(leaf);
+  const bool in_place = is_noted && !field.WantsOld(leaf);
   float* own = field.OwnValues(leaf);
   CarveLoss loss;
-  if (is_noted) {
+  if (in_place) {
     loss = CarveLeaf(sweep.step, corner_T, own);
   } else {
     // Into a copy, so that the old values are there to be noted if any has changed.
     std::copy_n(field.Read(leaf), BoneField::kLeafVoxels, values.begin());
     loss = CarveLeaf(sweep.step, corner_T, values.data());
-    if (loss.changed > 0) {
+    if (loss.changed > 0 && !is_noted) {
       if ((is_pure && field.spare_leaves() == 0) || (!is_pure && !ledger.HasRoom())) {
         result.out_of_leaves = true;
         return;
@@ -193,7 +226,7 @@ void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& r
   effort.changed_voxels += loss.changed;
   if (loss.changed == 0) return;
   float* now = field.Write(leaf);
-  if (!is_noted) std::copy(values.begin(), values.end(), now);
+  if (!in_place) std::copy(values.begin(), values.end(), now);
   result.removed_mm3 += loss.voxels;
 }
 

@@ -52,6 +52,20 @@ class Cutter {
   /// as loss of the bone, or gain. False, and nothing done, when no leaf is left for it. Tick-safe.
   bool Replace(const LeafIndex& leaf, const float* from, const float* to);
 
+  /// Gives a leaf `values` (512) and them its own. Counts as loss of the bone, or gain; no history is told. False, and
+  /// nothing done, when no leaf is left for it, or no room for old values. Tick-safe.
+  bool Swap(const LeafIndex& leaf, float* values);
+  /// What Swap() would need of what is set aside.
+  struct Need {
+    int spare_leaves = 0;
+    int old_leaves = 0;
+    bool outside = false;  // the leaf lies beyond the bone's box, or nothing ever was near it
+  };
+  void AddNeed(const LeafIndex& leaf, Need& need) const;
+  bool HasRoomFor(const Need& need) const;
+  /// There may be bone where there was none: which leaves are near the edge is looked up anew. Tick-safe.
+  void BoneCameBack();
+
   /// The tool is taken away; the next cut may begin anywhere. Tick-safe.
   void Lift();
 

@@ -65,6 +65,9 @@ class EdgeLeaves {
   /// inside the tool too. True when it is a new one. Tick-safe.
   bool Update(const Pose& X_WT, double length_mm, bool inner);
 
+  /// Leaves may hold bone again that did not: the lists are good no longer. Tick-safe.
+  void Forget() { now_.begun = next_.begun = false; }
+
   double slack_mm() const { return slack_mm_; }
   /// Those that hold bone, or did when the list was made.
   LeafList& list() { return now_.list; }

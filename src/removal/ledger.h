@@ -21,7 +21,9 @@ class Ledger {
 
   bool IsNoted(const LeafIndex& leaf) const { return noted_[Place(leaf)] != 0; }
   /// Whether another leaf can be noted. Tick-safe.
-  bool HasRoom() const { return copies_used_ < copies_.size(); }
+  bool HasRoom() const { return room() > 0; }
+  /// How many more with old values.
+  std::size_t room() const { return copies_.size() - copies_used_; }
   /// To be called once, before a leaf changes for the first time; `old_values`: null for pure bone. Tick-safe.
   void Note(const LeafIndex& leaf, const float* old_values);
 

@@ -4,6 +4,7 @@
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <cstring>
 #include <filesystem>
@@ -27,14 +28,15 @@ void WritePng(const Image& image, const std::string& path) {
     std::memcpy(data->GetScalarPointer(0, image.height - 1 - row, 0),
                 image.pixels.data() + static_cast<std::size_t>(row) * row_size, 3 * row_size);
   }
-  WriteAtomically(path, [&](const std::string& temporary) {
-    const vtkNew<vtkPNGWriter> writer;
-    writer->SetInputData(data);
-    writer->SetFileName(temporary.c_str());
-    writer->Write();
-    if (writer->GetErrorCode() != 0)
-      throw Error(fmt::format("{}: the picture can't be written; is the disk full?", path));
-  });
+  // By way of memory: libpng would print what a full disk makes of it.
+  const vtkNew<vtkPNGWriter> writer;
+  writer->SetInputData(data);
+  writer->SetWriteToMemory(1);
+  writer->Write();
+  vtkUnsignedCharArray* png = writer->GetResult();
+  if (writer->GetErrorCode() != 0 || png == nullptr) throw Error(fmt::format("{}: the picture can't be made", path));
+  const auto size = static_cast<std::size_t>(png->GetNumberOfValues());
+  WriteTextFile(path, std::string(reinterpret_cast<const char*>(png->GetPointer(0)), size));
 }
 
 }  // namespace kerf

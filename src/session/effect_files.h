@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "effects/sound/sound.h"
 #include "kerf/bone.h"
 #include "kerf/geometry.h"
 #include "kerf/tool.h"
 #include "session/chips_picture.h"
 #include "session/guide_picture.h"
+#include "session/sound_track.h"
 #include "session/spectrum_picture.h"
 #include "session/structures_picture.h"
 
@@ -23,8 +23,9 @@ class EffectFiles {
   EffectFiles() = default;
   /// `ticks`: that will come, for setting memory aside. `here`: Take() is called in the thread that makes the ticks,
   /// and may look at the effects themselves until Finish(): then there are a spectrum and
-  /// chips too.
-  EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here);
+  /// chips too. `folder`: where the sound goes as it comes, so that memory does not grow with the run; "": its ticks
+  /// are kept. Throws Error when it can't be written there.
+  EffectFiles(const EffectPlan& plan, std::size_t ticks, bool here, const std::string& folder = "");
 
   /// A tick that is over; `channels` of all effects.
   void Take(double time_s, double dt_s, const Pose& X_WT, std::span<const double> channels);
@@ -34,18 +35,16 @@ class EffectFiles {
     chips_.Detach();
   }
 
-  /// Write what there is into the folder and return the names. Throw Error.
-  std::vector<std::string> WriteSounds(const std::string& folder) const;
+  /// Write what there is into the folder and return the names. Throw Error. Sounds once, and into the folder that the
+  /// constructor got, if any.
+  std::vector<std::string> WriteSounds(const std::string& folder);
   std::vector<std::string> WritePictures(const std::string& folder, const std::string& name, const Bone& bone,
                                          const Tool& tool, bool patient) const;
   /// All names that they may give.
   static const std::vector<std::string>& Names();
 
  private:
-  void WriteSound(const std::string& path) const;
-
-  ToneReader tone_;
-  std::vector<ToneFrame> tones_;
+  SoundTrack sound_;
   SpectrumTrack spectrum_;
   GuideTrack guide_;
   ChipsTrack chips_;

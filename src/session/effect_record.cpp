@@ -41,10 +41,12 @@ std::string EffectRecord::Header() const {
 }
 
 std::string EffectRecord::Row(std::size_t row) const {
+  return FormatEffectRow(std::span(rows).subspan(row * figures.size(), figures.size()));
+}
+
+std::string FormatEffectRow(std::span<const double> channels) {
   std::string text;
-  for (std::size_t i = 0; i < figures.size(); ++i) {
-    fmt::format_to(std::back_inserter(text), ",{:.6g}", rows[row * figures.size() + i]);
-  }
+  for (const double value : channels) fmt::format_to(std::back_inserter(text), ",{:.6g}", value);
   return text;
 }
 

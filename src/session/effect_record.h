@@ -43,6 +43,9 @@ struct EffectRecord {
   std::size_t ticks = 0;
 };
 
+/// Figures of a row of the log, behind a comma each.
+std::string FormatEffectRow(std::span<const double> channels);
+
 /// For people, a phrase for each effect: "spindle: rpm 7312 (6840 to 7500)"; the last value, and all between.
 std::vector<std::string> DescribeEffects(const EffectRecord& record);
 

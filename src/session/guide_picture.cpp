@@ -40,7 +40,7 @@ GuideTrack::GuideTrack(const EffectPlan& plan, std::size_t ticks) {
   const auto* guide = dynamic_cast<const GuideEffect*>(plan.Find("guide"));
   if (guide == nullptr) return;
   guide_ = guide->params();
-  moments_.reserve(ticks);
+  moments_.Reserve(ticks);
   for (const EffectPlan::Entry& entry : plan.entries()) {
     if (std::string_view(entry.info->name) != "guide") continue;
     for (std::size_t i = 0; i < entry.info->channels.size(); ++i) {
@@ -53,8 +53,8 @@ GuideTrack::GuideTrack(const EffectPlan& plan, std::size_t ticks) {
 
 void GuideTrack::Take(double time_s, const Vec3& p_WT_mm, std::span<const double> channels) {
   if (!guide_) return;
-  moments_.push_back({static_cast<float>(time_s), static_cast<float>(channels[deviation_]),
-                      static_cast<float>(channels[force_]), p_WT_mm});
+  moments_.Add({static_cast<float>(time_s), static_cast<float>(channels[deviation_]),
+                static_cast<float>(channels[force_]), p_WT_mm});
 }
 
 void WriteGuidePicture(const GuideTrack& track, const Bone& bone, const Tool& tool, bool patient,

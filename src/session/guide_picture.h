@@ -1,11 +1,14 @@
 // The plan that the effect "guide" keeps the tool to, and where the tool went.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/thinned.h"
 #include "effects/guide.h"
 #include "effects/plan.h"
 #include "kerf/bone.h"
@@ -25,14 +28,19 @@ class GuideTrack {
   struct Moment {
     float time_s, deviation_mm, force_N;
     Vec3 p_WT_mm;
+    /// The largest of both, from the first on.
+    static Moment Merge(const Moment& a, const Moment& b) {
+      return {a.time_s, std::max(a.deviation_mm, b.deviation_mm), std::max(a.force_N, b.force_N), a.p_WT_mm};
+    }
   };
+  static constexpr std::size_t kMostMoments = std::size_t{1} << 17;  // each a tick, in a longer run several
   const std::optional<GuideParams>& guide() const { return guide_; }
-  const std::vector<Moment>& moments() const { return moments_; }
+  const std::vector<Moment>& moments() const { return moments_.points(); }
 
  private:
   std::optional<GuideParams> guide_;
   std::size_t deviation_ = 0, force_ = 0;  // channels
-  std::vector<Moment> moments_;
+  Thinned<Moment, kMostMoments> moments_;
 };
 
 /// Plane with its tolerance, stops and the way of the tool's middle, in the bone.

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "kerf/error.h"
+#include "session/recorded_piece.h"
+
 namespace kerf {
 
 void LivePieces::Take(const LeafMessage& leaf) {
@@ -67,10 +70,33 @@ void LivePieces::Prepare() {
     return IsToolClearOf(box_W, p_W, reach_mm_, mirror_.bone().voxel_mm());
   });
   if (!job_) return;
-  transfer_ = std::make_unique<PieceTransfer>(std::move(job_->removal));
+  ++number_;
+  if (listener_) listener_(number_, EncodePiece(*job_));
+  transfer_ = std::make_unique<PieceTransfer>(std::move(job_->removal), number_);
   for (const LeafChange& leaf : transfer_->removal.leaves) leaves_[leaf.index] = &leaf;
   was_cut_ = false;
   exchange_.Send(transfer_.get());  // there is room: the loop has done with the one before
+}
+
+void LivePieces::Repeat(std::uint32_t number, const std::string& bytes, double time_s) {
+  if (transfer_) throw Error("the recording has a piece that leaves before the one before it is gone");
+  number_ = number;
+  if (listener_) listener_(number, bytes);
+  job_ = DecodePiece(bytes, mirror_.bone());
+  // Found anew, it is a bone of its own again; what changes in the bone is what was recorded.
+  const auto find = [&] {
+    std::optional<PieceJob> found = fragments_.Prepare(mirror_.bone(), [](const Box3&) { return true; });
+    const bool same = found && found->removal.leaves.size() == job_->removal.leaves.size() && found->id == job_->id;
+    if (same) job_->removal.piece = std::move(found->removal.piece);
+    return same;
+  };
+  if (!find()) {
+    fragments_.Look(time_s);
+    find();
+  }
+  transfer_ = std::make_unique<PieceTransfer>(std::move(job_->removal), number);
+  was_cut_ = false;
+  exchange_.Begin(transfer_.get());
 }
 
 void LivePieces::Finish(CoupledSimulation& simulation, double time_s, const std::function<void()>& send_rest) {

@@ -6,6 +6,8 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "haptics/bone_mirror.h"
 #include "haptics/haptic_loop.h"
@@ -22,6 +24,15 @@ class LivePieces {
   LivePieces(FragmentsDriver& fragments, HapticLoop& loop, PieceExchange& exchange, const BoneMirror& mirror,
              double reach_mm)
       : fragments_(fragments), loop_(loop), exchange_(exchange), mirror_(mirror), reach_mm_(reach_mm) {}
+
+  /// Told of each piece, with its number and its bytes (recorded_piece.h), before the loop is. To be set before the
+  /// first.
+  void set_listener(std::function<void(std::uint32_t, const std::string&)> listener) {
+    listener_ = std::move(listener);
+  }
+  /// In a replay, between ticks, with the mirror up to date: a recorded piece begins to leave in the next tick. Throws
+  /// Error for bytes that are none.
+  void Repeat(std::uint32_t number, const std::string& bytes, double time_s);
 
   /// Each leaf that the mirror takes.
   void Take(const LeafMessage& leaf);
@@ -43,6 +54,8 @@ class LivePieces {
   PieceExchange& exchange_;
   const BoneMirror& mirror_;
   double reach_mm_;
+  std::function<void(std::uint32_t, const std::string&)> listener_;
+  std::uint32_t number_ = 0;  // of the last piece sent
   std::optional<PieceJob> job_;
   std::unique_ptr<PieceTransfer> transfer_;
   std::map<std::array<int, 3>, const LeafChange*> leaves_;

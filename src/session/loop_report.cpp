@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "files/files.h"
+#include "kerf/error.h"
 #include "kerf/version.h"
 #include "mesh/meshfile.h"
 #include "report/plot.h"
@@ -108,21 +110,31 @@ PlotSpec MakeForcePlot(const LoopSummary& s) {
   PlotSeries hand;
   hand.label = "in the simulation, largest in each interval";
   // No more points than pixels: the largest of each stretch, so that no spike is lost.
-  const std::size_t stretch = std::max<std::size_t>(s.rows.size() / 1200, 1);
-  for (std::size_t i = 0; i < s.rows.size(); i += stretch) {
-    double of_device = 0;
-    double of_hand = 0;
-    for (std::size_t k = i; k < std::min(i + stretch, s.rows.size()); ++k) {
-      of_device = std::max(of_device, glm::length(s.rows[k].f_device_N));
-      of_hand = std::max(of_hand, glm::length(s.rows[k].f_hand_N));
+  const std::vector<ForcePoint>& points = s.force_curve.points();
+  const std::size_t stretch = std::max<std::size_t>(points.size() / 1200, 1);
+  for (std::size_t i = 0; i < points.size(); i += stretch) {
+    ForcePoint largest = points[i];
+    for (std::size_t k = i; k < std::min(i + stretch, points.size()); ++k) {
+      largest = ForcePoint::Merge(largest, points[k]);
     }
-    device.x.push_back(s.rows[i].time_s);
-    device.y.push_back(of_device);
-    hand.x.push_back(s.rows[i].time_s);
-    hand.y.push_back(of_hand);
+    device.x.push_back(largest.time_s);
+    device.y.push_back(largest.device_N);
+    hand.x.push_back(largest.time_s);
+    hand.y.push_back(largest.hand_N);
   }
   spec.series = {device, hand};
   return spec;
+}
+
+/// What grew with the run gets its name, or what was kept of it is written.
+void WriteLogs(LoopSummary& summary, const std::string& folder, std::vector<std::string>& files) {
+  if (summary.force_log) {
+    summary.force_log->Commit();
+  } else {
+    WriteTextFile(folder + "/forces.csv", FormatLoopCsv(summary));
+  }
+  files.emplace_back("forces.csv");
+  for (const std::string& name : summary.effect_files.WriteSounds(folder)) files.push_back(name);
 }
 
 std::string JoinTimes(const std::vector<LoopTimeSummary>& all) {
@@ -281,6 +293,17 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"tick_bars_us", bars(s.tick_bars)},
       {"warnings", s.warnings},
       {"files", s.files}};
+  if (s.recorded) {
+    json["recording"] = {{"file", s.recorded->path},
+                         {"bytes", s.recorded->bytes},
+                         {"ticks", s.recorded->steps},
+                         {"failure", s.recorded->failure}};
+  }
+  if (s.undone) {
+    json["undo"] = {
+        {"restores", s.undone->restores}, {"checkpoints", s.undone->checkpoints}, {"kept_MB", s.undone->kept_MB}};
+    if (!s.virtual_time) json["undo"]["longest_ms"] = s.undone->longest_ms;
+  }
   if (s.costs) json["costs"] = CostsJson(*s.costs);
   if (!s.effects.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);
@@ -289,23 +312,9 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
 }
 
 std::string FormatLoopCsv(const LoopSummary& s) {
-  std::string csv =
-      "time_s,skipped,handle_x_mm,handle_y_mm,handle_z_mm,tool_x_mm,tool_y_mm,tool_z_mm,hand_x_N,hand_y_N,hand_z_N,"
-      "device_x_N,device_y_N,device_z_N,cut_N,face_N,friction_N,thrust_sum_N,engaged_teeth,removed_mm3,tick_us,late_us,"
-      "fidelity,status";
-  csv += s.effects.Header() + "\n";
+  std::string csv = FormatForceHeader(s.effects.Header());
   csv.reserve(csv.size() + 200 * s.rows.size());
-  for (std::size_t i = 0; i < s.rows.size(); ++i) {
-    const LoopRow& r = s.rows[i];
-    fmt::format_to(std::back_inserter(csv),
-                   "{:.6f},{},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},"
-                   "{:.6g},{:.6g},{:.6g},{:.6g},{:.5g},{:.6g},{:.1f},{:.1f},{},{}",
-                   r.time_s, r.skipped, r.p_WC_mm.x, r.p_WC_mm.y, r.p_WC_mm.z, r.p_WT_mm.x, r.p_WT_mm.y, r.p_WT_mm.z,
-                   r.f_hand_N.x, r.f_hand_N.y, r.f_hand_N.z, r.f_device_N.x, r.f_device_N.y, r.f_device_N.z, r.cut_N,
-                   r.face_N, r.friction_N, r.thrust_N, r.engaged_teeth, r.removed_mm3, r.tick_us, r.late_us,
-                   kerf::ToString(r.fidelity), r.status);
-    csv += s.effects.Row(i) + "\n";
-  }
+  for (std::size_t i = 0; i < s.rows.size(); ++i) AppendForceRow(s.rows[i], s.effects.Row(i), csv);
   return csv;
 }
 
@@ -382,11 +391,16 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
     return folder + "/" + name;
   };
   WriteTextFile(add("scene.toml"), ResolvedToml(scene));
-  WriteTextFile(add("forces.csv"), FormatLoopCsv(summary));
-  for (const std::string& name : summary.effect_files.WriteSounds(folder)) files.push_back(name);
+  // What the disk had no room for while it ran takes nothing else with it.
+  std::optional<Error> lost;
+  try {
+    WriteLogs(summary, folder, files);
+  } catch (const Error& e) {
+    lost = e;
+  }
   if (!summary.virtual_time && !summary.lateness_bars.empty())
     WritePlot(MakeLatenessPlot(summary), add("lateness.png"));
-  if (!summary.rows.empty()) WritePlot(MakeForcePlot(summary), add("force.png"));
+  if (!summary.force_curve.points().empty()) WritePlot(MakeForcePlot(summary), add("force.png"));
   if (!summary.after.empty()) {
     if (scene.output.bone) WriteBone(summary.after, add("bone.vdb"));
     const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
@@ -424,6 +438,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true));
   WriteTextFile(folder + "/loop.json", FormatLoopJson(scene, summary));
   RemoveStaleResults(folder, earlier, files);
+  if (lost) throw Error(*lost);
 }
 
 void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {

@@ -7,15 +7,24 @@
 #include <cmath>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 
+#include "bone/changed_hash.h"
 #include "effects/plan.h"
+#include "files/files.h"
+#include "files/memory.h"
+#include "kerf/error.h"
+#include "session/run_tap.h"
 
 namespace kerf {
 namespace {
 
 constexpr std::size_t kTicksBetweenRefills = 1024;
+constexpr std::size_t kLogBlockBytes = std::size_t{1} << 18;
+/// Its record, its time, and the figures, sound and lines of effects.
+constexpr double kBytesOfTick = sizeof(TickRecord) + sizeof(double) + 200;
 constexpr std::chrono::milliseconds kBetweenLines(250);
 
 /// Rounding left over from turning a vector reads as zero.
@@ -26,10 +35,24 @@ Vec3 WithoutNoise(Vec3 v) {
 
 }  // namespace
 
+void CheckRunTicks(const Path& path, double rate_hz) {
+  const auto ticks = static_cast<double>(path.CountTicks(rate_hz));
+  const double bytes = kBytesOfTick * ticks;
+  if (ticks > kMostRunTicks) {
+    throw Error(
+        fmt::format("{:.0f} ticks ({:.0f} s at {:g} Hz) would take {:.1f} GB of memory; a run holds at most {:.0f}: "
+                    "lower [simulation] rate_hz or make several runs of it",
+                    ticks, path.duration_s(), rate_hz, bytes / 1e9, kMostRunTicks));
+  }
+  CheckMemory(bytes, fmt::format("a run of {:.0f} ticks", ticks),
+              "lower [simulation] rate_hz or make several runs of it");
+}
+
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
-                  const std::function<void(double)>& progress, const CostOptions& costs) {
+                  const std::function<void(double)>& progress, const CostOptions& costs, RunTap* tap) {
   using Clock = std::chrono::steady_clock;
   RunResult result;
+  CheckRunTicks(path, rate_hz);
   const std::size_t total = path.CountTicks(rate_hz);
   result.ticks.reserve(total);
   std::vector<double> times_us;
@@ -71,14 +94,27 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
       look(time_s);
     }
   };
+  std::optional<ChangedHash> voxel_hash;
+  if (tap != nullptr) voxel_hash.emplace();
+  const auto take_hash = [&] {
+    for (int i = 0; i < simulation.changed_count(); ++i) voxel_hash->Take(simulation.changed(i));
+    if (!fragments.is_on()) simulation.ClearChanged();
+    return voxel_hash->value();
+  };
+  bool goes_on = true;
   const Clock::time_point start = Clock::now();
-  for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
+  for (std::size_t segment = 0; segment < path.segments().size() && goes_on; ++segment) {
     const PathSegment& stretch = path.segments()[segment];
     if (stretch.retract_before && segment > 0 && fragments.takes_out()) {
       look(result.ticks.back().time_s);
       take_out(result.ticks.back().time_s, true);
     }
-    if (stretch.retract_before) simulation.SetDown(path.CalcPose(segment, stretch.start_s));
+    if (stretch.retract_before) {
+      Pose X_WT_down = path.CalcPose(segment, stretch.start_s);
+      goes_on = tap == nullptr || tap->SetDown(X_WT_down);
+      if (!goes_on) break;
+      simulation.SetDown(X_WT_down);
+    }
     double time_s = stretch.start_s;
     Pose X_WT = path.CalcPose(segment, time_s);
     double travel_mm = 0;
@@ -87,12 +123,16 @@ RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, d
     for (std::size_t k = 1; k <= count; ++k) {
       const double end_s = std::min(stretch.start_s + static_cast<double>(k) / rate_hz, stretch.end_s);
       const double dt_s = end_s - time_s;
+      TickInput in{path.CalcPose(segment, end_s), dt_s, rpm};
+      goes_on = tap == nullptr || tap->Begin(in);
+      if (!goes_on) break;
       TickRecord record;
-      record.X_WT = path.CalcPose(segment, end_s);
+      record.X_WT = in.X_WT;
       const Clock::time_point before = Clock::now();
-      record.out = simulation.Tick({record.X_WT, dt_s, rpm}, observer);
+      record.out = simulation.Tick(in, observer);
       times_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - before).count());
       if (meter) meter->Finish(times_us.back());
+      if (tap != nullptr) tap->End(in, record.out, take_hash());
       touched = touched || record.out.engaged_teeth > 0;
       if (touched) travel_mm += glm::length(record.X_WT.p_AB - X_WT.p_AB);
       record.time_s = time_s = end_s;
@@ -145,12 +185,16 @@ TickTimes CalcTickTimes(std::vector<double> microseconds) {
   return {rank(0.5), rank(0.99), rank(0.999), microseconds.back()};
 }
 
-std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects) {
-  std::string csv =
+namespace {
+
+/// Calls write() after each row; it may empty `csv`.
+template <typename Write>
+void FormatRows(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects, std::string& csv,
+                const Write& write) {
+  csv =
       "time_s,segment,x_mm,y_mm,z_mm,qw,qx,qy,qz,force_x_N,force_y_N,force_z_N,torque_x_Nmm,torque_y_Nmm,torque_z_Nmm,"
       "thrust_sum_N,engaged_teeth,mean_bite_um,mean_E_GPa,main_region,travel_mm,removed_mm3,removed_total_mm3,status";
   csv += (effects ? effects->Header() : "") + "\n";
-  csv.reserve(csv.size() + 256 * (ticks.size() / static_cast<std::size_t>(std::max(every, 1)) + 1));
   double total_mm3 = 0;
   double since_last_row_mm3 = 0;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
@@ -171,8 +215,29 @@ std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every, cons
         since_last_row_mm3, total_mm3, t.out.status);
     csv += (effects ? effects->Row(i) : "") + "\n";
     since_last_row_mm3 = 0;
+    write();
   }
+}
+
+}  // namespace
+
+std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects) {
+  std::string csv;
+  FormatRows(ticks, every, effects, csv, [] {});
   return csv;
+}
+
+void WriteForceLog(const std::string& path, const std::vector<TickRecord>& ticks, int every,
+                   const EffectRecord* effects) {
+  GrowingFile file(path);
+  std::string csv;
+  FormatRows(ticks, every, effects, csv, [&] {
+    if (csv.size() < kLogBlockBytes) return;
+    file.Append(csv);
+    csv.clear();
+  });
+  file.Append(csv);
+  file.Commit();
 }
 
 }  // namespace kerf

@@ -17,6 +17,11 @@
 
 namespace kerf {
 
+class RunTap;
+
+/// Of one run: five hours and a half at 1 kHz. All its ticks are kept until its pictures are drawn.
+inline constexpr double kMostRunTicks = 20'000'000;
+
 /// One tick, as logged.
 struct TickRecord {
   double time_s = 0;  // path time at the end of the tick
@@ -49,9 +54,14 @@ struct RunResult {
   EffectFiles files;
 };
 
-/// Runs all ticks of `path`. `progress` gets 0..1; may be empty. Throws Error for parameters out of range.
+/// Throws Error, with the bytes that they would take, when a run has more ticks than kMostRunTicks or than there is
+/// memory for. For asking before long work; RunPath asks too.
+void CheckRunTicks(const Path& path, double rate_hz);
+
+/// Runs all ticks of `path`, or as many as `tap` (session/run_tap.h; may be null) lets it. `progress` gets 0..1; may be
+/// empty. Throws Error for parameters out of range.
 RunResult RunPath(Bone bone, const SimulationParams& params, const Path& path, double rate_hz, double rpm,
-                  const std::function<void(double)>& progress, const CostOptions& costs = {});
+                  const std::function<void(double)>& progress, const CostOptions& costs = {}, RunTap* tap = nullptr);
 
 /// Nearest-rank percentiles; all 0 for none.
 TickTimes CalcTickTimes(std::vector<double> microseconds);
@@ -59,5 +69,8 @@ TickTimes CalcTickTimes(std::vector<double> microseconds);
 /// One row a tick (or every `every`th); units in the header. docs/formats.md says what each column is.
 /// `effects`, with a row for each tick, adds its columns; null: none.
 std::string FormatForceLog(const std::vector<TickRecord>& ticks, int every, const EffectRecord* effects = nullptr);
+/// The same straight into a file, in memory for some rows only. Throws Error.
+void WriteForceLog(const std::string& path, const std::vector<TickRecord>& ticks, int every,
+                   const EffectRecord* effects = nullptr);
 
 }  // namespace kerf

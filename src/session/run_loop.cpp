@@ -4,27 +4,27 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <thread>
+#include <utility>
 
 #include "bone/surface.h"
 #include "core/hash.h"
-#include "core/high_pass.h"
 #include "devices/simulated_device.h"
 #include "haptics/bone_mirror.h"
 #include "haptics/step_body.h"
 #include "kerf/error.h"
 #include "scene/doubts.h"
+#include "session/force_noise.h"
 #include "session/hand_motion.h"
 #include "session/live_pieces.h"
+#include "session/loop_replay.h"
 #include "session/make_bone.h"
+#include "session/session_recorder.h"
 
 namespace kerf {
 namespace {
-
-constexpr double kNoiseFrom_Hz = 20;
 
 /// Whether bone is within the tool as it is set down: looked for at points of its middle plane.
 bool IsInBone(const Bone& bone, const Tool& tool, const Pose& X_WT) {
@@ -69,60 +69,52 @@ std::vector<LoopBar> MakeBars(const LogHistogram& times) {
 /// Takes the loop's log as it comes.
 class Recorder {
  public:
-  Recorder(const Vec3& p_TC_mm, int every, double ticks, LoopSummary& summary)
-      : p_TC_mm_(p_TC_mm), every_(static_cast<std::uint64_t>(std::max(every, 1))), summary_(summary) {
+  Recorder(const Vec3& p_TC_mm, int every, double ticks, LoopLog log, double dt_s, LoopSummary& summary)
+      : p_TC_mm_(p_TC_mm),
+        every_(static_cast<std::uint64_t>(std::max(every, 1))),
+        keeps_rows_(log == LoopLog::kMemory),
+        summary_(summary),
+        noise_(dt_s) {
+    const std::size_t rows = (static_cast<std::size_t>(ticks) + 64) / every_ + 1;
+    summary_.force_curve.Reserve(rows);
+    if (!keeps_rows_) return;
     // In one go: in locked memory each page costs.
-    const auto n = static_cast<std::size_t>(ticks) + 64;
-    summary_.rows.reserve(n / every_ + 1);
-    summary_.effects.rows.reserve((n / every_ + 1) * summary_.effects.figures.size());
-    for (auto& axis : force_) axis.reserve(n);
-    cutting_.reserve(n);
+    summary_.rows.reserve(rows);
+    summary_.effects.rows.reserve(rows * summary_.effects.figures.size());
   }
+
+  void set_recording(SessionRecorder* recording) { recording_ = recording; }
 
   void Drain(HapticLoop& loop) {
     SpscRing<LoopSample>& samples = loop.samples();
     while (const LoopSample* sample = samples.Peek()) {
+      const TickToRecord tick = MakeTickToRecord(sample->report);
+      hash_ = MixHash(hash_ ^ tick.hash);
+      if (recording_ != nullptr) Record(*sample, tick);
       Take(*sample, loop.channels(popped_));
       samples.Pop();
       ++popped_;
     }
   }
 
-  void Finish(double dt_s) {
+  void Finish() {
     summary_.force_hash = hash_;
-    LoopForceSummary& force = summary_.force;
-    double sum = 0;
-    for (const auto& axis : force_) sum += std::pow(CalcRms(axis, 0, axis.size(), dt_s), 2);
-    force.noise_above_20_Hz_mN = 1000 * std::sqrt(sum);
-    const auto window = static_cast<std::size_t>(std::lround(1 / dt_s));
-    for (std::size_t begin = 0; begin + window <= cutting_.size(); begin += window) {
-      const auto first = cutting_.begin() + static_cast<std::ptrdiff_t>(begin);
-      const auto last = first + static_cast<std::ptrdiff_t>(window);
-      if (std::find(first, last, false) != last) continue;
-      double square = 0;
-      for (const auto& axis : force_) square += std::pow(CalcRms(axis, begin, window, dt_s), 2);
-      force.cutting_noise_mN = std::max(force.cutting_noise_mN.value_or(0), 1000 * std::sqrt(square));
-    }
+    summary_.force.noise_above_20_Hz_mN = noise_.Finish_mN();
+    summary_.force.cutting_noise_mN = noise_.cutting_mN();
     FinishMoments();
   }
 
  private:
-  static double CalcRms(const std::vector<double>& x, std::size_t begin, std::size_t count, double dt_s) {
-    return CalcHighPassRms(std::span(x).subspan(begin, count), dt_s, kNoiseFrom_Hz);
+  void Record(const LoopSample& s, const TickToRecord& tick) {
+    if (s.tick != next_tick_) recording_->Lose(s.tick - next_tick_);
+    next_tick_ = s.tick + 1;
+    recording_->Take(tick);
   }
-  void Mix(double value) { hash_ = MixHash(hash_ ^ std::bit_cast<std::uint64_t>(value)); }
-
   void Take(const LoopSample& s, std::span<const double> channels) {
     const CoupledOutput& out = s.report.out;
     // The device held its force over what was missed.
-    for (int k = 0; k < s.skipped && k < 10'000; ++k) Hold();
-    for (int axis = 0; axis < 3; ++axis) force_[static_cast<std::size_t>(axis)].push_back(s.report.f_device_N[axis]);
-    cutting_.push_back(out.engaged_teeth > 0);
-    for (int axis = 0; axis < 3; ++axis) {
-      Mix(s.report.f_device_N[axis]);
-      Mix(out.f_H_W_N[axis]);
-      Mix(out.X_WT.p_AB[axis]);
-    }
+    for (int k = 0; k < s.skipped && k < 10'000; ++k) noise_.Hold();
+    noise_.Take(s.report.f_device_N, out.engaged_teeth > 0);
     summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT, channels);
     summary_.simulated_s = s.time_s;
     summary_.force.largest_simulated_N = std::max(summary_.force.largest_simulated_N, glm::length(out.f_H_W_N));
@@ -134,13 +126,17 @@ class Recorder {
     summary_.damping_J += 1e-3 * out.damping_mJ;
     summary_.numerical_J += 1e-3 * out.numerical_mJ;
     summary_.removed_by_occupancy_mm3 += out.removed_mm3;
+    if ((out.status & kCoupledLeavesUsedUp) != 0 && !summary_.leaves_used_up_s) summary_.leaves_used_up_s = s.time_s;
     NoteMoments(s);
     removed_mm3_ += out.removed_mm3;
     if (++ticks_ % every_ != 0) {
       summary_.effects.Take(channels);
       return;
     }
-    summary_.effects.TakeRow(channels);
+    TakeRow(s, channels);
+  }
+  void TakeRow(const LoopSample& s, std::span<const double> channels) {
+    const CoupledOutput& out = s.report.out;
     LoopRow row;
     row.time_s = s.time_s;
     row.skipped = s.skipped;
@@ -158,8 +154,12 @@ class Recorder {
     row.late_us = s.late_us;
     row.fidelity = out.fidelity;
     row.status = out.status;
-    summary_.rows.push_back(row);
     removed_mm3_ = 0;
+    summary_.force_curve.Add(MakeForcePoint(row));
+    if (summary_.force_log) summary_.force_log->Take(row, channels);
+    if (!keeps_rows_) return summary_.effects.Take(channels);
+    summary_.effects.TakeRow(channels);
+    summary_.rows.push_back(row);
   }
   void NoteMoments(const LoopSample& s) {
     const CoupledOutput& out = s.report.out;
@@ -192,16 +192,13 @@ class Recorder {
       summary_.moments[summary_.moments.size() - 2].out.engaged_teeth = 0;
     }
   }
-  void Hold() {
-    for (auto& axis : force_) axis.push_back(axis.empty() ? 0 : axis.back());
-    cutting_.push_back(!cutting_.empty() && cutting_.back());
-  }
-
+  SessionRecorder* recording_ = nullptr;
+  std::uint64_t next_tick_ = 1;
   Vec3 p_TC_mm_;
   std::uint64_t every_;
+  bool keeps_rows_;
   LoopSummary& summary_;
-  std::array<std::vector<double>, 3> force_;  // on the device, every deadline
-  std::vector<bool> cutting_;
+  ForceNoise noise_;  // of the force on the device, every deadline
   std::uint64_t ticks_ = 0;
   std::uint64_t popped_ = 0;
   std::uint64_t hash_ = 0;
@@ -251,6 +248,16 @@ void TakeApart(Bone bone, const Scene& scene, const LoopOptions& options,
   s.piece_bones = std::move(split.pieces);
 }
 
+/// A history of the bone is kept only where somebody may go back.
+bool WantsUndo(const LoopOptions& options) {
+  const auto goes_back = [](const LoopAction& a) { return a.kind != LoopAction::Kind::kSpindle; };
+  if (std::any_of(options.actions.begin(), options.actions.end(), goes_back)) return true;
+  if (options.replay.recording == nullptr) return false;
+  const std::vector<RecordedEvent>& events = options.replay.recording->events();
+  return std::any_of(events.begin(), events.end(),
+                     [](const RecordedEvent& e) { return e.what == "checkpoint" || e.what == "undo"; });
+}
+
 LoopParams MakeLoopParams(const SceneLoop& scene, const LoopOptions& options) {
   LoopParams params;
   params.rate_hz = scene.rate_hz;
@@ -276,8 +283,13 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (scene.simulation.mode == SceneMode::kSlab) {
     throw Error("[simulation] mode = \"slab\" has no tool in a hand; set mode = \"voxel\" for 'kerf loop'");
   }
-  if (!(options.seconds >= 0.01 && options.seconds <= 3600)) {
-    throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to 3600", options.seconds));
+  if (!(options.seconds >= 0.01 && options.seconds <= kMostLoop_s)) {
+    throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to {:g}", options.seconds, kMostLoop_s));
+  }
+  const double ticks_asked = options.seconds * scene.loop.rate_hz;
+  if (options.log == LoopLog::kMemory && ticks_asked > kMostTicksInMemory) {
+    throw Error(fmt::format("{:.0f} ticks are too many to be kept in memory; at most {:.0f}, or give a folder",
+                            ticks_asked, kMostTicksInMemory));
   }
   LoopSummary s;
   s.seconds = options.seconds;
@@ -308,6 +320,13 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   for (const std::string& doubt : FindHandDoubts(scene, s.setup)) s.warnings.push_back(doubt);
   s.warnings.insert(s.warnings.end(), s.material.warnings.begin(), s.material.warnings.end());
   s.starts_in_bone = IsInBone(bone, params.tool, path.CalcPose(0, 0));
+  if (options.replay.recording != nullptr) CheckBone(options.replay.recording->head(), bone);
+  std::optional<SessionRecorder> recording;
+  if (!options.record.empty()) {
+    RecordingHead head = MakeRecordingHead(scene, options.scene_file, RecordedKind::kLoop, bone, path.CalcPose(0, 0));
+    if (options.replay.recording != nullptr) head.taken_up_from = options.replay.recording->path();
+    recording.emplace(options.record, head, ReadSceneFiles(scene, options.scene_file));
+  }
   if (options.keep_bones) s.before = bone;
   s.volume_before_mm3 = bone.CalcVolume();
   Bone copy = bone;
@@ -315,23 +334,37 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   const Pose X_WT_start = path.CalcPose(0, 0);
   CoupledSimulation simulation(std::move(bone), params, X_WT_start);
   s.effects = EffectRecord(simulation.effects());
-  s.effect_files =
-      EffectFiles(simulation.effects(), static_cast<std::size_t>(options.seconds * scene.loop.rate_hz) + 64, false);
+  const std::string log_folder = options.log == LoopLog::kFolder ? options.folder : "";
+  if (options.log != LoopLog::kNowhere) {
+    s.effect_files = EffectFiles(simulation.effects(), static_cast<std::size_t>(ticks_asked) + 64, false, log_folder);
+  }
+  if (!log_folder.empty()) s.force_log = std::make_unique<ForceLog>(log_folder + "/forces.csv", s.effects.Header());
   SimulatedDeviceOptions device_options;
   device_options.p_TC_mm = p_TC_mm;
   SimulatedDevice simulated(profile, hand, X_WT_start, device_options);
   HandMotion motion(simulated, path, scene.hand, p_TC_mm, params.coupling.stiffness_N_per_mm * s.setup.force_scale);
-  GuardedDevice device(simulated);
-  StepBody body(simulation, device, body_params, &motion);
+  ReplayDevice recorded_device(simulated);
+  const bool replays = options.replay.recording != nullptr;
+  GuardedDevice device(replays ? static_cast<Device&>(recorded_device) : simulated);
+  StepBody step_body(simulation, device, body_params, &motion);
+  std::optional<ChangedHash> voxel_hash;
+  if (recording || replays) step_body.set_hash(&voxel_hash.emplace());
 
   MonotonicClock monotonic;
   VirtualClock stands_still;
   LoopClock& clock = options.virtual_time ? static_cast<LoopClock&>(stands_still) : monotonic;
+  LoopReplay replay(options.replay, step_body, simulation, recorded_device);
+  LoopBody& body = replays ? replay.body() : step_body;
   HapticLoop loop(body, device, clock, MakeLoopParams(scene.loop, options));
   if (options.costs.costs) loop.Watch(simulation.effects());
   const auto make_costs = [&] {
     return MakeStageCosts(loop.tick_times(), loop.stages(), simulation.effects(), 1e6 * period_s);
   };
+  std::optional<LoopUndo> undo;
+  if (WantsUndo(options)) {
+    step_body.set_restores(&undo.emplace(simulation, options.undo_MB).exchange());
+    s.undone.emplace();
+  }
   BoneMirror mirror(std::move(copy), loop.leaves());
   FragmentsDriver fragments(simulation.effects());
   PieceExchange exchange;
@@ -342,16 +375,48 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
       pieces.Take(leaf);
     });
   }
-  if (fragments.takes_out()) body.set_pieces(&exchange);
-  Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, options.seconds * scene.loop.rate_hz, s);
-  const auto stopped = [&] { return options.stop != nullptr && options.stop->load(); };
+  if (fragments.takes_out()) step_body.set_pieces(&exchange);
+  if (recording) {
+    pieces.set_listener([&](std::uint32_t number, const std::string& bytes) { recording->AddPiece(number, bytes); });
+  }
+  Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, ticks_asked, options.log, period_s, s);
+  recorder.set_recording(recording ? &*recording : nullptr);
+  const auto stopped = [&] {
+    return (options.stop != nullptr && options.stop->load()) || (recording && !recording->failure().empty());
+  };
   auto began = std::chrono::steady_clock::now();
   const auto elapsed_s = [&] {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   };
   double line_at_s = 0;
+  std::size_t next_action = 0;
+  double asked_at_s = 0;
+  const auto tell = [&](const std::string& what, const std::string& name, std::uint32_t number) {
+    recorder.Drain(loop);
+    if (recording) recording->AddEvent(what, name, number);
+  };
+  // What is due by then, one after the other.
+  const auto act = [&](double now_s) {
+    try {
+      if (undo && undo->Poll()) s.undone->longest_ms = std::max(s.undone->longest_ms, 1e3 * (elapsed_s() - asked_at_s));
+      while (next_action < options.actions.size() && options.actions[next_action].at_s <= now_s + 1e-9) {
+        asked_at_s = elapsed_s();
+        if (undo && !undo->is_idle()) break;
+        const LoopAction& action = options.actions[next_action++];
+        if (action.kind == LoopAction::Kind::kSpindle) {
+          tell("rpm", action.name, 0);
+          step_body.set_rpm(action.rpm);
+        } else {
+          undo->Do(action, tell);
+        }
+      }
+    } catch (const Error& e) {
+      s.warnings.push_back(fmt::format("at {:.3f} s: {}", now_s, e.what()));
+    }
+  };
   const auto read = [&](double share) {
     recorder.Drain(loop);
+    if (recording) recording->FlushAt(elapsed_s());
     s.leaves_sent += mirror.Update();
     show("cutting", share);
     if (options.costs.live && options.costs.costs && elapsed_s() > line_at_s) {
@@ -360,22 +425,79 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     }
   };
 
-  if (options.virtual_time) {
+  const std::int64_t between_looks =
+      fragments.is_on() ? std::max<std::int64_t>(1, std::llround(fragments.every_s() * scene.loop.rate_hz)) : 0;
+  // After set ticks, so that what is found is the same each time.
+  const auto look = [&](std::int64_t ticks, double time_s) {
+    if (ticks % between_looks != 0) return false;
+    loop.state().Update();
+    s.leaves_sent += mirror.Update();
+    pieces.Poll();
+    if (!pieces.is_leaving()) fragments.Look(time_s);
+    return true;
+  };
+  std::int64_t gone_ticks = 0;
+  double gone_through_s = 0;
+  std::size_t copied = 0;  // events of the recording that is gone on from
+  if (replays) {
+    replay.set_beside([&](const RecordedStep& step) {
+      // What settles the bone's leaves comes when none waits to be sent.
+      while (loop.SendRest()) read(0);
+      if ((step.flags & kRecordedTakenUp) != 0) simulation.bone();
+      const std::vector<RecordedEvent>& events = options.replay.recording->events();
+      if (recording) {
+        read(0);
+        for (; copied < events.size() && events[copied].step <= replay.step(); ++copied) {
+          recording->AddEvent(events[copied].what, events[copied].name, events[copied].number);
+        }
+      }
+      if (undo) undo->Repeat(step, events);
+      if ((step.flags & kRecordedPieceLeaves) == 0) return;
+      pieces.Repeat(step.piece, options.replay.recording->ReadPiece(step.piece), s.simulated_s);
+    });
+    replay.GoThrough(loop, [&](double share) {
+      if (share >= 0) read(share);
+      if (undo) undo->Poll();
+      const auto ticks = static_cast<std::int64_t>(loop.counts().ticks);
+      if (fragments.is_on() && ticks > gone_ticks) look(ticks, replay.time_s());
+      gone_ticks = ticks;
+      return !stopped();
+    });
+    while (loop.SendRest()) read(1);
+    s.replayed = replay.MakeReport();
+    gone_through_s = s.replayed->time_s;
+    while (next_action < options.actions.size() && options.actions[next_action].at_s < gone_through_s - 1e-6) {
+      s.warnings.push_back(fmt::format("the action at {:g} s is before the moment that is gone on from, {:.3f} s",
+                                       options.actions[next_action++].at_s, gone_through_s));
+    }
+    if (options.replay.goes_on) device.Trip();  // whoever goes on feels nothing at first
+    s.replayed->bone_hash = simulation.bone().CalcHash();
+    CheckEnd(*options.replay.recording, *s.replayed);
+    if (recording) recording->AddEvent("taken up", options.replay.recording->path(), 0);
+  }
+  if (replays && !options.replay.goes_on) {
+    loop.RunHere(0);
+  } else if (options.virtual_time) {
     const auto ticks = static_cast<std::int64_t>(std::llround(options.seconds * scene.loop.rate_hz));
-    const std::int64_t between_looks =
-        fragments.is_on() ? std::max<std::int64_t>(1, std::llround(fragments.every_s() * scene.loop.rate_hz)) : 0;
     std::int64_t done = 0;
     // Burnt time passes by ticks that are missed: the end is a moment, not a number of ticks.
     const std::int64_t end_ns = std::llround(1e9 * options.seconds);
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point tick_began = Clock::now();
+    act(gone_through_s);
     loop.RunHere(ticks, [&] {
-      if (++done % 64 == 0) read(static_cast<double>(done) / static_cast<double>(ticks));
-      if (fragments.is_on() && done % between_looks == 0) {
+      act(gone_through_s + static_cast<double>(done + 1) * period_s);
+      if (options.watch != nullptr) {
+        const double wall_us = std::chrono::duration<double, std::micro>(Clock::now() - tick_began).count();
         loop.state().Update();
-        s.leaves_sent += mirror.Update();
-        pieces.Poll();
-        if (!pieces.is_leaving()) fragments.Look(static_cast<double>(done) * period_s);
-        if (!pieces.is_leaving()) pieces.Prepare();
+        options.watch->Take(wall_us, loop.state().front().last, simulation);
       }
+      if (++done % 64 == 0) read(static_cast<double>(done) / static_cast<double>(ticks));
+      if (fragments.is_on() && look(gone_ticks + done, gone_through_s + static_cast<double>(done) * period_s) &&
+          !pieces.is_leaving()) {
+        pieces.Prepare();
+      }
+      tick_began = Clock::now();
       return stands_still.Now() < end_ns && !stopped();
     });
   } else {
@@ -386,10 +508,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
       if (fragments.is_on()) loop.state().Update();  // what had been sent by then is read now
       read(elapsed_s() / options.seconds);
+      act(gone_through_s + elapsed_s());
       pieces.Poll();
       if (!fragments.is_on() || elapsed_s() < look_at_s || pieces.is_leaving()) continue;
       look_at_s = elapsed_s() + fragments.every_s();
-      fragments.Look(loop.state().front().sent_until_s, elapsed_s);
+      fragments.Look(loop.state().front().sent_until_s, [&] { return gone_through_s + elapsed_s(); });
       pieces.Prepare();
     }
     loop.Stop();
@@ -401,17 +524,41 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     read(1);
   };
   send_rest();
+  if (recording) {
+    recording->Finish(stopped()                ? "stopped"
+                      : loop.failure().empty() ? "asked"
+                                               : loop.failure(),
+                      simulation.bone().CalcHash());
+    s.recorded = {options.record, recording->bytes(), recording->steps(), recording->failure()};
+  }
   pieces.Finish(simulation, s.simulated_s, send_rest);
 
+  if (next_action < options.actions.size()) {
+    s.warnings.push_back(fmt::format("the loop ended before {} of the actions asked for, the first at {:g} s",
+                                     options.actions.size() - next_action, options.actions[next_action].at_s));
+  }
+  if (undo) {
+    undo->Poll();
+    if (!undo->is_idle()) s.warnings.emplace_back("the loop ended while an action was under way");
+    s.undone->restores = undo->restores();
+    s.undone->checkpoints = undo->journal().checkpoints().size();
+    s.undone->kept_MB = 1e-6 * static_cast<double>(undo->journal().CalcMemoryBytes());
+  }
   SummarizeLoop(loop, device, s);
   if (options.costs.costs) s.costs = make_costs();
-  recorder.Finish(period_s);
+  recorder.Finish();
   s.rounds = motion.rounds();
   s.strokes = motion.strokes();
   for (const double mm3 : simulation.CalcRemovedByRegion()) s.removed_mm3 += mm3;
   s.bone_hash = simulation.bone().CalcHash();
   s.mirror_identical = mirror.bone().CalcHash() == s.bone_hash;
   if (!s.touched) s.warnings.emplace_back("the tool met no bone");
+  if (s.leaves_used_up_s) {
+    s.warnings.push_back(fmt::format(
+        "the {} blocks of voxels set aside for cutting were used up after {:.1f} s: from then on the tool stops before "
+        "uncut bone; begin again from bone.vdb, or use larger voxels",
+        params.spare_leaves, *s.leaves_used_up_s));
+  }
   if (s.starts_in_bone) {
     s.warnings.emplace_back("the tool was set down inside the bone; what its edge held there went at once");
   }

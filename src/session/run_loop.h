@@ -2,7 +2,10 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,8 +15,12 @@
 #include "scene/scene.h"
 #include "session/effect_files.h"
 #include "session/effect_record.h"
+#include "session/force_log.h"
 #include "session/heat_report.h"
 #include "session/loop_setup.h"
+#include "session/loop_undo.h"
+#include "session/loop_watch.h"
+#include "session/replay_body.h"
 #include "session/run.h"
 #include "session/run_scene.h"
 #include "session/scene_material.h"
@@ -21,33 +28,58 @@
 
 namespace kerf {
 
+/// Where the rows of forces.csv and the sound go while the loop runs.
+enum class LoopLog : std::uint8_t {
+  kMemory,  // into the summary, for at most kMostTicksInMemory ticks
+  kFolder,  // into files of LoopOptions::folder: memory does not grow with the run
+  kNowhere,
+};
+
+/// Of one loop: ten hours. Whoever works longer saves and begins again.
+inline constexpr double kMostLoop_s = 36'000;
+/// 200 bytes each, and the effects' figures.
+inline constexpr double kMostTicksInMemory = 10'000'000;
+
+/// A recorded session to go through, alone or before a new one goes on from there.
+struct LoopReplayOptions {
+  RecordingReader* recording = nullptr;  // null: none
+  double until_s = std::numeric_limits<double>::infinity();
+  bool goes_on = false;  // afterwards the scene's hand has it for LoopOptions::seconds
+  bool verify = false;   // stop where something else comes out
+  double speed = 0;      // of real time; 0: as fast as it goes
+};
+
+/// Checkpoints, undo and redo that were asked for.
+struct LoopUndone {
+  std::size_t restores = 0;
+  std::size_t checkpoints = 0;  // that can be gone back to
+  double kept_MB = 0;
+  double longest_ms = 0;  // live: from asking to the bone being there
+};
+
+/// Of a recording that was made.
+struct LoopRecorded {
+  std::string path;
+  std::uint64_t bytes = 0;
+  std::uint64_t steps = 0;
+  std::string failure;  // a sentence; empty when it is whole
+};
+
 struct LoopOptions {
-  double seconds = 10;                      // 0.01 to 3600
+  double seconds = 10;  // 0.01 to kMostLoop_s
+  LoopLog log = LoopLog::kMemory;
+  std::string folder;                       // with kFolder: is there, and WriteLoopReport gets the same
   bool virtual_time = false;                // without the clock and without threads: the same bits each time
   double burn_us = 0;                       // fault injection: burnt in each tick of the middle third, 0 to 1e5
   bool keep_bones = false;                  // in the summary, for WriteLoopReport
   const std::atomic<bool>* stop = nullptr;  // ends the run early; may be null
   CostOptions costs;                        // not without the clock
-};
-
-/// A row of forces.csv.
-struct LoopRow {
-  double time_s = 0;
-  int skipped = 0;
-  Vec3 p_WC_mm{0};  // handle: the coupling's point as the device tells it
-  Vec3 p_WT_mm{0};  // tool
-  Vec3 f_hand_N{0};
-  Vec3 f_device_N{0};
-  float cut_N = 0;  // on the tool, and the next two: magnitudes
-  float face_N = 0;
-  float friction_N = 0;
-  float thrust_N = 0;
-  float engaged_teeth = 0;
-  float removed_mm3 = 0;  // in the tick
-  float tick_us = 0;
-  float late_us = 0;
-  Fidelity fidelity = Fidelity::kFull;
-  std::uint32_t status = 0;
+  std::string record;                       // a file that is not there yet; empty: none
+  std::string scene_file;                   // of the scene, for a recording to name
+  LoopReplayOptions replay;
+  std::vector<LoopAction> actions;  // checkpoints, undo and redo, in the order of their moments
+  double undo_MB = 256;             // kept for them at most: 0.2 to 1e6
+  LoopWatch* watch = nullptr;       // without the clock only; may be null
 };
 
 struct LoopTimeSummary {
@@ -86,6 +118,9 @@ struct LoopSummary {
   std::string hand;
   LoopSetup setup;
   // what happened
+  std::optional<Replayed> replayed;
+  std::optional<LoopRecorded> recorded;
+  std::optional<LoopUndone> undone;
   LoopEnd end = LoopEnd::kNotYet;
   std::string failure;
   RealtimeGrants grants;
@@ -117,8 +152,9 @@ struct LoopSummary {
   double friction_J = 0;
   double damping_J = 0;
   double numerical_J = 0;
-  bool touched = false;         // the tool ever met bone
-  bool starts_in_bone = false;  // it was set down there
+  bool touched = false;                    // the tool ever met bone
+  std::optional<double> leaves_used_up_s;  // when no block of voxels was left to cut into
+  bool starts_in_bone = false;             // it was set down there
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;
   double dust_mm3 = 0;
@@ -131,8 +167,10 @@ struct LoopSummary {
   std::optional<HeatReport> heat;
   std::optional<FragmentsReport> fragments;
   EffectFiles effect_files;
-  EffectRecord effects;       // a row of it for each of the next
-  std::vector<LoopRow> rows;  // every `forces_every_ticks`th
+  EffectRecord effects;                 // a row of it for each of the next
+  std::vector<LoopRow> rows;            // every `forces_every_ticks`th, with LoopLog::kMemory
+  ForceCurve force_curve;               // of these rows, kept or not
+  std::unique_ptr<ForceLog> force_log;  // with LoopLog::kFolder: forces.csv, which WriteLoopReport gives its name
   // With `keep_bones`:
   Bone before;
   Bone after;

@@ -17,6 +17,7 @@
 #include "session/make_bone.h"
 #include "session/results_folder.h"
 #include "session/run_pictures.h"
+#include "session/run_slab.h"
 #include "session/summary_json.h"
 
 namespace kerf {
@@ -79,8 +80,8 @@ double RunSummary::CalcOut_mm3() const {
 }
 
 std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file) {
-  std::vector<std::string> inputs{scene_file, scene.bone.file, scene.bone.materials, scene.material.ct_law_file,
-                                  scene.path.file};
+  std::vector<std::string> inputs{scene_file,      scene.bone.file,  scene.bone.materials, scene.material.ct_law_file,
+                                  scene.path.file, scene.device.file};
   for (const EffectChoice& effect : scene.effects) {
     for (const auto& file : effect.files()) {
       if (file != nullptr) inputs.push_back(file->name);
@@ -109,7 +110,7 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
 }
 
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
-                    const CostOptions& costs) {
+                    const CostOptions& costs, const RunSession& session) {
   const auto stage = [&](const char* name) {
     return [&progress, name](double fraction) {
       if (progress) progress(name, fraction);
@@ -118,11 +119,13 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   MakeFolder(folder);
   const std::vector<std::string> earlier = ReadEarlierResults(folder);
   const Path path = MakePath(scene);
+  CheckRunTicks(path, scene.simulation.rate_hz);
   const SimulationParams params = MakeSimulationParams(scene);
   RunSummary summary;
   const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
   const double rate_hz = scene.simulation.rate_hz;
-  RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"), costs);
+  SessionTap tap(session, scene, RecordedKind::kRun, before);
+  RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"), costs, tap.tap());
 
   summary.hash_before = before.CalcHash();
   summary.hash_after = result.bone.CalcHash();
@@ -158,7 +161,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const auto add_file = [&](const std::string& name) { summary.files.push_back(name); };
   WriteTextFile(folder + "/scene.toml", ResolvedToml(scene));
   add_file("scene.toml");
-  WriteTextFile(folder + "/forces.csv", FormatForceLog(result.ticks, scene.output.forces_every_ticks, &result.effects));
+  WriteForceLog(folder + "/forces.csv", result.ticks, scene.output.forces_every_ticks, &result.effects);
   add_file("forces.csv");
   for (const std::string& name : result.files.WriteSounds(folder)) add_file(name);
   if (scene.output.bone) {
@@ -207,7 +210,21 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   add_file("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
   RemoveStaleResults(folder, earlier, summary.files);
+  tap.Finish(summary.hash_after);
   return summary;
+}
+
+Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& progress) {
+  const Bone bone = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
+  CheckBone(replay.head(), bone);
+  const auto cutting = [&](double f) { progress("cutting", f); };
+  if (scene.simulation.mode == SceneMode::kSlab) {
+    RunSlab(scene, MakeSlabProfile(scene, bone), cutting, &replay);
+    return replay.MakeReport(bone.CalcHash());
+  }
+  const RunResult result = RunPath(bone, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz,
+                                   scene.tool.rpm, cutting, {}, &replay);
+  return replay.MakeReport(result.bone.CalcHash());
 }
 
 std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {

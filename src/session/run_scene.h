@@ -7,6 +7,7 @@
 
 #include "scene/scene.h"
 #include "session/run.h"
+#include "session/run_tap.h"
 #include "session/scene_material.h"
 
 namespace kerf {
@@ -72,7 +73,9 @@ using RunProgress = std::function<void(const std::string& stage, double fraction
 /// effects leave (EffectFiles); summary.json last. Results of an earlier run in the same folder, by the list in its
 /// summary.json, are replaced or removed. Throws Error.
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
-                    const CostOptions& costs = {});
+                    const CostOptions& costs = {}, const RunSession& session = {});
+/// A run, in either mode, gone through again without writing anything. Throws Error.
+Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& progress);
 
 /// The files that a run of the scene reads; some may be "".
 std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file);

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <iterator>
 #include <limits>
 
+#include "core/hash.h"
 #include "kerf/error.h"
+#include "session/run_tap.h"
 
 namespace kerf {
 
@@ -28,7 +31,19 @@ double CalcBladeDepth(const SlabProfile& profile, const SlabParams& params, cons
   return glm::dot(p_W, params.direction_W) + params.saw.radius_mm() - profile.entry_mm;
 }
 
-SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress) {
+namespace {
+
+std::uint64_t HashOf(const SlabState& state) {
+  std::uint64_t hash = 0;
+  for (const double x : {state.blade_mm, state.left_mm, state.right_mm, state.deepest_mm, state.hand_work_mJ}) {
+    hash = MixHash(hash ^ std::bit_cast<std::uint64_t>(x));
+  }
+  return hash;
+}
+
+}  // namespace
+
+SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress, RunTap* tap) {
   using Clock = std::chrono::steady_clock;
   const Path path = MakePath(scene);
   const double rate_hz = scene.simulation.rate_hz;
@@ -52,19 +67,30 @@ SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<voi
   SlabSimulation simulation(std::move(profile), params, path.CalcPose(0, 0));
   simulation.Hold(scene.slab.hold);
   const Clock::time_point start = Clock::now();
-  for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
+  bool goes_on = true;
+  for (std::size_t segment = 0; segment < path.segments().size() && goes_on; ++segment) {
     const PathSegment& stretch = path.segments()[segment];
-    if (stretch.retract_before && segment > 0) simulation.SetDown(path.CalcPose(segment, stretch.start_s));
+    if (stretch.retract_before && segment > 0) {
+      Pose X_down = path.CalcPose(segment, stretch.start_s);
+      goes_on = tap == nullptr || tap->SetDown(X_down);
+      if (!goes_on) break;
+      simulation.SetDown(X_down);
+    }
     double time_s = stretch.start_s;
     const std::size_t count = path.CountTicks(segment, rate_hz);
     for (std::size_t k = 1; k <= count; ++k) {
       const double end_s = std::min(stretch.start_s + static_cast<double>(k) / rate_hz, stretch.end_s);
+      TickInput in{path.CalcPose(segment, end_s), end_s - time_s, scene.tool.rpm};
+      goes_on = tap == nullptr || tap->Begin(in);
+      if (!goes_on) break;
       TickRecord record;
-      record.X_WT = path.CalcPose(segment, end_s);
+      record.X_WT = in.X_WT;
       const Clock::time_point before = Clock::now();
-      record.out = simulation.Tick({record.X_WT, end_s - time_s, scene.tool.rpm});
+      record.out = simulation.Tick(in);
       times_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - before).count());
       const SlabState& state = simulation.state();
+      // There are no voxels that change: the bodies stand for them.
+      if (tap != nullptr) tap->End(in, record.out, HashOf(state));
       record.time_s = time_s = end_s;
       record.segment = segment;
       record.touched = state.depth_mm > 0;

@@ -29,7 +29,9 @@ SlabProfile MakeSlabProfile(const Scene& scene, const Bone& bone);
 double CalcBladeDepth(const SlabProfile& profile, const SlabParams& params, const Vec3& p_W);
 
 /// Runs all ticks of the scene's path. `progress` gets 0..1; may be empty. Throws Error for parameters out of range.
-SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress);
+/// `tap` may be null.
+SlabRun RunSlab(const Scene& scene, SlabProfile profile, const std::function<void(double)>& progress,
+                RunTap* tap = nullptr);
 
 /// One row a tick (or every `every`th): displacements, depth and energies. docs/formats.md says what each column is.
 std::string FormatSlabLog(const SlabRun& run, int every);

@@ -9,6 +9,7 @@
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "files/files.h"
+#include "kerf/error.h"
 #include "kerf/version.h"
 #include "mesh/meshfile.h"
 #include "render/colours.h"
@@ -72,7 +73,8 @@ bool NeedsParts(const Scene& scene) {
 
 }  // namespace
 
-SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress) {
+SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
+                         const RunSession& session) {
   const auto stage = [&](const char* name) {
     return [&progress, name](double fraction) {
       if (progress) progress(name, fraction);
@@ -84,7 +86,9 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   const std::vector<std::string> earlier = ReadEarlierResults(folder);
   SlabSummary summary;
   const Bone bone = MakeSceneBone(scene, stage("making the bone"), &summary.material);
-  SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"));
+  SessionTap tap(session, scene, RecordedKind::kSlab, bone);
+  SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"), tap.tap());
+  if (run.ticks.empty()) throw Error("the recording holds no tick up to then");
 
   summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
   summary.end = run.states.back();
@@ -159,6 +163,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   summary.files.emplace_back("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSlabSummaryJson(scene, summary));
   RemoveStaleResults(folder, earlier, summary.files);
+  tap.Finish(bone.CalcHash());
   return summary;
 }
 

@@ -40,7 +40,8 @@ struct SlabSummary {
 /// Runs `scene`, whose mode is slab, and writes into `folder`: scene.toml (resolved), forces.csv, slab.csv and, as the
 /// scene asks, force.png, slab.png, left.stl, slice.stl, right.stl and the same as .vdb; summary.json last. Results of
 /// an earlier run there are replaced or removed. Throws Error.
-SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress);
+SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
+                         const RunSession& session = {});
 
 std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& summary);
 

@@ -155,14 +155,14 @@ StructuresTrack::StructuresTrack(const EffectPlan& plan, std::size_t ticks) {
   }
   warn_mm_ = structures->warn_mm();
   surface_W_ = structures->voxels().MakeSurface();
-  moments_.reserve(ticks);
+  moments_.Reserve(ticks);
 }
 
 void StructuresTrack::Take(double time_s, const Pose& X_WT, std::span<const double> channels) {
   if (!first_channel_) return;
   const auto own = channels.subspan(*first_channel_);
   const double distance_mm = own[0], depth_mm = own[3], force_N = own[4];
-  moments_.push_back({static_cast<float>(time_s), static_cast<float>(distance_mm), static_cast<float>(own[2])});
+  moments_.Add({static_cast<float>(time_s), static_cast<float>(distance_mm), static_cast<float>(own[2])});
   if (!closest_ || distance_mm < closest_->distance_mm || depth_mm > closest_->depth_mm) {
     closest_ = Closest{X_WT, time_s, distance_mm, depth_mm, force_N};
   }

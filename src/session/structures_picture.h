@@ -1,11 +1,14 @@
 // How near the blade came to what the effect "structures" guards, and where.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "core/thinned.h"
 #include "effects/plan.h"
 #include "kerf/bone.h"
 #include "kerf/geometry.h"
@@ -25,8 +28,12 @@ class StructuresTrack {
 
   struct Moment {
     float time_s, distance_mm, breach_mm3;  // the volume so far
+    static Moment Merge(const Moment& a, const Moment& b) {
+      return {a.time_s, std::min(a.distance_mm, b.distance_mm), b.breach_mm3};
+    }
   };
-  const std::vector<Moment>& moments() const { return moments_; }
+  static constexpr std::size_t kMostMoments = std::size_t{1} << 17;  // each a tick, in a longer run several
+  const std::vector<Moment>& moments() const { return moments_.points(); }
   const TriangleMesh& surface_W() const { return surface_W_; }
   double warn_mm() const { return warn_mm_; }
 
@@ -40,7 +47,7 @@ class StructuresTrack {
   std::optional<std::size_t> first_channel_;
   double warn_mm_ = 0;
   TriangleMesh surface_W_;
-  std::vector<Moment> moments_;
+  Thinned<Moment, kMostMoments> moments_;
   std::optional<Closest> closest_;
 };
 

@@ -136,6 +136,24 @@ TEST(Bone, CopyIsDeepAndHashFollowsTheContent) {
   EXPECT_NE(a.CalcHash(), MakeSphere({0, 0, 1e-4}, 3, 0.2).CalcHash());
 }
 
+TEST(Bone, MoreMemoryThanThereIsIsRefused) {
+  SolidField ball;
+  ball.value = [](const Vec3& p) { return glm::length(p) - 10; };
+  ball.classify = ClassifyByDistance(ball.value);
+  ball.region = [](const Vec3&) { return 24; };
+  BuildOptions options;
+  options.voxel_mm = options.region_voxel_mm = 0.2;
+  const Box3 box{Vec3(-12), Vec3(12)};
+  EXPECT_FALSE(MakeBone(ball, box, options, MaterialTable()).empty());
+  options.most_bytes = 1e6;
+  try {
+    MakeBone(ball, box, options, MaterialTable());
+    ADD_FAILURE() << "no error";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("GB are free; use larger voxels"), std::string::npos) << e.what();
+  }
+}
+
 TEST(Bone, NothingInsideIsAnError) {
   EXPECT_THROW(MakeSphere({0, 0, 0}, -1, 0.2), Error);
   EXPECT_THROW(MakeSphere({0, 0, 0}, 1, 0.001), Error);

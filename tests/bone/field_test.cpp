@@ -8,6 +8,7 @@
 
 #include "bone/ct_modulus.h"
 #include "core/heap_guard.h"
+#include "kerf/error.h"
 #include "support/solids.h"
 
 namespace kerf {
@@ -208,6 +209,21 @@ TEST(BoneField, SettlingMakesTheActiveVoxelsThoseOfTheBandAndGivesEmptiedLeavesB
   const float* again = field.Write({-1, -1, -1});
   ASSERT_NE(again, nullptr);
   EXPECT_TRUE(std::all_of(again, again + BoneField::kLeafVoxels, [&](float v) { return v == -band; }));
+}
+
+TEST(BoneField, ABoneInABoxTooLargeIsRefusedBeforeMemoryIsAskedFor) {
+  // The largest box that a bone may be made in still is one: 2^36 voxels, 512 a leaf, and the layer around it.
+  EXPECT_EQ(LeafTable<float>::CheckedSize({514, 514, 514}), std::size_t{514} * 514 * 514);
+  // Two crumbs at either end of the world.
+  const float air = 1;
+  for (const int far : {1 << 10, 1 << 27}) {
+    try {
+      const LeafTable<float> table({0, 0, 0}, {far, far, far}, &air);
+      ADD_FAILURE() << "no error";
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find("at most 2^36 voxels; use larger voxels"), std::string::npos) << e.what();
+    }
+  }
 }
 
 TEST(BoneField, OfABoneWithoutVoxelsIsAir) {

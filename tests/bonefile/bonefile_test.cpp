@@ -4,14 +4,19 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <limits>
 #include <random>
+#include <sstream>
 
 #include "bone/ct_modulus.h"
 #include "files/files.h"
 #include "kerf/error.h"
+#include "support/memory_limit.h"
 #include "support/solids.h"
 
 namespace kerf {
@@ -89,6 +94,55 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
     }
     EXPECT_EQ(message.find('\n'), std::string::npos);
   }
+}
+
+/// Every place of a file may be a length. Ends the process: 0 when none of them, made absurd, asks for memory.
+[[noreturn]] void ReadLyingFiles(const std::string& path) {
+  Bone bone = test::MakeSphere({10, 10, 10}, 1, 0.4);
+  SetHu(
+      bone, [](const Vec3& p) { return 100 * p.x; }, 0.5);
+  WriteBone(bone, path);
+  const std::string whole = ReadTextFile(path);
+  fs::remove(path);
+  std::istringstream first(whole);
+  ReadBone(first, "whole", {.hu = true});  // what OpenVDB and TBB need for good
+  test::LimitMemory(std::uint64_t{256} << 20);
+  constexpr std::size_t kStep = 3;  // a length has 4 or 8 bytes
+  for (std::size_t at = 0; at + 8 <= whole.size(); at += kStep) {
+    for (const std::int64_t lie : {std::int64_t{1} << 40, -(std::int64_t{1} << 33), std::int64_t{0x7fffffff}}) {
+      std::string content = whole;
+      std::memcpy(content.data() + at, &lie, sizeof lie);
+      std::istringstream in(content);
+      try {
+        ReadBone(in, "lie", {.hu = true});
+      } catch (const Error& e) {
+        if (std::string(e.what()).find("bad_alloc") == std::string::npos) continue;
+        std::cerr << lie << " at byte " << at << ": " << e.what() << "\n";
+        std::_Exit(1);
+      }
+    }
+  }
+  std::_Exit(0);
+}
+
+TEST_F(BoneFile, NoLengthInAFileMakesItAskForMemory) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(ReadLyingFiles(Path("lie.vdb")), testing::ExitedWithCode(0), "");
+}
+
+TEST_F(BoneFile, LengthsThatLieAreRefusedWithASentence) {
+  WriteBone(test::MakeSphere({10, 10, 10}, 1, 0.4), Path("a.vdb"));
+  const std::string whole = ReadTextFile(Path("a.vdb"));
+  // 8 of magic, 12 of versions, 1 of offsets, 36 of identity; then the count of metadata and the first name's length.
+  const auto with = [&](std::size_t at, std::uint32_t value) {
+    std::string content = whole;
+    std::memcpy(content.data() + at, &value, sizeof value);
+    std::ofstream(Path("b.vdb"), std::ios::binary) << content;
+    return MessageOf(Path("b.vdb"));
+  };
+  EXPECT_NE(with(8, 300).find("not a whole OpenVDB file (version 300; kerf reads 222 to 224)"), std::string::npos);
+  EXPECT_NE(with(57, 4'000'000'000).find("4000000000 entries of metadata; kerf reads up to 1000"), std::string::npos);
+  EXPECT_NE(with(61, 4'000'000'000).find("a text of 4000000000 bytes where "), std::string::npos);
 }
 
 TEST_F(BoneFile, FailedWriteLeavesTheEarlierFileWhole) {

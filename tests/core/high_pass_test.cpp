@@ -52,6 +52,28 @@ TEST(HighPass, IsTheSameBackwards) {
   EXPECT_NEAR(CalcHighPassRms(backwards, kDt_s, 20), forwards, 1e-9);
 }
 
+TEST(HighPass, SampleBySampleItIsTheSame) {
+  // What the way back forgets is exp(-44) of it, and the sums are of up to 1e5 parts: 1e-12 is rounding with room.
+  for (const double dt_s : {0.001, 0.00025, 0.004}) {
+    for (const int n : {0, 1, 2, 3, 4, 50, 251, 252, 253, 1001, 4096, 4700, 5000, 10'000, 100'000}) {
+      std::vector<double> x;
+      double walk = 3;
+      unsigned dice = 12345;
+      for (int i = 0; i < n; ++i) {
+        dice = 1664525 * dice + 1013904223;
+        walk += 1e-3 * (static_cast<double>(dice >> 8) / (1 << 24) - 0.5);
+        x.push_back(walk + (i > n / 2 ? 1 : 0) + 0.01 * std::sin(0.3 * i));
+      }
+      HighPassRms rms(dt_s, 20);
+      for (const double value : x) rms.Add(value);
+      const double whole = CalcHighPassRms(x, dt_s, 20);
+      EXPECT_NEAR(rms.Finish(), whole, 1e-12 * whole) << n << " samples every " << dt_s;
+      EXPECT_EQ(rms.count(), x.size());
+    }
+  }
+  EXPECT_THROW(HighPassRms(0.001, 500), Error);
+}
+
 TEST(HighPass, RefusesAFrequencyThatSamplesCannotHold) {
   for (const double f : {0.0, -1.0, 500.0, 1e9, std::nan("")}) {
     EXPECT_THROW(CalcHighPassRms(MakeSine(1, 1, 10), kDt_s, f), Error);

@@ -122,5 +122,34 @@ TEST_F(Files, TemporariesThatAreBeingWrittenCanBeRemovedAndNothingElse) {
   EXPECT_EQ(CountFiles(), 2u);
 }
 
+TEST_F(Files, AGrowingFileIsWholeOrNotThere) {
+  WriteTextFile(Path("a.csv"), "old");
+  {
+    GrowingFile file(Path("a.csv"));
+    file.Append("one,");
+    file.Append("");
+    file.Append("two");
+    EXPECT_EQ(ReadTextFile(Path("a.csv")), "old");
+    EXPECT_EQ(CountFiles(), 2u);
+    file.Commit();
+    EXPECT_EQ(ReadTextFile(Path("a.csv")), "one,two");
+    EXPECT_EQ(CountFiles(), 1u);
+  }
+  {
+    GrowingFile file(Path("a.csv"));
+    file.Append("three");
+  }
+  EXPECT_EQ(ReadTextFile(Path("a.csv")), "one,two");
+  EXPECT_EQ(CountFiles(), 1u);
+  // Its folder is taken away in the middle.
+  MakeFolder(Path("gone"));
+  GrowingFile file(Path("gone/a.csv"));
+  file.Append("x");
+  fs::remove_all(Path("gone"));
+  file.Append("y");
+  EXPECT_THAT(MessageOf([&] { file.Commit(); }), HasSubstr("gone/a.csv: can't be written: No such file"));
+  EXPECT_THAT(MessageOf([&] { GrowingFile none(Path("none/a.csv")); }), HasSubstr("there is no folder"));
+}
+
 }  // namespace
 }  // namespace kerf

@@ -80,5 +80,30 @@ TEST_F(PieceExchangeTest, IsDroppedWhenItWasCut) {
   EXPECT_TRUE(exchange_.Send(&*piece_));
 }
 
+TEST_F(PieceExchangeTest, WhereBoneIsPutBackOneThatWaitsIsDroppedAndOneThatLeavesIsNot) {
+  EXPECT_FALSE(exchange_.leaving());
+  exchange_.Drop();  // not taken up yet
+  EXPECT_TRUE(piece_->dropped);
+  piece_->dropped = false;
+  EXPECT_TRUE(exchange_.Send(&*piece_));
+  Tick(PoseAt(1.03, 40));
+  exchange_.Drop();  // taken up
+  EXPECT_TRUE(piece_->dropped);
+  piece_->dropped = false;
+  piece_->clear_since = 0;
+  EXPECT_TRUE(exchange_.Send(&*piece_));
+  // Ticks in which it may not move count, for who compares them with the loop's.
+  for (int i = 0; i < 50; ++i) exchange_.Pass();
+  Tick(PoseAt(1.03, 40));
+  EXPECT_GT(piece_->clear_since, 50);
+  piece_->go = piece_->clear_since.load();
+  Tick(PoseAt(1.03, 40));
+  EXPECT_TRUE(exchange_.leaving());
+  exchange_.Drop();
+  EXPECT_FALSE(piece_->dropped);
+  for (int i = 0; i < 10'000 && piece_->out_at == 0; ++i) Tick(PoseAt(1.03, 40));
+  EXPECT_GT(piece_->out_at, 0);
+}
+
 }  // namespace
 }  // namespace kerf

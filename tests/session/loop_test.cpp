@@ -225,7 +225,11 @@ TEST(RunLoop, SaysWhatItCanNotDo) {
   slab.simulation.mode = SceneMode::kSlab;
   EXPECT_EQ(MessageOf(slab),
             "[simulation] mode = \"slab\" has no tool in a hand; set mode = \"voxel\" for 'kerf loop'");
-  EXPECT_EQ(MessageOf(ParseScene(kScene, "s.toml"), 0), "the loop can't run for 0 s; give 0.01 to 3600");
+  EXPECT_EQ(MessageOf(ParseScene(kScene, "s.toml"), 0), "the loop can't run for 0 s; give 0.01 to 36000");
+  EXPECT_EQ(MessageOf(ParseScene(kScene, "s.toml"), 36'001), "the loop can't run for 36001 s; give 0.01 to 36000");
+  // All rows of it would be kept.
+  EXPECT_EQ(MessageOf(ParseScene(kScene, "s.toml"), 20'000),
+            "20000000 ticks are too many to be kept in memory; at most 10000000, or give a folder");
 }
 
 using LoopReport = test::ResultFolderTest;

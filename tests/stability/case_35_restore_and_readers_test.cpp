@@ -15,7 +15,9 @@
 #include "haptics/bone_mirror.h"
 #include "haptics/held_saw.h"
 #include "haptics/leaf_stream.h"
+#include "haptics/step_body.h"
 #include "stability/verdict.h"
+#include "undo/journal.h"
 
 namespace kerf {
 namespace {
@@ -138,7 +140,7 @@ Trace CutInto(Bone bone, double x_mm) {
 }
 
 TEST(HardCase35, ACopyOfTheBoneBringsEverythingBackToTheBit) {
-  Verdict verdict("applies in part: a copy of the bone is the state that there is; undo in a session is later work");
+  Verdict verdict("holds: a copy of the bone is the state that there is");
   const Bone bone = test::MakeBox(Pose{}, {26, 6, 22}, 0.2);
   // Save after a cut, cut on, restore: the bone is the saved one and is cut as before.
   CoupledSimulation simulation(bone, test::DiscParams(), DiscPose(Pose{}, {-5, 0, 11.2 + kR}));
@@ -155,6 +157,78 @@ TEST(HardCase35, ACopyOfTheBoneBringsEverythingBackToTheBit) {
   EXPECT_GT(once.removed_mm3, 0.5);
   EXPECT_NE(once.hash, saved_hash);
   verdict.Equal("the same cut after it, bit for bit: forces, poses, volume, bone", once == again, 1);
+}
+
+TEST(HardCase35, UndoAndRedoInContactRampTheForceAndGiveTheBoneBack) {
+  Verdict verdict("holds: the force goes by its slew, the tool is set down where the handle is, the ramp follows");
+  struct Nobody : TickObserver {
+    void Enter(TickStage) noexcept override {}
+  } nobody;
+  double worst_slew = 0;
+  double left_N = 0;
+  double most_N = 0;
+  double before_N = 1e9;
+  std::size_t other_bits = 0;
+  for (const double rpm : {7500.0, 0.0}) {
+    HeldSawOptions options;
+    options.force_map.slew_N_per_s = 500;
+    HeldSaw saw(options);
+    const std::uint64_t whole = saw.simulation.bone().CalcHash();
+    UndoJournal journal(saw.simulation.KeepHistory());
+    HeldStill device(options.profile, 11.2);
+    GuardedDevice guarded(device);
+    StepBodyParams params;
+    params.force_map = options.force_map;
+    StepBody body(saw.simulation, guarded, params);
+    RestoreExchange restores(20);
+    body.set_restores(&restores);
+    LoopTick tick;
+    const auto run = [&](int ticks) {
+      for (int i = 0; i < ticks; ++i) {
+        body.Tick(kDt_s, nobody, tick);
+        journal.Drain();
+        ASSERT_TRUE(std::isfinite(glm::length(device.f_N)));
+      }
+    };
+    // Four millimetres deep, and leaned on.
+    for (int i = 0; i < 1500; ++i) {
+      device.height = 11.2 - 0.003 * i;
+      run(1);
+    }
+    if (rpm == 0) {
+      body.set_rpm(0);
+      device.height -= 3;
+      run(400);
+    }
+    const std::uint64_t cut = saw.simulation.bone().CalcHash();
+    ASSERT_NE(cut, whole);
+    before_N = std::min(before_N, glm::length(device.f_N));
+    for (const bool redo : {false, true}) {
+      if (redo && !journal.CanRedo()) continue;  // the turning saw has cut already
+      ASSERT_TRUE(restores.Send(*(redo ? journal.PrepareRedo() : journal.PrepareUndo(0))));
+      do {
+        body.Tick(kDt_s, nobody, tick);
+      } while (tick.stands);
+      ASSERT_TRUE(journal.Finish());
+      if (rpm == 0) other_bits += saw.simulation.bone().CalcHash() != (redo ? cut : whole) ? 1 : 0;
+      double least_N = glm::length(device.f_N);
+      for (int i = 0; i < 700; ++i) {
+        device.height -= 0.002;  // and it is leaned on again
+        run(1);
+        if (i < 60) least_N = std::min(least_N, glm::length(device.f_N));
+        most_N = std::max(most_N, glm::length(tick.out.f_H_W_N));
+      }
+      left_N = std::max(left_N, least_N);
+    }
+    worst_slew = std::max(worst_slew, device.worst_step_N / 0.5);
+  }
+  EXPECT_GT(before_N, 0.2);
+  EXPECT_GT(most_N, 0.2);
+  verdict.Equal("bones that are not the one of then", static_cast<double>(other_bits), 0);
+  verdict.AtMost("largest step of the device's force, of the slew", worst_slew, 1 + 1e-9);
+  // After 60 of 500 ticks the ramp lets through 4 % of what the simulation gives by then.
+  verdict.AtMost("force left before the ramp", left_N, 0.5, "N");
+  verdict.AtMost("largest force of the simulation afterwards", most_N, 40, "N");
 }
 
 TEST(HardCase35, RefillingInContactChangesNothing) {

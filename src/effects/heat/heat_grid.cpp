@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace kerf {
 namespace {
@@ -84,7 +85,7 @@ int HeatGrid::Find(const Index& index) const {
   return numbers_[FindSlot(index)];
 }
 
-/// Of each cell the share that is bone; it only falls. False when there is none at all.
+/// Of each cell the share that is bone, no more than it was. False when there is none at all.
 bool HeatGrid::LookUpShares(Block& block) {
   ++lookups_;
   const double H = params_.spacing_mm, h = field_.voxel_mm();
@@ -145,7 +146,8 @@ bool HeatGrid::LookUpShares(Block& block) {
 /// The block's number, kAir when there is no bone in it, kNone when there is no room.
 int HeatGrid::FindOrOpen(const Index& index) {
   const std::size_t slot = FindSlot(index);
-  if (keys_[slot] != kNoKey) return numbers_[slot];
+  const bool known = keys_[slot] != kNoKey;
+  if (known && numbers_[slot] != kNone) return numbers_[slot];  // kNone: there may be bone again
   if (used_ == blocks_.size()) {
     figures_.full = true;
     return kNone;
@@ -154,8 +156,8 @@ int HeatGrid::FindOrOpen(const Index& index) {
   block.index = index;
   block.share.fill(1);
   const bool bone = LookUpShares(block);
-  if (!bone && 2 * taken_ > keys_.size()) return kAir;  // not noted down: the table stays half empty
-  ++taken_;
+  if (!bone && !known && 2 * taken_ > keys_.size()) return kAir;  // not noted down: the table stays half empty
+  if (!known) ++taken_;
   keys_[slot] = KeyOf(index.x, index.y, index.z);
   if (!bone) return numbers_[slot] = kAir;
   numbers_[slot] = static_cast<int>(used_++);
@@ -183,6 +185,14 @@ void HeatGrid::Link(int number) {
   }
 }
 
+void HeatGrid::BoneCameBack() {
+  std::replace(numbers_.begin(), numbers_.end(), kAir, kNone);
+  for (std::size_t i = 0; i < used_; ++i) {
+    blocks_[i].grown = true;
+    std::replace(blocks_[i].neighbours.begin(), blocks_[i].neighbours.end(), kAir, kNone);
+  }
+}
+
 void HeatGrid::Activate(int number) {
   Block& block = blocks_[static_cast<std::size_t>(number)];
   if (block.active) return;
@@ -193,13 +203,15 @@ void HeatGrid::Activate(int number) {
 /// Looks up again what of the block is bone. What was cut away took its heat along.
 void HeatGrid::Look(int number) {
   Block& block = blocks_[static_cast<std::size_t>(number)];
-  if (block.looked_frame == frames_ + 1) return;
+  if (block.looked_frame == frames_ + 1 && !block.grown) return;
   block.looked_frame = frames_ + 1;
   const Nodes before = block.share;
+  if (std::exchange(block.grown, false)) block.share.fill(1);
   LookUpShares(block);
   Nodes& theta = block.theta[static_cast<std::size_t>(now_)];
   for (std::size_t n = 0; n < kNodes; ++n) {
     const float lost = before[n] - block.share[n];
+    if (lost < 0) theta[n] *= before[n] / block.share[n];
     if (!(lost > 0)) continue;
     const double mJ = cell_mJ_per_K_ * static_cast<double>(lost) * static_cast<double>(theta[n]);
     (mJ > 0 ? spent_.chips : spent_.chilled) += std::abs(mJ);

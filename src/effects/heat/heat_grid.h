@@ -101,6 +101,9 @@ class HeatGrid {
   /// False: nothing is warm and nothing waits, Advance() does nothing.
   bool awake() const { return !active_.empty() || !queue_.empty(); }
   void Advance(double dt_s, const HeatWet& wet);
+  /// There may be bone again where there was none. It is found where heat is put in, as warm as the body; what warmth
+  /// and dose there are stay with the bone that was there all the time.
+  void BoneCameBack();
   double frame_s() const { return frame_s_; }
   std::uint64_t frames() const { return frames_; }
   const HeatFigures& figures() const { return figures_; }
@@ -138,6 +141,7 @@ class HeatGrid {
     std::uint64_t looked_frame = 0;   // in which the shares were last looked up
     bool active = false;
     bool whole = false;   // all of it is bone
+    bool grown = false;   // there may be more bone than its shares tell
     unsigned wanted = 0;  // neighbours that heat has come to
     float hottest_K = 0;  // at the end of the last frame
     double past_47_mm3 = 0, past_dose_mm3 = 0;

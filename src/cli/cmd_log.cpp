@@ -1,0 +1,177 @@
+#include <fmt/format.h>
+
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "cli/commands.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "record/recording.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string output;
+  bool csv = false;
+  bool ticks = false;
+  bool json = false;
+};
+
+/// The given of each tick, a row each.
+class StepsCsv {
+ public:
+  explicit StepsCsv(double rate_hz) : rate_hz_(rate_hz) {}
+  static const char* Header() {
+    return "step,time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,dt_s,skipped,rpm,buttons,read,wrote,force_off,set_down,fidelity,"
+           "flags,piece,"
+           "checkpoint\n";
+  }
+  void Add(const RecordedStep& s, std::string& csv) {
+    const bool set_down = (s.flags & kRecordedSetDown) != 0;
+    time_s_ += CalcElapsed(s, rate_hz_);
+    const Vec3& p = s.X.p_AB;
+    const Quat& q = s.X.R_AB;
+    fmt::format_to(std::back_inserter(csv),
+                   "{},{:.6f},{:.7f},{:.7f},{:.7f},{:.10f},{:.10f},{:.10f},{:.10f},{:.9g},{},{:g},"
+                   "{},{},{},{},{},{},{},{},{}\n",
+                   ++step_, time_s_, p.x, p.y, p.z, q.w, q.x, q.y, q.z, s.dt_s, s.skipped, s.rpm, s.buttons,
+                   (s.flags & kRecordedReadFailed) == 0 ? 1 : 0, (s.flags & kRecordedWriteFailed) == 0 ? 1 : 0,
+                   (s.flags & kRecordedForceOff) != 0 ? 1 : 0, set_down ? 1 : 0, s.fidelity, s.flags, s.piece,
+                   s.checkpoint);
+  }
+
+ private:
+  double rate_hz_;
+  std::uint64_t step_ = 0;
+  double time_s_ = 0;
+};
+
+const char* const kStatesHeader =
+    "step,time_s,handle_x_mm,handle_y_mm,handle_z_mm,handle_qw,handle_qx,handle_qy,handle_qz,tool_x_mm,tool_y_mm,"
+    "tool_z_mm,force_x_N,force_y_N,force_z_N,removed_total_mm3,engaged_teeth,rpm,buttons\n";
+
+/// How things stood, a hundred times a second.
+void AddStates(const RecordedBlock& block, std::string& csv) {
+  for (const RecordedState& s : block.states) {
+    const RecordedStep& step = block.steps[static_cast<std::size_t>(s.step - block.first_step)];
+    const Vec3& p = step.X.p_AB;
+    const Quat& q = step.X.R_AB;
+    fmt::format_to(
+        std::back_inserter(csv),
+        "{},{:.6f},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f},{:.9f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},"
+        "{:.3f},{:.3f},{:g},{}\n",
+        s.step + 1, s.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z, s.p_WT_mm.x, s.p_WT_mm.y, s.p_WT_mm.z, s.f_N.x,
+        s.f_N.y, s.f_N.z, s.removed_mm3, s.engaged_teeth, step.rpm, step.buttons);
+  }
+}
+
+/// As it comes, never all of it in memory.
+template <typename Put>
+void WriteCsv(const Options& options, RecordingReader& recording, Put&& put) {
+  put(options.ticks ? StepsCsv::Header() : kStatesHeader);
+  StepsCsv steps(recording.head().rate_hz);
+  RecordedBlock block;
+  for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
+    std::string csv;
+    if (!options.ticks) AddStates(block, csv);
+    for (std::size_t k = 0; options.ticks && k < block.steps.size(); ++k) steps.Add(block.steps[k], csv);
+    put(csv);
+  }
+}
+
+void PrintSummary(RecordingReader& recording) {
+  const RecordingHead& head = recording.head();
+  fmt::print("{}\n", head.scene_name);
+  fmt::print("  kind      {} of {}\n", ToString(head.kind), head.scene_file);
+  fmt::print("  recorded  {} by kerf {} ({}, {})\n", head.created, head.version, head.commit, head.compiler);
+  fmt::print("  machine   {}\n", head.machine);
+  if (!head.taken_up_from.empty()) fmt::print("  goes on   from {}\n", head.taken_up_from);
+  fmt::print("  bone      {:016x} at {:g} mm voxels\n", head.bone_hash, head.voxel_mm);
+  fmt::print(
+      "  holds     {:.3f} s at {:g} Hz, {} ticks, {:.1f} kB: {:.2f} MB a minute\n", recording.duration_s(),
+      head.rate_hz, recording.steps(), 1e-3 * static_cast<double>(recording.file_bytes()),
+      recording.duration_s() > 0 ? 60e-6 * static_cast<double>(recording.file_bytes()) / recording.duration_s() : 0);
+  for (const auto& [name, bytes] : recording.ReadFiles()) {
+    fmt::print("  file      {}: {} bytes\n", name, bytes.size());
+  }
+  for (const RecordedEvent& event : recording.events()) {
+    fmt::print("  event     {:.3f} s: {} {}\n", event.time_s, event.what, event.name);
+  }
+  const std::string damage = recording.DescribeDamage();
+  if (recording.end()) fmt::print("  end       {}\n", recording.end()->why);
+  if (!damage.empty()) fmt::print("  damage    {}\n", damage);
+}
+
+void PrintJson(RecordingReader& recording) {
+  const RecordingHead& head = recording.head();
+  nlohmann::ordered_json json{{"file", recording.path()},
+                              {"kind", ToString(head.kind)},
+                              {"scene", head.scene_name},
+                              {"scene_file", head.scene_file},
+                              {"created", head.created},
+                              {"version", head.version},
+                              {"commit", head.commit},
+                              {"machine", head.machine},
+                              {"goes_on_from", head.taken_up_from},
+                              {"bone_hash", fmt::format("{:016x}", head.bone_hash)},
+                              {"voxel_mm", head.voxel_mm},
+                              {"rate_hz", head.rate_hz},
+                              {"duration_s", recording.duration_s()},
+                              {"steps", recording.steps()},
+                              {"bytes", recording.file_bytes()},
+                              {"damage", recording.DescribeDamage()}};
+  json["inputs"] = nlohmann::ordered_json::array();
+  for (const auto& [name, bytes] : recording.ReadFiles()) json["inputs"].push_back(name);
+  json["events"] = nlohmann::ordered_json::array();
+  for (const RecordedEvent& e : recording.events()) {
+    json["events"].push_back(
+        {{"time_s", e.time_s}, {"step", e.step}, {"what", e.what}, {"name", e.name}, {"number", e.number}});
+  }
+  if (const std::optional<RecordingEnd>& end = recording.end()) {
+    json["end"] = {{"why", end->why}, {"force_hash", fmt::format("{:016x}", end->force_hash)}};
+    if (end->bone_hash) json["end"]["bone_hash"] = fmt::format("{:016x}", *end->bone_hash);
+  }
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+void Run(const Options& options) {
+  RecordingReader recording(options.file);
+  if (options.json) return PrintJson(recording);
+  if (!options.csv) {
+    if (!options.output.empty()) throw CLI::ValidationError("-o", "is for --csv");
+    PrintSummary(recording);
+    return;
+  }
+  if (options.output.empty()) {
+    WriteCsv(options, recording, [](const std::string& text) { fmt::print("{}", text); });
+    return;
+  }
+  CheckInputsStay({options.file}, {options.output});
+  CheckWritable(options.output);
+  GrowingFile csv(options.output);
+  WriteCsv(options, recording, [&](const std::string& text) { csv.Append(text); });
+  csv.Commit();
+}
+
+}  // namespace
+
+void AddLogCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("log", "What a recording holds, for people or as CSV for notebooks");
+  command->add_option("FILE", options->file, "The recording (made by --record)")->required();
+  CLI::Option* csv = command->add_flag(
+      "--csv", options->csv,
+      "As CSV, a hundred rows a second: handle, tool, force, what was removed; forces of every tick come from 'kerf "
+      "replay -o'");
+  command->add_flag("--ticks", options->ticks, "With --csv: what each tick was given, exactly")->needs(csv);
+  command->add_flag("--json", options->json, "Head, inputs, events and end as JSON")->excludes(csv);
+  command->add_option("-o,--output", options->output, "File for the CSV; without it, stdout");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

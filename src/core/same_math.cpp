@@ -1,0 +1,65 @@
+// The same bits on every processor.
+//
+// The C library has several versions of sin, pow and their like, with fused multiply-add and without, and takes one by
+// the processor when a program starts; they differ in the last bit, and so would a recording that is gone through again
+// on another machine. Here they are SLEEF's scalar ones (Shibata and Petrogalli, IEEE TPDS 31, 2020) that never use it:
+// one version, at most one unit in the last place off. They stand in for the C library's in every program that links
+// this file, for libraries of others too. sqrt, fmod, floor and whatever else is exact by definition need none.
+#include <sleef.h>
+
+// For the linker: who refers to it gets this file (src/CMakeLists.txt).
+extern "C" int kerf_same_math;
+int kerf_same_math = 0;
+
+extern "C" {
+double sin(double x) noexcept {
+  return Sleef_cinz_sind1_u10purec(x);
+}
+double cos(double x) noexcept {
+  return Sleef_cinz_cosd1_u10purec(x);
+}
+// What optimisation makes of the two together.
+void sincos(double x, double* s, double* c) noexcept {
+  *s = Sleef_cinz_sind1_u10purec(x);
+  *c = Sleef_cinz_cosd1_u10purec(x);
+}
+double tan(double x) noexcept {
+  return Sleef_cinz_tand1_u10purec(x);
+}
+double asin(double x) noexcept {
+  return Sleef_cinz_asind1_u10purec(x);
+}
+double acos(double x) noexcept {
+  return Sleef_cinz_acosd1_u10purec(x);
+}
+double atan(double x) noexcept {
+  return Sleef_cinz_atand1_u10purec(x);
+}
+double atan2(double y, double x) noexcept {
+  return Sleef_cinz_atan2d1_u10purec(y, x);
+}
+double exp(double x) noexcept {
+  return Sleef_cinz_expd1_u10purec(x);
+}
+double expm1(double x) noexcept {
+  return Sleef_cinz_expm1d1_u10purec(x);
+}
+double log(double x) noexcept {
+  return Sleef_cinz_logd1_u10purec(x);
+}
+double log1p(double x) noexcept {
+  return Sleef_cinz_log1pd1_u10purec(x);
+}
+double log10(double x) noexcept {
+  return Sleef_cinz_log10d1_u10purec(x);
+}
+double pow(double x, double y) noexcept {
+  return Sleef_cinz_powd1_u10purec(x, y);
+}
+double cbrt(double x) noexcept {
+  return Sleef_cinz_cbrtd1_u10purec(x);
+}
+double hypot(double x, double y) noexcept {
+  return Sleef_cinz_hypotd1_u05purec(x, y);
+}
+}

@@ -1,0 +1,46 @@
+// A curve of unknown length in bounded memory.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace kerf {
+
+/// Keeps all points until there are `Most`; then, and each time again, two neighbours become one, T::Merge(earlier,
+/// later), and from there on as many new ones do. The newest points are in it too. Not for the tick.
+template <typename T, std::size_t Most>
+class Thinned {
+ public:
+  static_assert(Most % 2 == 0);
+  /// Sets memory aside for `count` points, but never for more than are kept.
+  void Reserve(std::size_t count) { points_.reserve(count < Most ? count + 1 : Most); }
+
+  void Add(const T& point) {
+    const bool begins = waiting_ == 0;
+    if (begins) {
+      points_.push_back(point);
+    } else {
+      points_.back() = T::Merge(points_.back(), point);
+    }
+    if (++waiting_ < each_) return;
+    waiting_ = 0;
+    if (points_.size() == Most) Halve();
+  }
+
+  const std::vector<T>& points() const { return points_; }
+  /// How many were added for each of points() but the last.
+  std::size_t each() const { return each_; }
+
+ private:
+  void Halve() {
+    for (std::size_t i = 0; i < Most / 2; ++i) points_[i] = T::Merge(points_[2 * i], points_[2 * i + 1]);
+    points_.resize(Most / 2);
+    each_ *= 2;
+  }
+
+  std::vector<T> points_;
+  std::size_t each_ = 1;
+  std::size_t waiting_ = 0;  // in the last of them, when it is not whole
+};
+
+}  // namespace kerf

@@ -1,0 +1,22 @@
+// What memory this program has, and what it may still have.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace kerf {
+
+/// Memory of this program that is in use, bytes; 0 where the system does not tell.
+std::size_t ReadResidentBytes();
+/// What this program may still ask for, bytes: the least of what the machine has free (with its swap), what its control
+/// group leaves and what `ulimit -v` leaves. The largest number where the system does not tell.
+std::uint64_t ReadAvailableBytes();
+/// From here on a request for more than there is fails (std::bad_alloc) instead of ending this program or another one
+/// by the system's hand. For the start of a program. Returns ReadAvailableBytes().
+std::uint64_t LimitMemory();
+/// Throws Error with a sentence when `bytes` are more than there are: "WHAT needs about 12.3 GB of memory and 4.2 GB
+/// are free; REMEDY". For asking before long work; a prediction may be off by a half.
+void CheckMemory(double bytes, const std::string& what, const std::string& remedy);
+
+}  // namespace kerf

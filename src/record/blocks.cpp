@@ -1,0 +1,248 @@
+#include "record/blocks.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+#include "files/files.h"
+#include "kerf/error.h"
+#include "pack/bytes.h"
+#include "pack/pack.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::string_view kBlockMagic = "KBLK";
+constexpr std::size_t kHeadBytes = 4 + 1 + 4 + 4 + 4 + 4;
+constexpr std::chrono::milliseconds kBetweenFlushes(250);
+
+std::string Reason(int code) {
+  return std::generic_category().message(code);
+}
+
+}  // namespace
+
+std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, int level) {
+  const std::string packed = Pack(bytes, level);
+  ByteWriter head;
+  head.Put(static_cast<std::uint8_t>(kind));
+  head.Put(static_cast<std::uint32_t>(packed.size()));
+  head.Put(static_cast<std::uint32_t>(bytes.size()));
+  head.Put(number);
+  ByteWriter sum;
+  sum.Put(CalcCrc32c(packed, CalcCrc32c(head.bytes())));
+  std::string whole(kBlockMagic);
+  whole += head.bytes();
+  whole += sum.bytes();
+  whole += packed;
+  return whole;
+}
+
+std::size_t MostBytes(BlockKind kind) {
+  switch (kind) {
+    case BlockKind::kFile:
+      return kMostFileBytes;
+    case BlockKind::kSteps:
+      return kMostStepsBytes;
+    case BlockKind::kPiece:
+      return kMostPieceBytes;
+    case BlockKind::kEvent:
+    case BlockKind::kEnd:
+      return kMostEventBytes;
+    case BlockKind::kMeta:
+      break;
+  }
+  return kMostMetaBytes;
+}
+
+/// Brings to the disk what has been written, so that whoever writes does not wait for it.
+struct BlockFile::Flusher {
+  explicit Flusher(int file) : thread([this, file] { Run(file); }) {}
+  ~Flusher() {
+    {
+      const std::lock_guard lock(mutex);
+      stop = true;
+    }
+    wake.notify_one();
+    thread.join();
+  }
+  Flusher(const Flusher&) = delete;
+  Flusher& operator=(const Flusher&) = delete;
+
+  void Run(int file) {
+    std::unique_lock lock(mutex);
+    while (!stop) {
+      wake.wait_for(lock, kBetweenFlushes);
+      if (!written.exchange(false)) continue;
+      lock.unlock();
+      if (fdatasync(file) != 0) failure = errno;
+      lock.lock();
+    }
+  }
+
+  std::atomic<bool> written{false};
+  std::atomic<int> failure{0};
+  std::mutex mutex;
+  std::condition_variable wake;
+  bool stop = false;
+  std::thread thread;  // the last: it uses the others
+};
+
+BlockFile::BlockFile(const std::string& path) : path_(path) {
+  CheckWritable(path);
+  file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
+  if (file_ < 0) {
+    if (errno == EEXIST) throw Error(fmt::format("{}: is there already; a recording never replaces a file", path));
+    throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+  }
+  flusher_ = std::make_unique<Flusher>(file_);
+  try {
+    Write(kRecordingMagic);
+  } catch (const Error&) {
+    flusher_.reset();
+    close(file_);
+    unlink(path.c_str());
+    throw;
+  }
+}
+
+BlockFile::~BlockFile() {
+  flusher_.reset();
+  if (file_ >= 0) close(file_);
+}
+
+void BlockFile::Write(std::string_view bytes) {
+  const std::uint64_t before = bytes_;
+  while (!bytes.empty()) {
+    const ssize_t written = write(file_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      const int code = written < 0 ? errno : ENOSPC;
+      // So that it ends with a whole block. If that fails too, whoever reads it passes over the rest.
+      if (ftruncate(file_, static_cast<off_t>(before)) == 0) bytes_ = before;
+      throw Error(fmt::format("{}: can't be written any further: {}", path_, Reason(code)));
+    }
+    bytes_ += static_cast<std::uint64_t>(written);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  flusher_->written = true;
+}
+
+void BlockFile::Check() {
+  if (file_ < 0) throw Error(fmt::format("{}: the recording has been closed", path_));
+  if (const int code = flusher_->failure.load(); code != 0) {
+    throw Error(fmt::format("{}: can't be written any further: {}", path_, Reason(code)));
+  }
+  struct stat of_file {};
+  struct stat of_name {};
+  if (fstat(file_, &of_file) == 0 && (of_file.st_nlink == 0 || stat(path_.c_str(), &of_name) != 0 ||
+                                      of_name.st_ino != of_file.st_ino || of_name.st_dev != of_file.st_dev)) {
+    throw Error(fmt::format("{}: the recording's file was taken away while it was being written", path_));
+  }
+}
+
+void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
+  if (bytes.size() > MostBytes(kind)) {
+    throw Error(fmt::format("{}: can't be written any further: {} MB in one block, and {} are the most", path_,
+                            bytes.size() >> 20, MostBytes(kind) >> 20));
+  }
+  Check();
+  const std::string block = FormatBlock(kind, bytes, number_, level);
+  if (bytes_ + block.size() > kMostRecordingBytes) {
+    throw Error(fmt::format("{}: can't be written any further: a recording holds {} GiB at most", path_,
+                            kMostRecordingBytes >> 30));
+  }
+  // In one go: a killed program leaves at most the last block torn.
+  Write(block);
+  ++number_;
+}
+
+void BlockFile::Close() {
+  Check();
+  flusher_.reset();
+  const int failed = fdatasync(file_) != 0 ? errno : 0;
+  const int closed = close(file_) != 0 ? errno : 0;
+  file_ = -1;
+  if (failed != 0 || closed != 0) {
+    throw Error(fmt::format("{}: can't be written to its end: {}", path_, Reason(failed != 0 ? failed : closed)));
+  }
+}
+
+BlockReader::BlockReader(const std::string& path) : path_(path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw Error(fmt::format("{}: there is no such file", path));
+  if (!fs::is_regular_file(status)) throw Error(fmt::format("{}: is not a regular file", path));
+  in_.open(path, std::ios::binary);
+  if (!in_) throw Error(fmt::format("{}: can't be read: {}", path, Reason(errno)));
+  size_ = fs::file_size(path, error);
+  if (error) throw Error(fmt::format("{}: can't be read: {}", path, error.message()));
+  if (size_ > kMostRecordingBytes) {
+    throw Error(fmt::format("{}: is larger than {} GiB, which is more than a recording holds", path,
+                            kMostRecordingBytes >> 30));
+  }
+  std::string magic(kRecordingMagic.size(), '\0');
+  in_.read(magic.data(), static_cast<std::streamsize>(magic.size()));
+  if (in_ && magic != kRecordingMagic && magic.starts_with("kerf recording ")) {
+    throw Error(fmt::format("{}: is a recording of another version of kerf", path));
+  }
+  if (!in_ || magic != kRecordingMagic) throw Error(fmt::format("{}: is not a recording of kerf", path));
+  good_ = kRecordingMagic.size();
+  std::string packed;
+  while (size_ - good_ >= kHeadBytes) {
+    std::array<char, kHeadBytes> raw{};
+    in_.seekg(static_cast<std::streamoff>(good_));
+    in_.read(raw.data(), kHeadBytes);
+    if (!in_) break;
+    ByteReader head(std::string_view(raw.data(), kHeadBytes));
+    if (head.GetBytes(4) != kBlockMagic) break;
+    const auto kind = head.Get<std::uint8_t>();
+    BlockPlace place;
+    place.kind = static_cast<BlockKind>(kind);
+    place.packed_bytes = head.Get<std::uint32_t>();
+    place.bytes = head.Get<std::uint32_t>();
+    const auto number = head.Get<std::uint32_t>();
+    const auto crc = head.Get<std::uint32_t>();
+    place.offset = good_ + kHeadBytes;
+    if (kind < 1 || kind > 6 || number != places_.size() || place.bytes > MostBytes(place.kind) ||
+        place.packed_bytes > size_ - place.offset) {
+      break;
+    }
+    packed.resize(place.packed_bytes);
+    in_.read(packed.data(), static_cast<std::streamsize>(packed.size()));
+    if (!in_ || CalcCrc32c(packed, CalcCrc32c(std::string_view(raw.data() + 4, kHeadBytes - 8))) != crc) break;
+    places_.push_back(place);
+    good_ = place.offset + place.packed_bytes;
+  }
+  in_.clear();
+}
+
+std::string BlockReader::Read(const BlockPlace& place) {
+  std::string packed(place.packed_bytes, '\0');
+  in_.clear();
+  in_.seekg(static_cast<std::streamoff>(place.offset));
+  in_.read(packed.data(), static_cast<std::streamsize>(packed.size()));
+  if (!in_) throw Error(fmt::format("{}: can't be read to its end", path_));
+  try {
+    std::string bytes = Unpack(packed, MostBytes(place.kind));
+    if (bytes.size() != place.bytes) throw Error("is not as long unpacked as it says");
+    return bytes;
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: a block at byte {} {}", path_, place.offset, e.what()));
+  }
+}
+
+}  // namespace kerf

@@ -1,0 +1,102 @@
+// The file of a recording: a line that names it, then blocks, each with its own checksum, only ever added to.
+//
+// A block: "KBLK", its kind, how many bytes it has packed and unpacked, its number, a CRC-32C of all that and of the
+// bytes, the bytes (Zstandard). Whatever cuts the file short, all whole blocks before the cut are good.
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kerf {
+
+enum class BlockKind : std::uint8_t {
+  kMeta = 1,   // JSON: what was recorded, where and by which program; the first
+  kFile = 2,   // an input of the scene: its name and its bytes
+  kSteps = 3,  // RecordedBlock
+  kPiece = 4,  // a piece of bone that is going to leave
+  kEvent = 5,  // JSON: for people, and for tools
+  kEnd = 6,    // JSON: how it ended; the last
+};
+
+inline constexpr std::string_view kRecordingMagic = "kerf recording 1\n";
+// Before memory is asked for, sizes are held against these.
+inline constexpr std::size_t kMostMetaBytes = std::size_t{16} << 20;
+inline constexpr std::size_t kMostFileBytes = std::size_t{64} << 20;
+inline constexpr std::size_t kMostStepsBytes = std::size_t{4} << 20;
+inline constexpr std::size_t kMostPieceBytes = std::size_t{256} << 20;
+inline constexpr std::size_t kMostEventBytes = 65536;
+inline constexpr std::size_t kMostEvents = 100'000;                       // of a recording
+inline constexpr std::size_t kMostBytesOfFiles = std::size_t{256} << 20;  // all together
+inline constexpr std::uint64_t kMostRecordingBytes = std::uint64_t{4} << 30;
+
+/// A block as it stands in the file. `number`: how many stand before it.
+std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, int level = 3);
+
+/// Writes blocks to a file that was not there. A thread of its own asks the disk for them twice a second and more.
+class BlockFile {
+ public:
+  /// Throws Error when there is such a file already, or it can't be made.
+  explicit BlockFile(const std::string& path);
+  /// What is written stays.
+  ~BlockFile();
+  BlockFile(const BlockFile&) = delete;
+  BlockFile& operator=(const BlockFile&) = delete;
+
+  /// Throws Error, with a sentence that says why, when it could not be written, now or since the last call: the disk is
+  /// full, the file is gone. What was written before stays whole.
+  void Append(BlockKind kind, std::string_view bytes, int level = 3);
+  /// Onto the disk. Throws Error likewise.
+  void Close();
+  std::uint64_t bytes() const { return bytes_; }
+  const std::string& path() const { return path_; }
+
+ private:
+  struct Flusher;
+  void Write(std::string_view bytes);
+  void Check();
+
+  std::string path_;
+  int file_ = -1;
+  std::uint64_t bytes_ = 0;
+  std::uint32_t number_ = 0;
+  std::unique_ptr<Flusher> flusher_;
+};
+
+/// A whole block of a file.
+struct BlockPlace {
+  BlockKind kind = BlockKind::kMeta;
+  std::uint64_t offset = 0;  // of its packed bytes
+  std::uint32_t packed_bytes = 0;
+  std::uint32_t bytes = 0;
+};
+
+/// Reads such a file. Memory: a block, and 24 bytes a block of the file.
+class BlockReader {
+ public:
+  /// Looks through all of it. Throws Error when it is no recording or can't be read; what is cut short or damaged
+  /// somewhere is no error: the blocks before are there.
+  explicit BlockReader(const std::string& path);
+
+  const std::vector<BlockPlace>& places() const { return places_; }
+  /// Throws Error.
+  std::string Read(const BlockPlace& place);
+  /// After the last whole block: 0 when the file ends there.
+  std::uint64_t bytes_lost() const { return size_ - good_; }
+  std::uint64_t size() const { return size_; }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  std::ifstream in_;
+  std::uint64_t size_ = 0;
+  std::uint64_t good_ = 0;
+  std::vector<BlockPlace> places_;
+};
+
+std::size_t MostBytes(BlockKind kind);
+
+}  // namespace kerf

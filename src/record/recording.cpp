@@ -1,0 +1,369 @@
+#include "record/recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "files/files.h"
+#include "kerf/error.h"
+#include "pack/bytes.h"
+
+namespace kerf {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kBlock_s = 0.25;
+constexpr double kLongestStep_s = 1000;
+
+/// Without what a terminal would take for a command: control characters, also the second set (U+0080 to U+009F), and
+/// what turns the direction of writing (U+202A to U+202E, U+2066 to U+2069).
+std::string Printable(std::string text) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0; };
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool first_set = byte(i) < 0x20 || byte(i) == 0x7f;
+    const bool second_set = byte(i) == 0xc2 && byte(i + 1) >= 0x80 && byte(i + 1) < 0xa0;
+    const bool turns = byte(i) == 0xe2 && ((byte(i + 1) == 0x80 && byte(i + 2) >= 0xaa && byte(i + 2) <= 0xae) ||
+                                           (byte(i + 1) == 0x81 && byte(i + 2) >= 0xa6 && byte(i + 2) <= 0xa9));
+    if (first_set) text[i] = '?';
+    if (second_set) text.replace(i, 2, "?");
+    if (turns) text.replace(i, 3, "?");
+  }
+  return text;
+}
+
+std::string Hex(std::uint64_t hash) {
+  return fmt::format("{:016x}", hash);
+}
+
+/// Reads what it knows of an object; whatever else stands there is for later versions.
+class JsonReader {
+ public:
+  JsonReader(const std::string& text, const char* what) : what_(what) {
+    json_ = ordered_json::parse(text, nullptr, false);
+    if (!json_.is_object()) Fail("is not JSON");
+  }
+  std::string Text(const char* key) const {
+    const auto it = json_.find(key);
+    if (it == json_.end() || !it->is_string()) Fail(fmt::format("has no text \"{}\"", key));
+    return it->get<std::string>();
+  }
+  double Number(const char* key, double lower, double upper) const {
+    const auto it = json_.find(key);
+    if (it == json_.end() || !it->is_number()) Fail(fmt::format("has no number \"{}\"", key));
+    const auto value = it->get<double>();
+    if (!(value >= lower && value <= upper)) {
+      Fail(fmt::format("has {} = {:g}, which is not within {:g} to {:g}", key, value, lower, upper));
+    }
+    return value;
+  }
+  bool Has(const char* key) const { return json_.contains(key); }
+  std::uint64_t Hash(const char* key) const {
+    const std::string text = Text(key);
+    if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos) {
+      Fail(fmt::format("has {} = \"{}\", which is no hash", key, text.substr(0, 40)));
+    }
+    return std::stoull(text, nullptr, 16);
+  }
+  Pose ReadPose(const char* key) const {
+    const auto it = json_.find(key);
+    if (it == json_.end() || !it->is_array() || it->size() != 7 ||
+        !std::all_of(it->begin(), it->end(), [](const ordered_json& x) { return x.is_number(); })) {
+      Fail(fmt::format("has no pose \"{}\"", key));
+    }
+    const auto at = [&](std::size_t i) { return (*it)[i].get<double>(); };
+    const Pose X{Quat{at(3), at(4), at(5), at(6)}, Vec3{at(0), at(1), at(2)}};
+    if (!IsValid(X) || !IsInWorld(X.p_AB)) Fail(fmt::format("has a pose \"{}\" that is none", key));
+    return X;
+  }
+
+ private:
+  [[noreturn]] void Fail(const std::string& fault) const { throw Error(fmt::format("its {} {}", what_, fault)); }
+
+  const char* what_;
+  ordered_json json_;
+};
+
+std::string FormatHead(const RecordingHead& head) {
+  const Vec3& p = head.X_WT_start.p_AB;
+  const Quat& q = head.X_WT_start.R_AB;
+  const ordered_json json{{"kerf_recording", 1},
+                          {"kind", ToString(head.kind)},
+                          {"version", head.version},
+                          {"commit", head.commit},
+                          {"compiler", head.compiler},
+                          {"machine", head.machine},
+                          {"created", head.created},
+                          {"taken_up_from", head.taken_up_from},
+                          {"scene_name", head.scene_name},
+                          {"scene_file", head.scene_file},
+                          {"bone_hash", Hex(head.bone_hash)},
+                          {"material_hash", Hex(head.material_hash)},
+                          {"voxel_mm", head.voxel_mm},
+                          {"rate_hz", head.rate_hz},
+                          {"start", {p.x, p.y, p.z, q.w, q.x, q.y, q.z}},
+                          {"check_bits", head.check_bits},
+                          {"state_every_steps", head.state_every_steps},
+                          {"hash_every_steps", head.hash_every_steps},
+                          {"scene", head.scene_toml}};
+  return json.dump(1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+RecordingHead ParseHead(const std::string& text) {
+  const JsonReader json(text, "head");
+  RecordingHead head;
+  if (const double version = json.Number("kerf_recording", 1, 1e9); version != 1) {
+    throw Error(fmt::format("was written by a later version of kerf (format {:g})", version));
+  }
+  const std::string kind = json.Text("kind");
+  if (kind == "loop") {
+    head.kind = RecordedKind::kLoop;
+  } else if (kind == "run") {
+    head.kind = RecordedKind::kRun;
+  } else if (kind == "slab") {
+    head.kind = RecordedKind::kSlab;
+  } else {
+    throw Error(fmt::format("is of a kind \"{}\" that this version does not know", kind.substr(0, 40)));
+  }
+  head.version = Printable(json.Text("version"));
+  head.commit = Printable(json.Text("commit"));
+  head.compiler = Printable(json.Text("compiler"));
+  head.machine = Printable(json.Text("machine"));
+  head.created = Printable(json.Text("created"));
+  head.taken_up_from = Printable(json.Text("taken_up_from"));
+  head.scene_name = Printable(json.Text("scene_name"));
+  head.scene_file = Printable(json.Text("scene_file"));
+  head.scene_toml = json.Text("scene");
+  head.bone_hash = json.Hash("bone_hash");
+  head.material_hash = json.Hash("material_hash");
+  head.voxel_mm = json.Number("voxel_mm", 1e-6, 1e6);
+  head.rate_hz = json.Number("rate_hz", 1, 1e6);
+  head.X_WT_start = json.ReadPose("start");
+  head.check_bits = static_cast<int>(json.Number("check_bits", 8, 16));
+  head.state_every_steps = static_cast<int>(json.Number("state_every_steps", 1, 1e9));
+  head.hash_every_steps = static_cast<int>(json.Number("hash_every_steps", 1, 1e9));
+  return head;
+}
+
+std::string FormatEnd(const RecordingEnd& end) {
+  ordered_json json{{"steps", end.steps},
+                    {"time_s", end.time_s},
+                    {"force_hash", Hex(end.force_hash)},
+                    {"voxel_hash", Hex(end.voxel_hash)},
+                    {"why", end.why}};
+  if (end.bone_hash) json["bone_hash"] = Hex(*end.bone_hash);
+  return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+RecordingEnd ParseEnd(const std::string& text) {
+  const JsonReader json(text, "end");
+  RecordingEnd end;
+  end.steps = static_cast<std::uint64_t>(json.Number("steps", 0, 1e15));
+  end.time_s = json.Number("time_s", 0, 1e12);
+  end.force_hash = json.Hash("force_hash");
+  end.voxel_hash = json.Hash("voxel_hash");
+  if (json.Has("bone_hash")) end.bone_hash = json.Hash("bone_hash");
+  end.why = Printable(json.Text("why"));
+  return end;
+}
+
+std::string FormatEvent(const RecordedEvent& event) {
+  const ordered_json json{{"step", event.step},
+                          {"time_s", event.time_s},
+                          {"what", event.what},
+                          {"name", event.name},
+                          {"number", event.number}};
+  return json.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
+}
+
+RecordedEvent ParseEvent(const std::string& text) {
+  const JsonReader json(text, "list of events");
+  RecordedEvent event;
+  event.step = static_cast<std::uint64_t>(json.Number("step", 0, 1e15));
+  event.time_s = json.Number("time_s", 0, 1e12);
+  event.what = Printable(json.Text("what"));
+  event.name = Printable(json.Text("name"));
+  event.number = static_cast<std::uint32_t>(json.Number("number", 0, 4e9));
+  return event;
+}
+
+}  // namespace
+
+const char* ToString(RecordedKind kind) {
+  switch (kind) {
+    case RecordedKind::kLoop:
+      return "loop";
+    case RecordedKind::kRun:
+      return "run";
+    case RecordedKind::kSlab:
+      break;
+  }
+  return "slab";
+}
+
+void CheckNewRecording(const std::string& path) {
+  if (path.empty()) throw Error("--record names no file");
+  CheckWritable(path);
+  std::error_code none;
+  if (std::filesystem::exists(std::filesystem::symlink_status(path, none))) {
+    throw Error(fmt::format("{}: is there already; a recording never replaces a file", path));
+  }
+}
+
+RecordingWriter::RecordingWriter(const std::string& path, const RecordingHead& head,
+                                 const std::map<std::string, std::string>& files)
+    : file_(path),
+      steps_in_block_(static_cast<std::size_t>(
+          std::clamp(std::floor(kBlock_s * head.rate_hz), 1.0, static_cast<double>(kMostStepsInBlock)))) {
+  file_.Append(BlockKind::kMeta, FormatHead(head));
+  for (const auto& [name, bytes] : files) {
+    ByteWriter out;
+    out.PutText(name);
+    out.PutText(bytes);
+    file_.Append(BlockKind::kFile, out.bytes());
+  }
+}
+
+void RecordingWriter::Add(const RecordedStep& step, double time_s) {
+  if (block_.steps.size() >= steps_in_block_) Flush();
+  if (block_.steps.empty()) {
+    block_.first_step = steps_;
+    block_.first_time_s = time_s_;
+  }
+  block_.steps.push_back(step);
+  ++steps_;
+  time_s_ = time_s;
+}
+
+void RecordingWriter::AddState(RecordedState state) {
+  state.step = steps_ - 1;
+  block_.states.push_back(state);
+}
+
+void RecordingWriter::AddHash(std::uint64_t force, std::uint64_t bone) {
+  block_.hashes.push_back({steps_ - 1, force, bone});
+}
+
+void RecordingWriter::AddEvent(RecordedEvent event) {
+  Flush();
+  event.step = steps_;
+  event.time_s = time_s_;
+  file_.Append(BlockKind::kEvent, FormatEvent(event));
+}
+
+void RecordingWriter::AddPiece(std::uint32_t number, const std::string& bytes) {
+  ByteWriter out;
+  out.PutNumber(number);
+  out.PutText(bytes);
+  file_.Append(BlockKind::kPiece, out.bytes());
+}
+
+void RecordingWriter::Flush() {
+  if (block_.steps.empty()) return;
+  file_.Append(BlockKind::kSteps, EncodeBlock(block_));
+  written_steps_ = steps_;
+  written_s_ = time_s_;
+  block_ = {};
+}
+
+void RecordingWriter::Finish(const RecordingEnd& end) {
+  Flush();
+  file_.Append(BlockKind::kEnd, FormatEnd(end));
+  file_.Close();
+}
+
+RecordingReader::RecordingReader(const std::string& path) : blocks_(path) {
+  const std::vector<BlockPlace>& places = blocks_.places();
+  if (places.empty() || places.front().kind != BlockKind::kMeta) {
+    throw Error(fmt::format("{}: is cut short before its head; nothing can be read of it", path));
+  }
+  try {
+    head_ = ParseHead(blocks_.Read(places.front()));
+    for (const BlockPlace& place : places) {
+      switch (place.kind) {
+        case BlockKind::kSteps: {
+          const RecordedBlock block = DecodeBlock(blocks_.Read(place));
+          if (block.first_step != steps_) throw Error("lacks steps in the middle");
+          steps_ += block.steps.size();
+          for (const RecordedStep& step : block.steps) {
+            if (!(step.dt_s >= 0 && step.dt_s <= kLongestStep_s)) throw Error("has a tick of no time that there is");
+            duration_s_ += CalcElapsed(step, head_.rate_hz);
+          }
+          steps_places_.push_back(place);
+          break;
+        }
+        case BlockKind::kPiece:
+          break;
+        case BlockKind::kEvent:
+          if (events_.size() == kMostEvents) throw Error("holds more events than a recording may");
+          events_.push_back(ParseEvent(blocks_.Read(place)));
+          break;
+        case BlockKind::kEnd:
+          end_ = ParseEnd(blocks_.Read(place));
+          break;
+        case BlockKind::kMeta:
+        case BlockKind::kFile:
+          break;
+      }
+    }
+    if (end_ && end_->steps != steps_) {
+      throw Error(
+          fmt::format("its end tells of {} steps, and it holds {}: it is not as it was written", end_->steps, steps_));
+    }
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", path, e.what()));
+  }
+}
+
+std::map<std::string, std::string> RecordingReader::ReadFiles() {
+  std::map<std::string, std::string> files;
+  std::size_t total = 0;
+  for (const BlockPlace& place : blocks_.places()) {
+    if (place.kind != BlockKind::kFile) continue;
+    const std::string bytes = blocks_.Read(place);
+    ByteReader in(bytes);
+    const std::string name = Printable(std::string(in.GetText()));
+    files[name] = std::string(in.GetText());
+    total += bytes.size();
+    if (total > kMostBytesOfFiles) {
+      throw Error(fmt::format("{}: has more than {} MiB of inputs, which is more than a recording may", path(),
+                              kMostBytesOfFiles >> 20));
+    }
+  }
+  return files;
+}
+
+std::string RecordingReader::DescribeDamage() const {
+  if (blocks_.bytes_lost() > 0) {
+    return fmt::format("the last {} of {} bytes are torn or damaged; what is before them, {:.3f} s, is whole",
+                       blocks_.bytes_lost(), blocks_.size(), duration_s_);
+  }
+  if (!end_) return fmt::format("it was cut short: it has no end, but {:.3f} s that are whole", duration_s_);
+  return "";
+}
+
+bool RecordingReader::ReadBlock(std::size_t i, RecordedBlock& block) {
+  if (i >= steps_places_.size()) return false;
+  try {
+    block = DecodeBlock(blocks_.Read(steps_places_[i]));
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: {}", path(), e.what()));
+  }
+  return true;
+}
+
+std::string RecordingReader::ReadPiece(std::uint32_t number) {
+  for (const BlockPlace& place : blocks_.places()) {
+    if (place.kind != BlockKind::kPiece) continue;
+    const std::string bytes = blocks_.Read(place);
+    ByteReader in(bytes);
+    if (in.GetNumber() == number) return std::string(in.GetText());
+  }
+  throw Error(fmt::format("{}: has no piece of number {}", path(), number));
+}
+
+}  // namespace kerf

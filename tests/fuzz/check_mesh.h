@@ -1,0 +1,17 @@
+// What the readers of surfaces promise.
+#pragma once
+
+#include "kerf/geometry.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+inline void CheckMesh(const TriangleMesh& mesh) {
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t id : triangle) {
+      if (id >= mesh.points.size()) Finding("a triangle names a point that is not there");
+    }
+  }
+}
+
+}  // namespace kerf::fuzz

@@ -1,0 +1,80 @@
+// What the fuzz targets share. A target takes any bytes as the content of a file, and either reads them or throws Error
+// with one clear sentence; all else is a finding: another exception, a sanitizer's report, more time or memory than
+// tools/fuzz allows.
+#pragma once
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "kerf/error.h"
+
+namespace kerf::fuzz {
+
+/// What each target is: FuzzTarget_NAME(bytes).
+#define KERF_FUZZ_TARGET(name)                         \
+  void FuzzTarget_##name(std::string_view bytes); /**/ \
+  void FuzzTarget_##name(std::string_view bytes)
+
+/// Ends the program with a message: a property that the target promises does not hold.
+[[noreturn]] inline void Finding(const std::string& what) {
+  fmt::print(stderr, "finding: {}\n", what);
+  std::abort();
+}
+
+/// Runs `read`; whether it took the input. A refusal must say something, and not at length.
+template <typename Read>
+bool Takes(Read&& read) {
+  constexpr std::size_t kMaxMessage = 65536;  // a scene tells up to 50 faults
+  try {
+    read();
+    return true;
+  } catch (const Error& e) {
+    const std::string_view what = e.what();
+    if (what.empty() || what.size() > kMaxMessage) Finding(fmt::format("a message of {} bytes", what.size()));
+    // To see what becomes of an input.
+    if (std::getenv("KERF_FUZZ_TELL") != nullptr) fmt::print(stderr, "refused: {}\n", what);
+    return false;
+  }
+}
+
+/// A folder of this process's own in memory, where there is such a file system.
+class MemoryFolder {
+ public:
+  MemoryFolder() {
+    const std::filesystem::path shm = "/dev/shm";
+    std::error_code none;
+    const std::filesystem::path root =
+        std::filesystem::is_directory(shm, none) ? shm : std::filesystem::temp_directory_path();
+    path_ = (root / fmt::format("kerf_fuzz_{}", getpid())).string();
+    std::filesystem::create_directories(path_);
+  }
+  ~MemoryFolder() {
+    std::error_code none;
+    std::filesystem::remove_all(path_, none);
+  }
+  MemoryFolder(const MemoryFolder&) = delete;
+  MemoryFolder& operator=(const MemoryFolder&) = delete;
+
+  const std::string& path() const { return path_; }
+  /// The path of a file with these bytes; it is there until the next of that name.
+  std::string Write(const std::string& name, std::string_view bytes) const {
+    std::string path = path_ + "/" + name;
+    const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    if (file < 0 || write(file, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
+      Finding("the memory file can't be written");
+    }
+    close(file);
+    return path;
+  }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace kerf::fuzz

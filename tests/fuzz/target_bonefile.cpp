@@ -1,0 +1,13 @@
+#include <sstream>
+
+#include "bonefile/bonefile.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(bonefile) {
+  std::istringstream in{std::string(bytes)};
+  Takes([&] { ReadBone(in, "fuzz.vdb", {.hu = true}); });
+}
+
+}  // namespace kerf::fuzz

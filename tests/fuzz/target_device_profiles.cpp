@@ -1,0 +1,10 @@
+#include "devices/profiles.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(device_profiles) {
+  Takes([&] { FindDeviceProfile(ParseDeviceProfiles(std::string(bytes), "fuzz.csv"), "ideal"); });
+}
+
+}  // namespace kerf::fuzz

@@ -1,0 +1,13 @@
+#include <sstream>
+
+#include "import/dicom_header.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(dicom_header) {
+  std::istringstream in{std::string(bytes)};
+  Takes([&] { CheckDicomHeader(in, "fuzz.dcm"); });
+}
+
+}  // namespace kerf::fuzz

@@ -1,0 +1,17 @@
+#include <array>
+
+#include "import/image_header.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+/// The first byte says which format.
+KERF_FUZZ_TARGET(image_header) {
+  constexpr std::array<const char*, 6> kNames{"f.nrrd", "f.nhdr", "f.nii", "f.nii.gz", "f.mha", "f.mhd"};
+  if (bytes.empty()) return;
+  static const MemoryFolder folder;
+  const std::string path = folder.Write(kNames[static_cast<unsigned char>(bytes[0]) % kNames.size()], bytes.substr(1));
+  Takes([&] { CheckImageHeader(path); });
+}
+
+}  // namespace kerf::fuzz

@@ -1,0 +1,11 @@
+#include "check_mesh.h"
+#include "mesh/read.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(obj) {
+  Takes([&] { CheckMesh(ReadObj(bytes, "fuzz.obj")); });
+}
+
+}  // namespace kerf::fuzz

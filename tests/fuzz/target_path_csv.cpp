@@ -1,0 +1,10 @@
+#include "scene/path_csv.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(path_csv) {
+  Takes([&] { ParsePathCsv(std::string(bytes), "fuzz.csv"); });
+}
+
+}  // namespace kerf::fuzz

@@ -1,0 +1,11 @@
+#include "check_mesh.h"
+#include "mesh/read.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(ply) {
+  Takes([&] { CheckMesh(ReadPly(bytes, "fuzz.ply")); });
+}
+
+}  // namespace kerf::fuzz

@@ -1,0 +1,14 @@
+#include "session/recorded_piece.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(recorded_piece) {
+  static const Bone bone;
+  PieceJob job;
+  if (!Takes([&] { job = DecodePiece(bytes, bone); })) return;
+  const std::string once = EncodePiece(job);
+  if (EncodePiece(DecodePiece(once, bone)) != once) Finding("read and written again it is another");
+}
+
+}  // namespace kerf::fuzz

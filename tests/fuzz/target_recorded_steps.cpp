@@ -1,0 +1,16 @@
+#include "pack/pack.h"
+#include "record/step.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(recorded_steps) {
+  Takes([&] { Unpack(bytes, std::size_t{1} << 20); });
+  RecordedBlock block;
+  if (!Takes([&] { block = DecodeBlock(bytes); })) return;
+  // What was read is written and read again: the same, whatever way it was written in.
+  const std::string once = EncodeBlock(block);
+  if (EncodeBlock(DecodeBlock(once)) != once) Finding("read and written again it is another");
+}
+
+}  // namespace kerf::fuzz

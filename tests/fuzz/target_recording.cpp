@@ -1,0 +1,47 @@
+#include "record/recording.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+namespace {
+
+/// Kind, length in two bytes, and as many bytes, again and again: as blocks of a recording with their right sums, which
+/// no fuzzer would guess.
+std::string MakeFile(std::string_view bytes) {
+  std::string file(kRecordingMagic);
+  for (std::uint32_t number = 0; bytes.size() >= 3; ++number) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
+    const std::size_t size = std::min<std::size_t>(byte(1) | byte(2) << 8, bytes.size() - 3);
+    file += FormatBlock(static_cast<BlockKind>(byte(0)), bytes.substr(3, size), number, 1);
+    bytes.remove_prefix(3 + size);
+  }
+  return file + std::string(bytes);
+}
+
+void Read(const std::string& path) {
+  Takes([&] {
+    RecordingReader reader(path);
+    reader.DescribeDamage();
+    reader.ReadFiles();
+    std::uint64_t steps = 0;
+    RecordedBlock block;
+    for (std::size_t i = 0; reader.ReadBlock(i, block); ++i) {
+      steps += block.steps.size();
+      for (const RecordedState& state : block.states) {
+        if (state.step - block.first_step >= block.steps.size()) Finding("a state of a step that is not there");
+      }
+    }
+    if (steps != reader.steps()) Finding("other steps than were counted");
+    if (!(reader.duration_s() >= 0)) Finding("a duration that is none");
+    reader.ReadPiece(1);
+  });
+}
+
+}  // namespace
+
+KERF_FUZZ_TARGET(recording) {
+  static const MemoryFolder folder;
+  Read(folder.Write("made.kerf", MakeFile(bytes)));
+  Read(folder.Write("raw.kerf", bytes));
+}
+
+}  // namespace kerf::fuzz

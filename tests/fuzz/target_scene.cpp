@@ -1,0 +1,20 @@
+#include "scene/path.h"
+#include "scene/scene.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(scene) {
+  Scene scene;
+  if (!Takes([&] { scene = ParseScene(std::string(bytes), "/nowhere/fuzz.toml"); })) return;
+  MakeTool(scene);
+  MakePath(scene);
+  if (scene.simulation.mode == SceneMode::kSlab) Takes([&] { MakeSlabPlane(scene); });
+  // What a run writes into its folder reads back as the same.
+  const std::string resolved = ResolvedToml(scene);
+  Scene again;
+  if (!Takes([&] { again = ParseScene(resolved, "/nowhere/fuzz.toml"); })) Finding("the resolved scene is refused");
+  if (ResolvedToml(again) != resolved) Finding("the resolved scene reads back as another");
+}
+
+}  // namespace kerf::fuzz

@@ -1,0 +1,15 @@
+#include "accuracy/study_file.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(study_file) {
+  StudySpec spec;
+  if (!Takes([&] { spec = ParseStudy(std::string(bytes), "/nowhere/fuzz.toml", {"entry", "slot", "mandible"}); }))
+    return;
+  // What a study keeps in its folder reads back as the same.
+  const std::string kept = SpecToJson(spec);
+  if (SpecToJson(SpecFromJson(kept)) != kept) Finding("the study's description reads back as another");
+}
+
+}  // namespace kerf::fuzz

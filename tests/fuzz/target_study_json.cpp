@@ -1,0 +1,10 @@
+#include "accuracy/study_file.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(study_json) {
+  Takes([&] { SpecFromJson(std::string(bytes)); });
+}
+
+}  // namespace kerf::fuzz

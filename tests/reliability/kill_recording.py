@@ -1,0 +1,160 @@
+#!/usr/bin/env python3
+"""Kills recorded sessions with SIGKILL at random moments. What was recorded must open, reach to the last half second, come out the same to
+the bit, and be gone on from; results that were there before must be as they were.
+
+    tests/reliability/kill_recording.py build/release/kerf [--kills 200] [--seed 1] [--write]
+    --write puts the counts into docs/reliability.md; exit 1 when a kill was not survived
+"""
+
+import argparse
+import hashlib
+import json
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCENE = """
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 12.0
+size_y_mm = 6.0
+size_z_mm = 6.0
+voxel_mm = 0.2
+[tool]
+diameter_mm = 12.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.0, 0.0, 9.2]
+end_mm = [0.0, 0.0, 3.5]
+feed_mm_per_s = 2.0
+disc_normal = [1.0, 0.0, 0.0]
+[output]
+pictures = false
+"""
+
+
+def run(kerf, *arguments):
+    return subprocess.run([kerf, *arguments], capture_output=True, text=True, check=False, timeout=300)
+
+
+def hashes(folder):
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.iterdir()) if not path.name.startswith(".")}
+
+
+def check_results(kerf, folder, earlier):
+    """Each file is as it was. A run that was killed while it replaced one after another has left new ones, whole: the same bytes, but for times in
+    JSON and the number that OpenVDB gives each file."""
+    now = hashes(folder)
+    assert set(now) == set(earlier), f"files came or went: {set(now) ^ set(earlier)}"
+    for name in now:
+        if now[name] == earlier[name]:
+            continue
+        if name.endswith(".json"):
+            json.loads((folder / name).read_text(encoding="utf-8"))
+        elif name.endswith(".vdb"):
+            assert run(kerf, "info", str(folder / name)).returncode == 0, f"{name} can't be read"
+        else:
+            raise AssertionError(f"{name} has changed")
+    return now
+
+
+def one_kill(kerf, folder, dice, index):
+    """What became of it: 'before', or how many seconds at the end were lost. Raises AssertionError."""
+    recording = folder / f"{index}.kerf"
+    kind = dice.choice(["live", "live", "live", "virtual", "run"])
+    results = folder / ("run" if kind == "run" else "loop")
+    common = [str(folder / "scene.toml"), "-o", str(results), "--record", str(recording)]
+    actions = ["--do", "0.5:checkpoint=a", "--do", "1.2:undo=a", "--do", "1.5:redo"]
+    command = {"live": [kerf, "loop", *common, "--seconds", "30", *actions],
+               "virtual": [kerf, "loop", *common, "--seconds", "3000", "--virtual", *actions],
+               "run": [kerf, "run", *common]}[kind]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    # One in ten at any moment since the start; else since there is something to lose.
+    if dice.random() > 0.1:
+        while process.poll() is None and not recording.exists():
+            time.sleep(0.002)
+    time.sleep(dice.uniform(0.0, 0.15 if kind == "run" else 2.5))
+    process.send_signal(signal.SIGKILL)
+    killed = time.time()
+    ended = process.wait()
+    if kind == "run" and ended == 0:
+        return "done"
+    if not recording.exists() or recording.stat().st_size < 200:
+        return "before"
+    lost_s = killed - recording.stat().st_mtime
+
+    replayed = run(kerf, "replay", str(recording), "--verify", "--json")
+    if replayed.returncode != 0 and "before its head" in replayed.stderr:
+        return "before"
+    assert replayed.returncode == 0, f"replay: {replayed.stderr}"
+    figures = json.loads(replayed.stdout)
+    assert figures["identical"] and figures["replayed_ticks"] == figures["ticks"], figures
+    if kind != "run":
+        further = folder / f"{index}_further.kerf"
+        gone_on = run(kerf, "loop", "--from", str(recording), "--virtual", "--seconds", "0.2", "--record", str(further))
+        assert gone_on.returncode == 0, f"going on: {gone_on.stderr}"
+        again = json.loads(run(kerf, "replay", str(further), "--verify", "--json").stdout)
+        assert again["identical"] and again["ticks"] == figures["ticks"] + 200, again
+        further.unlink()
+    # The file is written when a block is full: a fresh one may have none yet.
+    if kind == "live" and figures["ticks"] > 0:
+        assert lost_s <= 0.5, f"the last {lost_s:.2f} s are lost"
+    recording.unlink()
+    return lost_s if kind == "live" and figures["ticks"] > 0 else "fast"
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("kerf")
+    parser.add_argument("--kills", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--write", action="store_true")
+    arguments = parser.parse_args()
+    dice = random.Random(arguments.seed)
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="kerf_kill_"))
+    (folder / "scene.toml").write_text(SCENE, encoding="utf-8")
+    earlier = {}
+    for kind, options in (("loop", ["--virtual", "--seconds", "1"]), ("run", [])):
+        first = run(arguments.kerf, kind, str(folder / "scene.toml"), *options, "-o", str(folder / kind))
+        assert first.returncode == 0, first.stderr
+        earlier[kind] = hashes(folder / kind)
+
+    lost, counts, failures = [], {"before": 0, "done": 0, "fast": 0}, []
+    for index in range(arguments.kills):
+        try:
+            outcome = one_kill(arguments.kerf, folder, dice, index)
+            assert hashes(folder / "loop") == earlier["loop"], "a file that was there has changed"
+            earlier["run"] = check_results(arguments.kerf, folder / "run", earlier["run"])
+            if isinstance(outcome, str):
+                counts[outcome] += 1
+            else:
+                lost.append(outcome)
+        except AssertionError as error:
+            failures.append(f"kill {index}: {error}")
+            print(failures[-1], file=sys.stderr)
+        if sys.stderr.isatty():
+            print(f"\r{index + 1} of {arguments.kills}", end="", file=sys.stderr)
+    shutil.rmtree(folder)
+    survived = arguments.kills - len(failures)
+    worst = max(lost, default=0)
+    text = (f"{survived} of {arguments.kills} kills survived (seed {arguments.seed}): {len(lost)} of live sessions, which lost at most {worst:.2f} s at "
+            f"their end; {counts['fast']} of runs and of loops without the clock, or within a session's first quarter of a second; {counts['before']} before "
+            f"anything was recorded; {counts['done']} came after the end of a run.")
+    print(text)
+    if arguments.write:
+        page = ROOT / "docs/reliability.md"
+        before, rest = page.read_text(encoding="utf-8").split("<!-- kills -->\n", 1)
+        page.write_text(before + "<!-- kills -->\n" + text + "\n<!-- end -->" + rest.split("<!-- end -->", 1)[1], encoding="utf-8")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
