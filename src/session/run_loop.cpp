@@ -342,11 +342,19 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   SimulatedDeviceOptions device_options;
   device_options.p_TC_mm = p_TC_mm;
   SimulatedDevice simulated(profile, hand, X_WT_start, device_options);
-  HandMotion motion(simulated, path, scene.hand, p_TC_mm, params.coupling.stiffness_N_per_mm * s.setup.force_scale);
+  const double felt_stiffness_N_per_mm = params.coupling.stiffness_N_per_mm * s.setup.force_scale;
+  std::optional<HandMotion> motion;
+  std::unique_ptr<BeforeTick> other_hand;
+  if (options.make_hand) {
+    other_hand = options.make_hand(simulated, s.setup, p_TC_mm, felt_stiffness_N_per_mm);
+  } else {
+    motion.emplace(simulated, path, scene.hand, p_TC_mm, felt_stiffness_N_per_mm);
+  }
+  BeforeTick* hand_moves = motion ? &*motion : other_hand.get();
   ReplayDevice recorded_device(simulated);
   const bool replays = options.replay.recording != nullptr;
   GuardedDevice device(replays ? static_cast<Device&>(recorded_device) : simulated);
-  StepBody step_body(simulation, device, body_params, &motion);
+  StepBody step_body(simulation, device, body_params, hand_moves);
   std::optional<ChangedHash> voxel_hash;
   if (recording || replays) step_body.set_hash(&voxel_hash.emplace());
 
@@ -547,8 +555,10 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   SummarizeLoop(loop, device, s);
   if (options.costs.costs) s.costs = make_costs();
   recorder.Finish();
-  s.rounds = motion.rounds();
-  s.strokes = motion.strokes();
+  if (motion) {
+    s.rounds = motion->rounds();
+    s.strokes = motion->strokes();
+  }
   for (const double mm3 : simulation.CalcRemovedByRegion()) s.removed_mm3 += mm3;
   s.bone_hash = simulation.bone().CalcHash();
   s.mirror_identical = mirror.bone().CalcHash() == s.bone_hash;

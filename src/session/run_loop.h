@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "devices/simulated_device.h"
 #include "haptics/haptic_loop.h"
+#include "haptics/step_body.h"
 #include "kerf/bone.h"
 #include "scene/scene.h"
 #include "session/effect_files.h"
@@ -65,6 +67,13 @@ struct LoopRecorded {
   std::string failure;  // a sentence; empty when it is whole
 };
 
+/// In place of the simulated hand that goes along the scene's path: whoever moves the device by
+/// SimulatedDevice::SetIntention before each tick, as a mouse or a synthetic surgeon does. `p_TC_mm`: the coupling's
+/// point in the tool frame, where the device holds the tool. `felt_stiffness_N_per_mm`: the coupling's, as the device
+/// feels it.
+using MakeHand = std::function<std::unique_ptr<BeforeTick>(SimulatedDevice& device, const LoopSetup& setup,
+                                                           const Vec3& p_TC_mm, double felt_stiffness_N_per_mm)>;
+
 struct LoopOptions {
   double seconds = 10;  // 0.01 to kMostLoop_s
   LoopLog log = LoopLog::kMemory;
@@ -80,6 +89,7 @@ struct LoopOptions {
   std::vector<LoopAction> actions;  // checkpoints, undo and redo, in the order of their moments
   double undo_MB = 256;             // kept for them at most: 0.2 to 1e6
   LoopWatch* watch = nullptr;       // without the clock only; may be null
+  MakeHand make_hand;               // empty: the scene's hand along its path
 };
 
 struct LoopTimeSummary {
