@@ -12,6 +12,7 @@
 #include "kerf/slab.h"
 #include "models/block.h"
 #include "models/mandible.h"
+#include "scene/exercise.h"
 #include "scene/hand_held.h"
 
 namespace kerf {
@@ -131,6 +132,7 @@ struct Scene {
   SceneDevice device;
   SceneHand hand;
   SceneLoop loop;
+  SceneExercise exercise;
 };
 
 /// Reads a scene and the path file that it names, if any. Relative file names are relative to the scene file.

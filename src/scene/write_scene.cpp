@@ -201,6 +201,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   if (scene.device.given) WriteDevice(write, scene.device);
   if (scene.hand.given) WriteSection(write, "hand", scene.hand);
   if (scene.loop.given) WriteSection(write, "loop", scene.loop);
+  if (scene.exercise.given) WriteSection(write, "exercise", scene.exercise);
   return write.text();
 }
 
@@ -295,6 +296,10 @@ std::string DefaultSceneToml() {
   }
   TomlWriter effects;
   for (const EffectInfo* info : Effects()) WriteEffect(effects, EffectChoice(info->name));
+  TomlWriter exercise;
+  WriteSection(exercise, "exercise", SceneExercise{});
+  text += "\n# What makes a scene an exercise ('kerf practise', docs/practise.md):\n#\n";
+  text += CommentedOut(exercise.text());
   text += "\n# The effects: what a scene names is simulated, and nothing else ('kerf effects'):\n#\n";
   text += CommentedOut(effects.text());
   text += "\n# The force laws, each with its own keys:\n#\n";
