@@ -139,7 +139,8 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
 
   for (const Row& row : rows_) places.push_back(row.X_WT.p_AB);
   const std::vector<Vec3> sums = SumPlaces(places);
-  const auto side = static_cast<std::size_t>(std::lround(0.5 * kJitter_s / kRow_s));
+  // As many rows as there are in it, one of them in the middle.
+  const auto side = static_cast<std::size_t>(0.5 * kJitter_s / kRow_s);
   std::vector<double> jitter_mm;
   for (std::size_t i = side; i + side < rows_.size(); ++i) {
     if (!rows_[i].contact) continue;
