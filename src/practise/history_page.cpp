@@ -56,17 +56,18 @@ constexpr std::array<const char*, 6> kDashes{"", "6 3", "2 3", "8 3 2 3", "10 4"
 
 /// Totals of one student, a curve for each exercise, over the attempts at it.
 std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>& by_exercise) {
-  constexpr double kWidth = 560, kHeight = 260, kLeft = 50, kTop = 14, kRight = 190, kBottom = 44;
+  constexpr double kWidth = 620, kLeft = 50, kTop = 14, kRight = 250, kBottom = 44, kLegend = 18;
+  const double height = std::max(260.0, kTop + kLegend * static_cast<double>(by_exercise.size()) + 10);
   std::size_t most = 2;
   for (const auto& [exercise, attempts] : by_exercise) most = std::max(most, attempts.size());
   const double w = kWidth - kLeft - kRight;
-  const double h = kHeight - kTop - kBottom;
+  const double h = 260 - kTop - kBottom;
   const auto x = [&](std::size_t i) { return kLeft + w * static_cast<double>(i) / static_cast<double>(most - 1); };
   const auto y = [&](double total) { return kTop + h * (1 - total / 100); };
   std::string svg = fmt::format(
       "<svg viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" role=\"img\" aria-label=\"total by attempt\" "
       "font-family=\"sans-serif\" font-size=\"12\">\n",
-      kWidth, kHeight, kWidth, kHeight);
+      kWidth, height, kWidth, height);
   for (int total = 0; total <= 100; total += 25) {
     svg += fmt::format("<line x1=\"{}\" y1=\"{:.1f}\" x2=\"{}\" y2=\"{:.1f}\" stroke=\"#ddd\"/>", kLeft, y(total),
                        kLeft + w, y(total));
@@ -77,7 +78,7 @@ std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>&
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", x(i), kTop + h + 16, i + 1);
   }
   svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">attempt (number)</text>\n", kLeft + w / 2,
-                     kHeight - 8);
+                     kTop + h + 36);
   svg += fmt::format(
       "<text x=\"14\" y=\"{0}\" text-anchor=\"middle\" transform=\"rotate(-90 14 {0})\">total (points of 100)</text>\n",
       kTop + h / 2);
@@ -93,7 +94,7 @@ std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>&
     svg += fmt::format(
         "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\" stroke-dasharray=\"{}\"/>\n", points,
         colour, kDashes[n % kDashes.size()]);
-    const double at = kTop + 10 + 18 * static_cast<double>(n);
+    const double at = kTop + 10 + kLegend * static_cast<double>(n);
     svg += fmt::format(
         "<line x1=\"{0}\" y1=\"{1}\" x2=\"{2}\" y2=\"{1}\" stroke=\"{3}\" stroke-width=\"2\" stroke-dasharray=\"{4}\"/>"
         "<text x=\"{5}\" y=\"{6}\">{7}</text>\n",
