@@ -25,7 +25,7 @@ struct SurfaceCounts {
 class SurfaceWorker {
  public:
   /// `bone`: a copy, as it is before the loop begins. `threads` for the first meshing; 0: as many as there are cores.
-  SurfaceWorker(Bone bone, int threads = 0);
+  explicit SurfaceWorker(Bone bone, int threads = 0);
   ~SurfaceWorker();  // stops it
   SurfaceWorker(const SurfaceWorker&) = delete;
   SurfaceWorker& operator=(const SurfaceWorker&) = delete;
@@ -38,6 +38,8 @@ class SurfaceWorker {
   /// Finished chunks, oldest first, at most so many; the newest of each only. Any thread.
   std::vector<ChunkMesh> Fetch(std::size_t at_most = 64);
   SurfaceCounts counts() const;
+  /// The finest step that uncut chunks are meshed at: 4, 2 or 1 (from the start). What was cut is at 1 always.
+  void Want(int finest_step);
   /// The first picture's surface (the coarse step of all chunks) has been handed to Fetch().
   bool first_done() const;
   /// Until all that was offered has been meshed.
