@@ -188,7 +188,9 @@ bool BoneChunks::Next(ChunkMesh& mesh) {
 }
 
 void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
-  if (std::find(kSteps.begin(), kSteps.end(), step) == kSteps.end()) throw Error("a chunk is meshed in steps of 1, 2 or 4");
+  if (std::find(kSteps.begin(), kSteps.end(), step) == kSteps.end()) {
+    throw Error("a chunk is meshed in steps of 1, 2, 4 or 8");
+  }
   mesh.index = index;
   mesh.step = step;
   mesh.cut = state_->IsTouched(index);

@@ -13,7 +13,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <glm/geometric.hpp>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "shaders.h"
 #include "view/gl_program.h"
@@ -30,6 +33,7 @@ struct Uploaded {
   GLuint vertices = 0;
   GLuint triangles = 0;
   GLsizei corners = 0;
+  GLenum type = GL_UNSIGNED_SHORT;  // of the triangles' corners
   std::size_t bytes = 0;
 
   void Release() {
@@ -45,11 +49,49 @@ struct Chunk {
   std::array<bool, BoneChunks::kSteps.size()> known{};
   bool cut = false;
   Box3 box;
+  // All normals of all steps lie within a cone about this one; a chunk that turns away wholly is not drawn.
+  Vec3 axis{0};
+  double cos_cone = -1;
+  bool has_cone = false;
+
+  void IncludeNormals(const ChunkMesh& mesh) {
+    if (mesh.vertices.empty()) return;
+    const auto normal = [](const ChunkVertex& v) { return Vec3{v.normal[0], v.normal[1], v.normal[2]} / 127.0; };
+    if (cut || mesh.cut) {
+      cos_cone = -1;
+      has_cone = true;
+      return;
+    }
+    if (!has_cone) {
+      Vec3 sum{0};
+      for (const ChunkVertex& v : mesh.vertices) sum += normal(v);
+      axis = CalcDirection(sum).value_or(Vec3{0, 0, 1});
+      cos_cone = 1;
+      has_cone = true;
+    }
+    for (const ChunkVertex& v : mesh.vertices) cos_cone = std::min(cos_cone, glm::dot(axis, normal(v)));
+  }
+  // `eye_W`: where all lines of sight come from; parallel: they run along -toward_eye_W.
+  bool TurnsAway(const Vec3& eye_W, const Vec3& toward_eye_W, bool parallel) const {
+    if (cos_cone <= 0.1) return false;
+    Vec3 to_eye = toward_eye_W;
+    double spread = 0;  // of the lines of sight over the chunk, as a sine
+    if (!parallel) {
+      const Vec3 d = eye_W - box.centre();
+      const double far = glm::length(d);
+      const double radius = 0.5 * glm::length(box.size());
+      if (far <= 2 * radius) return false;
+      to_eye = d / far;
+      spread = radius / far;
+    }
+    // The triangles' own normals are a little off the vertices'.
+    constexpr double kSlack = 0.12;
+    return glm::dot(axis, to_eye) < -std::sqrt(1 - cos_cone * cos_cone) - spread - kSlack;
+  }
 };
 
 void Upload(const ChunkMesh& mesh, Uploaded& to) {
   to.corners = static_cast<GLsizei>(mesh.triangles.size());
-  to.bytes = mesh.CountBytes();
   if (mesh.triangles.empty()) {
     to.Release();
     return;
@@ -64,8 +106,20 @@ void Upload(const ChunkMesh& mesh, Uploaded& to) {
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(ChunkVertex)),
                mesh.vertices.data(), GL_DYNAMIC_DRAW);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, to.triangles);
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(std::uint32_t)),
-               mesh.triangles.data(), GL_DYNAMIC_DRAW);
+  // A chunk has a few thousand vertices.
+  if (mesh.vertices.size() <= 0xffff) {
+    thread_local std::vector<std::uint16_t> few;
+    few.assign(mesh.triangles.begin(), mesh.triangles.end());
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(few.size() * sizeof(std::uint16_t)), few.data(),
+                 GL_DYNAMIC_DRAW);
+    to.type = GL_UNSIGNED_SHORT;
+    to.bytes = mesh.vertices.size() * sizeof(ChunkVertex) + few.size() * sizeof(std::uint16_t);
+  } else {
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(std::uint32_t)),
+                 mesh.triangles.data(), GL_DYNAMIC_DRAW);
+    to.type = GL_UNSIGNED_INT;
+    to.bytes = mesh.CountBytes();
+  }
   const auto offset = [](std::size_t bytes) { return reinterpret_cast<const void*>(bytes); };
   constexpr GLsizei kStride = sizeof(ChunkVertex);
   glEnableVertexAttribArray(0);
@@ -159,6 +213,7 @@ void BoneProp::SetChunk(const ChunkMesh& mesh) {
   Upload(mesh, uploaded);
   state_->counts.bytes += uploaded.bytes;
   chunk.known[place] = true;
+  chunk.IncludeNormals(mesh);
   chunk.cut = chunk.cut || mesh.cut;
   if (!mesh.triangles.empty()) {
     for (const Vec3& p : {mesh.lower_W, mesh.upper_W}) {
@@ -184,12 +239,11 @@ void BoneProp::SetHidden(bool hidden) {
   state_->hidden = hidden;
 }
 
-void BoneProp::SetPixel(double pixel_mm, double voxel_mm) {
+void BoneProp::SetPixel(double pixel_mm, double voxel_mm, double cell_px) {
   state_->pixel_mm = pixel_mm;
-  // Cells of up to two and a half pixels look the same as finer ones.
   state_->wished = BoneChunks::kSteps.size() - 1;
   for (std::size_t i = 0; i < BoneChunks::kSteps.size(); ++i) {
-    if (BoneChunks::kSteps[i] * voxel_mm <= 2.5 * pixel_mm) {
+    if (BoneChunks::kSteps[i] * voxel_mm <= cell_px * pixel_mm) {
       state_->wished = i;
       break;
     }
@@ -243,14 +297,27 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   glUniform1f(s.program.Uniform("opacity"), s.translucent ? 0.16F : 1.0F);
   glUniform1f(s.program.Uniform("pixel_mm"), static_cast<float>(s.pixel_mm));
 
+  // The nearest first: what lies behind is then not coloured in vain.
+  double eye[3];
+  double toward[3];
+  camera.GetPosition(eye);
+  camera.GetDirectionOfProjection(toward);
+  const Vec3 eye_W{eye[0], eye[1], eye[2]};
+  const Vec3 toward_eye_W{-toward[0], -toward[1], -toward[2]};
+  std::vector<std::pair<double, const Uploaded*>> seen;
+  for (const auto& [index, chunk] : s.chunks) {
+    const Uploaded* uploaded = s.Choose(chunk);
+    if (uploaded == nullptr || uploaded->corners == 0 || !frustum.Sees(chunk.box)) continue;
+    if (!s.translucent && chunk.TurnsAway(eye_W, toward_eye_W, camera.GetParallelProjection() != 0)) continue;
+    seen.emplace_back(-glm::dot(chunk.box.centre(), toward_eye_W), uploaded);
+  }
+  std::sort(seen.begin(), seen.end());
   const auto draw_all = [&] {
     s.counts.drawn = 0;
     s.counts.triangles = 0;
-    for (const auto& [index, chunk] : s.chunks) {
-      const Uploaded* uploaded = s.Choose(chunk);
-      if (uploaded == nullptr || uploaded->corners == 0 || !frustum.Sees(chunk.box)) continue;
+    for (const auto& [depth, uploaded] : seen) {
       glBindVertexArray(uploaded->vertex_array);
-      glDrawElements(GL_TRIANGLES, uploaded->corners, GL_UNSIGNED_INT, nullptr);
+      glDrawElements(GL_TRIANGLES, uploaded->corners, uploaded->type, nullptr);
       ++s.counts.drawn;
       s.counts.triangles += static_cast<std::size_t>(uploaded->corners) / 3;
     }

@@ -25,8 +25,8 @@ class BoneProp : public vtkProp {
   void SetPalette(const std::array<std::array<std::uint8_t, 4>, 512>& palette);
   void SetTranslucent(bool translucent);
   void SetHidden(bool hidden);
-  /// Of the window's pixels at the camera's target: decides how fine uncut chunks are drawn.
-  void SetPixel(double pixel_mm, double voxel_mm);
+  /// Of the window's pixels at the camera's target: uncut chunks are drawn as coarse as cells of `cell_px` pixels allow.
+  void SetPixel(double pixel_mm, double voxel_mm, double cell_px);
 
   struct Counts {
     std::size_t chunks = 0, drawn = 0, triangles = 0, bytes = 0;

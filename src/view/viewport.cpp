@@ -101,6 +101,7 @@ struct Viewport::State {
   ViewCamera camera;
   double scale = 1;
   double voxel_mm = 0;
+  double cell_px = 0;  // that uncut chunks may have; 0: not known yet
 
   MaterialTable materials;
   Box3 bounds_W;
@@ -421,7 +422,13 @@ std::optional<int> Viewport::PickPieceRow(const ScreenPoint& at) const {
 void Viewport::Render() {
   State& s = *state_;
   s.Place();
-  s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.voxel_mm);
+  if (s.cell_px <= 0) {
+    // Without a graphics card triangles cost more than their coarseness does.
+    const std::string name = renderer_name();
+    const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos;
+    s.cell_px = software ? 4.2 : 1.5;
+  }
+  s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.voxel_mm, s.cell_px * s.scale);
   s.actors.SetForce(s.force, s.force ? s.camera.WorldPerPixel(s.force->p_W) * s.scale : 1);
   s.SetCameras();
   std::optional<ScaleBar> bar;
@@ -463,6 +470,10 @@ Image Viewport::Grab() {
 
 const ViewStats& Viewport::stats() const {
   return state_->stats;
+}
+
+void Viewport::set_cell_points(double points) {
+  state_->cell_px = std::clamp(points, 0.5, 20.0);
 }
 
 std::string Viewport::renderer_name() const {

@@ -83,7 +83,7 @@ struct ViewStats {
   std::size_t drawn = 0;       // of them, in the last picture
   std::size_t triangles = 0;   // likewise
   std::size_t surface_bytes = 0;  // of all chunks held, on the graphics card
-  int step = 1;                // of uncut chunks in the last picture
+  int step = 1;                // of uncut chunks in the last picture: what SurfaceWorker::Want() needs at least
 };
 
 /// Draws into a window that somebody else made and gives a size; everything in the thread that owns its OpenGL context.
@@ -160,6 +160,9 @@ class Viewport {
   Image Grab();
   const ViewStats& stats() const;
   std::string renderer_name() const;  // the driver's, "llvmpipe (...)"
+  /// How large the cells of uncut bone may be, points of the screen, 0.5 to 20. By itself: 1.5 on a graphics card, 4.2
+  /// where there is none.
+  void set_cell_points(double points);
 
  private:
   struct State;
