@@ -44,6 +44,10 @@ struct Uploaded {
   }
 };
 
+// What was cut is drawn at one of the last two steps.
+constexpr std::size_t kFirstCutStep = BoneChunks::kSteps.size() - 2;
+constexpr double kCutCell_points = 1.6;
+
 struct Chunk {
   std::array<Uploaded, BoneChunks::kSteps.size()> steps;
   std::array<bool, BoneChunks::kSteps.size()> known{};
@@ -175,13 +179,35 @@ struct BoneProp::State {
   bool translucent = false;
   bool hidden = false;
   double pixel_mm = 0.1;
-  std::size_t wished = BoneChunks::kSteps.size() - 1;
+  double voxel_mm = 0.1;
+  double scale = 1;
+  Fineness fineness;
   Counts counts;
 
-  const Uploaded* Choose(const Chunk& chunk) const {
-    // What was cut is drawn as fine as it is known: a kerf is narrower than a coarse cell.
-    const std::size_t last = chunk.steps.size() - 1;
-    const std::size_t wish = chunk.cut ? last : wished;
+  // The coarsest step whose cells are at most so many pixels wide, from `first` on.
+  std::size_t StepFor(double cell_px, std::size_t first) const {
+    std::size_t i = first;
+    while (i + 1 < BoneChunks::kSteps.size() && BoneChunks::kSteps[i] * voxel_mm > cell_px * scale * pixel_mm) ++i;
+    return i;
+  }
+  // As fine as cells need to be, unless that is too many triangles; `seen`: the chunks in view.
+  std::size_t ChooseStep(const std::vector<const Chunk*>& seen) const {
+    std::size_t step = StepFor(fineness.cell_points, 0);
+    const std::size_t coarsest = StepFor(fineness.coarsest_cell_points, 0);
+    for (; step > coarsest; --step) {
+      std::size_t corners = 0;
+      for (const Chunk* chunk : seen) {
+        const Uploaded* uploaded = Choose(*chunk, step);
+        if (uploaded != nullptr) corners += static_cast<std::size_t>(uploaded->corners);
+      }
+      if (corners <= 3 * fineness.triangles) break;
+    }
+    return step;
+  }
+
+  const Uploaded* Choose(const Chunk& chunk, std::size_t wished) const {
+    // A kerf is narrower than a coarse cell.
+    const std::size_t wish = chunk.cut ? std::max(wished, StepFor(kCutCell_points, kFirstCutStep)) : wished;
     for (std::size_t i = wish; i < chunk.steps.size(); ++i) {
       if (chunk.known[i] && !(i > wish && chunk.known[wish])) return &chunk.steps[i];
     }
@@ -212,6 +238,8 @@ void BoneProp::SetChunk(const ChunkMesh& mesh) {
   state_->counts.bytes -= uploaded.bytes;
   Upload(mesh, uploaded);
   state_->counts.bytes += uploaded.bytes;
+  // The other steps show it as it was before; those that matter come next.
+  if (mesh.cut && mesh.step == 1) chunk.known = {};
   chunk.known[place] = true;
   chunk.IncludeNormals(mesh);
   chunk.cut = chunk.cut || mesh.cut;
@@ -239,16 +267,14 @@ void BoneProp::SetHidden(bool hidden) {
   state_->hidden = hidden;
 }
 
-void BoneProp::SetPixel(double pixel_mm, double voxel_mm, double cell_px) {
+void BoneProp::SetPixel(double pixel_mm, double scale, double voxel_mm) {
   state_->pixel_mm = pixel_mm;
-  state_->wished = BoneChunks::kSteps.size() - 1;
-  for (std::size_t i = 0; i < BoneChunks::kSteps.size(); ++i) {
-    if (BoneChunks::kSteps[i] * voxel_mm <= cell_px * pixel_mm) {
-      state_->wished = i;
-      break;
-    }
-  }
-  state_->counts.step = BoneChunks::kSteps[state_->wished];
+  state_->scale = scale;
+  state_->voxel_mm = voxel_mm;
+}
+
+void BoneProp::SetFineness(const Fineness& fineness) {
+  state_->fineness = fineness;
 }
 
 const BoneProp::Counts& BoneProp::counts() const {
@@ -304,12 +330,19 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   camera.GetDirectionOfProjection(toward);
   const Vec3 eye_W{eye[0], eye[1], eye[2]};
   const Vec3 toward_eye_W{-toward[0], -toward[1], -toward[2]};
-  std::vector<std::pair<double, const Uploaded*>> seen;
+  std::vector<const Chunk*> in_view;
   for (const auto& [index, chunk] : s.chunks) {
-    const Uploaded* uploaded = s.Choose(chunk);
-    if (uploaded == nullptr || uploaded->corners == 0 || !frustum.Sees(chunk.box)) continue;
+    if (chunk.box.empty() || !frustum.Sees(chunk.box)) continue;
     if (!s.translucent && chunk.TurnsAway(eye_W, toward_eye_W, camera.GetParallelProjection() != 0)) continue;
-    seen.emplace_back(-glm::dot(chunk.box.centre(), toward_eye_W), uploaded);
+    in_view.push_back(&chunk);
+  }
+  const std::size_t step = s.ChooseStep(in_view);
+  s.counts.step = BoneChunks::kSteps[step];
+  std::vector<std::pair<double, const Uploaded*>> seen;
+  for (const Chunk* chunk : in_view) {
+    const Uploaded* uploaded = s.Choose(*chunk, step);
+    if (uploaded == nullptr || uploaded->corners == 0) continue;
+    seen.emplace_back(-glm::dot(chunk->box.centre(), toward_eye_W), uploaded);
   }
   std::sort(seen.begin(), seen.end());
   const auto draw_all = [&] {
@@ -338,7 +371,11 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   } else {
     state.vtkglDisable(GL_BLEND);
     state.vtkglDepthMask(GL_TRUE);
+    // Of a closed surface the back is never seen.
+    state.vtkglEnable(GL_CULL_FACE);
+    state.vtkglCullFace(GL_BACK);
     draw_all();
+    state.vtkglDisable(GL_CULL_FACE);
     state.vtkglEnable(GL_BLEND);
   }
   glBindVertexArray(0);

@@ -137,7 +137,10 @@ struct SurfaceWorker::State {
     if (pass > first_pass) {
       // What was cut goes first, once there is a picture at all.
       const std::vector<Index> dirty = chunks.TakeDirty(8);
-      if (!dirty.empty()) MeshAll(dirty, 1);
+      if (!dirty.empty()) {
+        MeshAll(dirty, 1);
+        MeshAll(dirty, 2);  // for when it is seen from afar
+      }
       if (slice) {
         CtSlices made;
         {

@@ -101,7 +101,7 @@ struct Viewport::State {
   ViewCamera camera;
   double scale = 1;
   double voxel_mm = 0;
-  double cell_px = 0;  // that uncut chunks may have; 0: not known yet
+  bool knows_fineness = false;  // asked of the driver
 
   MaterialTable materials;
   Box3 bounds_W;
@@ -422,13 +422,14 @@ std::optional<int> Viewport::PickPieceRow(const ScreenPoint& at) const {
 void Viewport::Render() {
   State& s = *state_;
   s.Place();
-  if (s.cell_px <= 0) {
+  if (!s.knows_fineness) {
     // Without a graphics card triangles cost more than their coarseness does.
     const std::string name = renderer_name();
     const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos;
-    s.cell_px = software ? 4.2 : 1.5;
+    s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 9, 150'000} : BoneProp::Fineness{});
+    s.knows_fineness = true;
   }
-  s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.voxel_mm, s.cell_px * s.scale);
+  s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.scale, s.voxel_mm);
   s.actors.SetForce(s.force, s.force ? s.camera.WorldPerPixel(s.force->p_W) * s.scale : 1);
   s.SetCameras();
   std::optional<ScaleBar> bar;
@@ -472,8 +473,9 @@ const ViewStats& Viewport::stats() const {
   return state_->stats;
 }
 
-void Viewport::set_cell_points(double points) {
-  state_->cell_px = std::clamp(points, 0.5, 20.0);
+void Viewport::SetFineness(double cell_points, double coarsest_cell_points, std::size_t triangles) {
+  state_->bone->SetFineness({cell_points, std::max(cell_points, coarsest_cell_points), triangles});
+  state_->knows_fineness = true;
 }
 
 std::string Viewport::renderer_name() const {

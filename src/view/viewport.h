@@ -160,9 +160,10 @@ class Viewport {
   Image Grab();
   const ViewStats& stats() const;
   std::string renderer_name() const;  // the driver's, "llvmpipe (...)"
-  /// How large the cells of uncut bone may be, points of the screen, 0.5 to 20. By itself: 1.5 on a graphics card, 4.2
-  /// where there is none.
-  void set_cell_points(double points);
+  /// How fine bone that was not cut is drawn: cells of at least and at most so many points of the screen, and in
+  /// between at most so many triangles in all. By itself: 1.5 to 3 and six million with a graphics card, 1.5 to 9 and
+  /// 150 000 without.
+  void SetFineness(double cell_points, double coarsest_cell_points, std::size_t triangles);
 
  private:
   struct State;
