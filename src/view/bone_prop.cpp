@@ -281,6 +281,19 @@ const BoneProp::Counts& BoneProp::counts() const {
   return state_->counts;
 }
 
+std::vector<Vec3> BoneProp::ListCorners() const {
+  std::vector<Vec3> corners;
+  for (const auto& [index, chunk] : state_->chunks) {
+    if (chunk.box.empty()) continue;
+    for (int i = 0; i < 8; ++i) {
+      corners.emplace_back((i & 1) != 0 ? chunk.box.upper.x : chunk.box.lower.x,
+                           (i & 2) != 0 ? chunk.box.upper.y : chunk.box.lower.y,
+                           (i & 4) != 0 ? chunk.box.upper.z : chunk.box.lower.z);
+    }
+  }
+  return corners;
+}
+
 int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   State& s = *state_;
   s.counts.drawn = 0;

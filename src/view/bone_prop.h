@@ -6,6 +6,7 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
 #include "render/colours.h"
 #include "view/bone_chunks.h"
@@ -40,6 +41,8 @@ class BoneProp : public vtkProp {
     int step = 1;
   };
   const Counts& counts() const;
+  /// Corners of the boxes that hold the chunks' surfaces.
+  std::vector<Vec3> ListCorners() const;
 
   int RenderOpaqueGeometry(vtkViewport* viewport) override;
   double* GetBounds() override;

@@ -267,14 +267,16 @@ void DrawStatus(const HudStatus& status, const FlatBox& box, DrawList& list) {
     right -= 1.05 * CalcTextWidth(text, S::kText, false) + 18;
   }
   double x = box.left + S::kInset;
+  bool first = true;
   // From left to right, as far as there is room; `before` is what stands before the words.
   const auto write = [&](const std::string& text, bool bold, double before, double most) {
     const double room = std::min(most, right - x - before);
     if (text.empty() || room < 40) return false;
     const std::string shown = CutText(text, S::kText, bold, room);
     list.Text({shown, x + before, y, S::kText, bold, false, Align::kLeft, ink::kText});
+    if (!first) list.Box({x - 10, box.top + 6, 1, box.height - 12}, ink::kEdge);
+    first = false;
     x += before + 1.05 * CalcTextWidth(shown, S::kText, bold) + 18;
-    list.Box({x - 10, box.top + 6, 1, box.height - 12}, ink::kEdge);
     return true;
   };
   // On: a filled disc that stands out; off: a ring.

@@ -56,7 +56,7 @@ FlatBox CalcModal(double width, double height, const HudState& state) {
     h = kMenuHead + kMenuRow * static_cast<double>(state.menu->rows.size()) + kMenuFoot;
   } else if (state.result) {
     w = 700;
-    h = 100 + S::kRow * static_cast<double>(state.result->rows.size()) + 24 + kMenuFoot;
+    h = 96 + S::kRow * static_cast<double>(state.result->rows.size()) + kMenuFoot;
   } else {
     return {};
   }

@@ -125,6 +125,7 @@ void SceneActors::SetTool(const Tool& tool) {
   s.toothed = MakeMeshActor(MakeToolMesh(tool), kSteelColour, 1, Finish::kMetal);
   s.ghost = MakeMeshActor(MakeToolMesh(tool), kGhostColour, 0.3, Finish::kMatt);
   s.ghost->SetVisibility(false);
+  s.ghost->GetProperty()->BackfaceCullingOn();
   s.scene.AddActor(s.toothed);
   s.over.AddActor(s.ghost);
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {

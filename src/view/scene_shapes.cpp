@@ -134,10 +134,13 @@ vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw) {
 }
 
 TriangleMesh MakeTurningMesh(const DiscSaw& saw) {
-  DiscSaw round = saw;
-  round.diameter_mm = 2 * (saw.radius_mm() - GulletDepth(saw));
-  round.teeth = 120;  // too small to be seen
-  return MakeToolMesh(round);
+  TriangleMesh mesh = MakeToolMesh(saw);
+  const double round = saw.radius_mm() - GulletDepth(saw);
+  for (Vec3& p : mesh.points) {
+    const double r = std::hypot(p.x, p.y);
+    if (r > round) p = {p.x * round / r, p.y * round / r, p.z};
+  }
+  return mesh;
 }
 
 std::vector<Vec3> MakeRectangle(const Vec3& middle, const Vec3& normal, const Vec3& up, double width, double height) {

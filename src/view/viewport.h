@@ -160,6 +160,8 @@ class Viewport {
   Image Grab();
   const ViewStats& stats() const;
   std::string renderer_name() const;  // the driver's, "llvmpipe (...)"
+  /// Edges without stairs; by itself only with a graphics card.
+  void set_smooth_edges(bool smooth);
   /// How fine bone that was not cut is drawn: cells of at least and at most so many points of the screen, and in
   /// between at most so many triangles in all. By itself: 1.5 to 3 and six million with a graphics card, 1.5 to 9 and
   /// 150 000 without.

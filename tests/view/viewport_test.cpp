@@ -279,6 +279,13 @@ TEST_F(OnePlate, EverythingAtOnce) {
     const Image image = Draw();
     EXPECT_EQ(image.width, size.width);
     Leave(image, std::string("all_") + size.name);
+    view.set_smooth_edges(true);
+    const Image smooth = Draw();
+    Leave(smooth, std::string("smooth_") + size.name);
+    // Edges only: most pixels are as they were.
+    EXPECT_GT(Compare(smooth, image).count, 100);
+    EXPECT_LT(Compare(smooth, image).count, 0.1 * size.width * size.height);
+    view.set_smooth_edges(false);
     HudState modal = hud;
     modal.show_help = true;
     modal.help = test::MakeHelp();
