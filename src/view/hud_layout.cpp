@@ -49,7 +49,7 @@ FlatBox CalcModal(double width, double height, const HudState& state) {
     w = 520;
     h = 150;
   } else if (state.show_help) {
-    w = std::min(most_width, 1040.0);
+    w = std::min(most_width, 1200.0);
     h = kHelpHead + HelpHeight(state.help, w - 4 * S::kInset) + 2 * S::kInset;
   } else if (state.menu) {
     w = 640;

@@ -67,7 +67,9 @@ struct SceneActors::State {
   std::vector<PieceShape> pieces;
   struct PieceActor {
     std::shared_ptr<const TriangleMesh> mesh;
+    std::shared_ptr<const std::vector<Rgb8>> colours;
     vtkSmartPointer<vtkActor> actor;
+    vtkSmartPointer<vtkActor> frame;
     Box3 box;
   };
   std::map<int, PieceActor> piece_actors;
@@ -246,22 +248,31 @@ void SceneActors::SetPieces(const std::vector<PieceShape>& pieces) {
     if (piece.mesh_W == nullptr) continue;
     State::PieceActor& to = kept[piece.id];
     const auto at = s.piece_actors.find(piece.id);
-    if (at != s.piece_actors.end() && at->second.mesh == piece.mesh_W) {
+    if (at != s.piece_actors.end() && at->second.mesh == piece.mesh_W &&
+        at->second.colours == piece.point_colours) {
       to = at->second;
       s.piece_actors.erase(at);
     } else {
       to.mesh = piece.mesh_W;
-      to.actor = MakeMeshActor(*piece.mesh_W, piece.colour, 1, Finish::kMatt);
+      to.colours = piece.point_colours;
+      to.actor = MakeMeshActor(*piece.mesh_W, piece.colour, 1, Finish::kMatt, piece.point_colours.get());
       Include(piece.mesh_W->points, to.box);
+      to.frame = MakeLineActor(MakeBoxEdges(to.box.Grown(0.4)), kForceColour, 1.6 * s.scale);
       s.scene.AddActor(to.actor);
+      s.scene.AddActor(to.frame);
     }
     const Rgb8 colour = piece.selected ? Lighter(piece.colour, 0.55, {90, 170, 255}) : piece.colour;
     to.actor->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
     to.actor->GetProperty()->SetAmbient(piece.selected ? 0.34 : 0.22);
     to.actor->SetVisibility(!piece.hidden);
+    to.frame->SetVisibility(piece.selected && !piece.hidden);
     SetPose(*to.actor, piece.X_WP);
+    SetPose(*to.frame, piece.X_WP);
   }
-  for (const auto& [id, gone] : s.piece_actors) s.scene.RemoveActor(gone.actor);
+  for (const auto& [id, gone] : s.piece_actors) {
+    s.scene.RemoveActor(gone.actor);
+    s.scene.RemoveActor(gone.frame);
+  }
   s.piece_actors = std::move(kept);
 }
 

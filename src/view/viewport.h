@@ -68,7 +68,8 @@ struct PieceShape {
   std::shared_ptr<const TriangleMesh> mesh_W;
   Pose X_WP;
   Rgb8 colour = kBoneColour;
-  bool selected = false;
+  std::shared_ptr<const std::vector<Rgb8>> point_colours;  // one for each point of the mesh; null: `colour` throughout
+  bool selected = false;                                   // framed by a box, and tinted where it has one colour
   bool hidden = false;
 };
 
