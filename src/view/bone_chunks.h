@@ -26,7 +26,7 @@ struct ChunkVertex {
 struct ChunkMesh {
   std::array<int, 3> index{};  // of 32 voxels, from the world's origin
   int step = 1;
-  bool cut = false;             // one of its leaves has changed since the beginning
+  bool cut = false;  // one of its leaves has changed since the beginning
   std::vector<ChunkVertex> vertices;
   std::vector<std::uint32_t> triangles;  // three each, counter-clockwise from outside
   Vec3 lower_W{0}, upper_W{0};           // holds the vertices; both 0 when there are none
@@ -60,7 +60,8 @@ class BoneChunks {
   std::vector<std::array<int, 3>> TakeDirty(std::size_t at_most);
   /// Meshes one dirty chunk at step 1; false when there is none.
   bool Next(ChunkMesh& mesh);
-  /// Meshes any chunk, empty or not. `step`: one of kSteps. Several threads may do so at once while nobody calls Take().
+  /// Meshes any chunk, empty or not. `step`: one of kSteps. Several threads may do so at once while nobody calls
+  /// Take().
   void Mesh(const std::array<int, 3>& index, int step, ChunkMesh& mesh) const;
 
   std::size_t CalcMemoryBytes() const;  // of the bone, and of what is kept of it uncut

@@ -33,7 +33,7 @@ enum class HudLevel : std::uint8_t { kPlain, kGood, kWarn, kBad };
 struct HudGauge {
   std::string title;  // "Depth"
   std::string unit = "mm";
-  double lower = 0;   // the bar's ends
+  double lower = 0;  // the bar's ends
   double upper = 10;
   std::optional<double> value;
   std::optional<double> goal;  // a mark
@@ -113,7 +113,7 @@ struct HudState {
   HudValues values;
   bool show_plot = true;
   std::vector<PlotPoint> force;  // in order of time; the last 10 s are shown
-  double now_s = 0;               // the plot's right end
+  double now_s = 0;              // the plot's right end
   std::optional<HudGauge> gauge;
   HudStatus status;
   std::vector<HudPiece> pieces;

@@ -182,7 +182,8 @@ void SceneActors::SetForce(const std::optional<ForceArrow>& force, double mm_per
   const double N = glm::length(force->f_W_N);
   const double length = std::clamp(8 * N, 26 * mm_per_point, 60.0);
   s.force_tail_W = force->p_W - length / N * force->f_W_N;
-  s.arrow = MakeMeshActor(MakeArrowMesh(s.force_tail_W, force->p_W, 2.6 * mm_per_point), kForceColour, 1, Finish::kMatt);
+  s.arrow =
+      MakeMeshActor(MakeArrowMesh(s.force_tail_W, force->p_W, 2.6 * mm_per_point), kForceColour, 1, Finish::kMatt);
   s.over.AddActor(s.arrow);
 }
 
@@ -192,7 +193,8 @@ void SceneActors::SetPlanes(const std::vector<PlaneOverlay>& planes) {
   s.planes = planes;
   s.Remove(s.scene, s.plane_actors);
   for (const PlaneOverlay& plane : planes) {
-    const std::vector<Vec3> corners = MakeRectangle(plane.p_W, plane.normal_W, plane.up_W, plane.width_mm, plane.height_mm);
+    const std::vector<Vec3> corners =
+        MakeRectangle(plane.p_W, plane.normal_W, plane.up_W, plane.width_mm, plane.height_mm);
     s.Add(s.scene, s.plane_actors,
           MakeLineActor({Closed(corners)}, plane.colour, (plane.selected ? 4.0 : 2.0) * s.scale));
     s.Add(s.scene, s.plane_actors,
@@ -248,8 +250,7 @@ void SceneActors::SetPieces(const std::vector<PieceShape>& pieces) {
     if (piece.mesh_W == nullptr) continue;
     State::PieceActor& to = kept[piece.id];
     const auto at = s.piece_actors.find(piece.id);
-    if (at != s.piece_actors.end() && at->second.mesh == piece.mesh_W &&
-        at->second.colours == piece.point_colours) {
+    if (at != s.piece_actors.end() && at->second.mesh == piece.mesh_W && at->second.colours == piece.point_colours) {
       to = at->second;
       s.piece_actors.erase(at);
     } else {

@@ -61,8 +61,9 @@ vtkSmartPointer<vtkAnnotatedCubeActor> MakeCube() {
   cube->GetCubeProperty()->SetColor(0.93, 0.94, 0.96);
   cube->GetCubeProperty()->SetAmbient(0.35);
   cube->GetCubeProperty()->SetDiffuse(0.7);
-  for (vtkProperty* face : {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
-                            cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
+  for (vtkProperty* face :
+       {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
+        cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
     face->SetColor(0.1, 0.12, 0.16);
     face->SetInterpolationToFlat();
   }

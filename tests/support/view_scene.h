@@ -53,9 +53,17 @@ inline std::vector<HudKeyGroup> MakeHelp() {
             {"C", "colours: plain, tissue, region"}}},
           {"Plan", {{"P", "plane at the blade"}, {"D", "depth stop here"}, {"G", "guide on, off"}}},
           {"Pieces",
-           {{"left click", "choose"}, {"H", "hide"}, {"Del", "delete"}, {"arrows", "move along an axis"}, {"M", "measure"}}},
+           {{"left click", "choose"},
+            {"H", "hide"},
+            {"Del", "delete"},
+            {"arrows", "move along an axis"},
+            {"M", "measure"}}},
           {"Session",
-           {{"ctrl Z, ctrl Y", "undo, redo"}, {"K", "checkpoint"}, {"F2", "screenshot"}, {"F3", "report"}, {"Esc", "end"}}}};
+           {{"ctrl Z, ctrl Y", "undo, redo"},
+            {"K", "checkpoint"},
+            {"F2", "screenshot"},
+            {"F3", "report"},
+            {"Esc", "end"}}}};
 }
 
 inline HudResult MakeResult() {

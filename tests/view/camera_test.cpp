@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <glm/geometric.hpp>
 #include <rapidcheck/gtest.h>
+#include <glm/geometric.hpp>
 
 namespace kerf {
 namespace {

@@ -15,7 +15,8 @@ namespace {
 // Numbers that rise along x, 100 HU a mm.
 Bone MakePlateWithCt() {
   Bone bone = test::MakePlate(0.25);
-  SetHu(bone, [](const Vec3& p) { return 600 + 100 * p.x; }, 0.25);
+  SetHu(
+      bone, [](const Vec3& p) { return 600 + 100 * p.x; }, 0.25);
   return bone;
 }
 
@@ -57,7 +58,8 @@ TEST(CtSlices, GreyIsTheNumberAndLinesAreWhereBoneAndToolEnd) {
         ASSERT_EQ(seen, kBoneLine);
         ++bone_line;
       } else if (to_edge > 0.5 && std::abs(to_tool) > 2 * pixel_mm) {
-        // 2000 HU wide about 600: 127.5 at x = 0, 12.75 more for each mm. Half a step of rounding, and of the CT's floats.
+        // 2000 HU wide about 600: 127.5 at x = 0, 12.75 more for each mm. Half a step of rounding, and of the CT's
+        // floats.
         ASSERT_NEAR(seen[0], 127.5 + 12.75 * p.x, 0.6);
         ASSERT_EQ(seen[0], seen[1]);
         ++grey;

@@ -51,7 +51,8 @@ std::vector<HudState> MakeModals() {
   all[0].help = test::MakeHelp();
   HudMenu menu;
   menu.title = "Exercises";
-  for (int i = 0; i < 30; ++i) menu.rows.push_back({"Groove of a given depth " + std::to_string(i), "best 82, level 2"});
+  for (int i = 0; i < 30; ++i)
+    menu.rows.push_back({"Groove of a given depth " + std::to_string(i), "best 82, level 2"});
   menu.selected = 17;
   menu.footer = "Up and down choose, Enter begins, Esc goes back";
   all[1].menu = menu;
@@ -90,8 +91,8 @@ TEST(HudLayout, PanelsNeverOverlapNorLeaveTheWindow) {
 TEST(HudLayout, AllPanelsFitAtTheSmallestSizeThatIsPromised) {
   HudState hud = MakeState(4u | 8u);
   const HudLayout layout = CalcHudLayout(1280, 720, hud, {3, true, true});
-  for (const FlatBox* box : {&layout.values, &layout.plot, &layout.gauge, &layout.pieces, &layout.banner, &layout.legend,
-                             &layout.orientation, &layout.scale_bar, &layout.status}) {
+  for (const FlatBox* box : {&layout.values, &layout.plot, &layout.gauge, &layout.pieces, &layout.banner,
+                             &layout.legend, &layout.orientation, &layout.scale_bar, &layout.status}) {
     EXPECT_FALSE(box->empty());
   }
   EXPECT_EQ(layout.slices.size(), 3u);

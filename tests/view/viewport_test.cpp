@@ -20,7 +20,8 @@ namespace kerf {
 namespace {
 
 void Leave(const Image& image, const std::string& name) {
-  if (const char* folder = std::getenv("KERF_VIEW_PICTURES")) WritePng(image, std::string(folder) + "/" + name + ".png");
+  if (const char* folder = std::getenv("KERF_VIEW_PICTURES"))
+    WritePng(image, std::string(folder) + "/" + name + ".png");
 }
 
 void Upload(Viewport& view, SurfaceWorker& worker) {
@@ -247,7 +248,9 @@ TEST_F(OnePlate, PanelsAreFoundUnderTheMouse) {
 
 // Everything at once, at both sizes that are promised: for the eye, and that nothing throws.
 TEST_F(OnePlate, EverythingAtOnce) {
-  SetHu(bone, [](const Vec3& p) { return p.z > -4 ? 1500 : 250 + 60 * std::sin(3 * p.x) * std::cos(2 * p.y + p.z); }, 0.25);
+  SetHu(
+      bone, [](const Vec3& p) { return p.z > -4 ? 1500 : 250 + 60 * std::sin(3 * p.x) * std::cos(2 * p.y + p.z); },
+      0.25);
   view.SetTool(DiscSaw{});
   const Pose X_WT{{std::sqrt(0.5), 0, std::sqrt(0.5), 0}, {1, 0, 8}};
   view.SetToolPose(X_WT, 7500, 0);
