@@ -124,7 +124,7 @@ void Upload(const ChunkMesh& mesh, Uploaded& to) {
     to.type = GL_UNSIGNED_INT;
     to.bytes = mesh.CountBytes();
   }
-  const auto offset = [](std::size_t bytes) { return reinterpret_cast<const void*>(bytes); };
+  const auto offset = [](std::size_t bytes) { return static_cast<const char*>(nullptr) + bytes; };
   constexpr GLsizei kStride = sizeof(ChunkVertex);
   glEnableVertexAttribArray(0);
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(ChunkVertex, p_mm)));
