@@ -111,6 +111,46 @@ TEST(BoneChunks, AChunkKeptUpByLeavesIsTheOneMeshedFromScratch) {
   EXPECT_EQ(CountUnpaired(JoinChunks(kept, all)), 0u);
 }
 
+TEST(BoneChunks, EachLeafReachesTheChunksThatItBordersOn) {
+  const Bone bone = MakePlate(0.5);
+  std::vector<std::array<int, 3>> leaves;
+  for (int x = -3; x <= 3; ++x) {
+    for (int y = -2; y <= 2; ++y) {
+      for (int z = -4; z <= 1; ++z) leaves.push_back({x, y, z});
+    }
+  }
+  std::size_t changed = 0;
+  for (const auto& index : leaves) {
+    BoneChunks kept(bone);
+    std::map<std::array<int, 3>, ChunkMesh> drawn;
+    for (int i = 0; i < 64; ++i) {
+      const std::array<int, 3> chunk{i % 4 - 2, i / 4 % 4 - 2, i / 16 - 2};
+      kept.Mesh(chunk, 1, drawn[chunk]);
+    }
+    // The surface moves by a fifth of a voxel in this leaf alone.
+    LeafMessage leaf;
+    leaf.index = index;
+    GetLeaf(bone, index, leaf.values);
+    for (float& phi : leaf.values) phi = std::min(phi + 0.1F, 1.5F);
+    kept.Take(leaf);
+    for (ChunkMesh mesh; kept.Next(mesh);) drawn[mesh.index] = mesh;
+    const BoneChunks fresh(kept.bone());
+    ASSERT_EQ(fresh.origin_W(), kept.origin_W());
+    for (const auto& [chunk, mesh] : drawn) {
+      ChunkMesh scratch;
+      fresh.Mesh(chunk, 1, scratch);
+      const auto a = Sorted(mesh);
+      const auto b = Sorted(scratch);
+      ASSERT_EQ(a.size(), b.size());
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        ASSERT_EQ(a[i].p_mm, b[i].p_mm) << index[0] << " " << index[1] << " " << index[2];
+      }
+      changed += mesh.cut ? 1 : 0;
+    }
+  }
+  EXPECT_GT(changed, leaves.size());  // some leaves border on more than one
+}
+
 TEST(BoneChunks, WhatTheSawLaidOpenIsMarkedAndShowsItsTissue) {
   const Slot slot;
   Simulation simulation(MakePlate(0.2), slot.params, slot.start);
