@@ -33,28 +33,30 @@ struct IndexHash {
   }
 };
 
-// The leaves that the samples of a chunk lie in: its own and one more on each side.
-constexpr std::size_t kReach = kLeavesAcross + 2;
+// The leaves that the samples of a chunk lie in: its own, and as many more on each side as two samples reach.
 struct LeafValues {
   const float* values;  // null: `uniform` throughout
   float uniform;
 };
-using Neighbourhood = std::array<LeafValues, static_cast<std::size_t>(kReach* kReach* kReach)>;
+int Beyond(int step) {
+  return (2 * step + kLeaf - 1) / kLeaf;
+}
 
-void FillSamples(const Neighbourhood& leaves, int step, std::vector<float>& samples) {
+void FillSamples(const std::vector<LeafValues>& leaves, int step, std::vector<float>& samples) {
   constexpr std::size_t kEdge = kLeaf;
-  const std::size_t n = static_cast<std::size_t>(BoneChunks::kVoxels / step) + 2;
+  const auto s = static_cast<std::size_t>(step);
+  const auto beyond = static_cast<std::size_t>(Beyond(step));
+  const std::size_t reach = kLeavesAcross + 2 * beyond;
+  const std::size_t n = static_cast<std::size_t>(BoneChunks::kVoxels / step) + 4;
   samples.resize(n * n * n);
-  // Voxels count from the leaf before the chunk's first, samples from the one before the chunk.
-  const auto voxel_of = [&](std::size_t i) {
-    return kEdge + i * static_cast<std::size_t>(step) - static_cast<std::size_t>(step);
-  };
+  // Voxels count from the first leaf, samples from two before the chunk.
+  const auto voxel_of = [&](std::size_t i) { return kEdge * beyond + i * s - 2 * s; };
   float* out = samples.data();
   for (std::size_t x = 0; x < n; ++x) {
     const std::size_t vx = voxel_of(x);
     for (std::size_t y = 0; y < n; ++y) {
       const std::size_t vy = voxel_of(y);
-      const LeafValues* row = &leaves[((vx / kEdge) * kReach + vy / kEdge) * kReach];
+      const LeafValues* row = &leaves[((vx / kEdge) * reach + vy / kEdge) * reach];
       const std::size_t within = ((vx % kEdge) * kEdge + vy % kEdge) * kEdge;
       for (std::size_t z = 0; z < n; ++z) {
         const std::size_t vz = voxel_of(z);
@@ -203,29 +205,31 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
 
   const Bone::Grids& grids = state_->bone.grids();
   auto phi = grids.phi->getConstAccessor();
-  Neighbourhood leaves;
-  Neighbourhood uncut;
+  thread_local std::vector<LeafValues> leaves;
+  thread_local std::vector<LeafValues> uncut;
+  leaves.clear();
+  uncut.clear();
   bool inside = false;
   bool outside = false;
   bool own = false;
-  std::size_t at = 0;
-  for (int x = -1; x <= kLeavesAcross; ++x) {
-    for (int y = -1; y <= kLeavesAcross; ++y) {
-      for (int z = -1; z <= kLeavesAcross; ++z, ++at) {
+  const int beyond = Beyond(step);
+  for (int x = -beyond; x < kLeavesAcross + beyond; ++x) {
+    for (int y = -beyond; y < kLeavesAcross + beyond; ++y) {
+      for (int z = -beyond; z < kLeavesAcross + beyond; ++z) {
         const Index leaf{kLeavesAcross * index[0] + x, kLeavesAcross * index[1] + y, kLeavesAcross * index[2] + z};
         const openvdb::Coord corner(kLeaf * leaf[0], kLeaf * leaf[1], kLeaf * leaf[2]);
         const auto* values = phi.probeConstLeaf(corner);
         if (values != nullptr) {
-          leaves[at] = {values->buffer().data(), 0};
+          leaves.push_back({values->buffer().data(), 0});
           own = true;
         } else {
-          leaves[at] = {nullptr, phi.getValue(corner)};
-          (leaves[at].uniform < 0 ? inside : outside) = true;
+          leaves.push_back({nullptr, phi.getValue(corner)});
+          (leaves.back().uniform < 0 ? inside : outside) = true;
         }
-        uncut[at] = leaves[at];
         if (!mesh.cut) continue;
+        uncut.push_back(leaves.back());
         const auto before = state_->uncut.find(leaf);
-        if (before != state_->uncut.end()) uncut[at].values = before->second.data();
+        if (before != state_->uncut.end()) uncut.back().values = before->second.data();
       }
     }
   }

@@ -10,14 +10,15 @@
 
 namespace kerf {
 
-/// Samples of a level set on a lattice: `cells` owned cells along each axis and one layer of cells before them, so
-/// cells + 2 samples, z fastest; the first owned cell's lower corner is sample (1, 1, 1).
+/// Samples of a level set on a lattice: `cells` owned cells along each axis, one layer of cells before them, and a
+/// sample more at each end for normals: cells + 4 samples, z fastest; the first owned cell's lower corner is sample
+/// (2, 2, 2).
 struct SampleBlock {
   int cells = 0;
   std::vector<float> phi;
   std::vector<float> uncut;  // likewise, as it was before any cutting; empty: the same
 
-  int samples() const { return cells + 2; }
+  int samples() const { return cells + 4; }
 };
 
 /// A vertex in cell units: the first owned cell's lower corner is 0.
