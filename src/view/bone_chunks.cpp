@@ -201,6 +201,7 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
   mesh.cut = state_->IsTouched(index);
   mesh.vertices.clear();
   mesh.triangles.clear();
+  mesh.skirt.clear();
   mesh.lower_W = mesh.upper_W = Vec3{0};
 
   const Bone::Grids& grids = state_->bone.grids();
@@ -242,7 +243,7 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
   block.uncut.clear();
   if (mesh.cut) FillSamples(uncut, step, block.uncut);
   const double voxel_mm = state_->voxel_mm();
-  MakeCellSurface(block, static_cast<float>(0.15 * step * voxel_mm), surface);
+  MakeCellSurface(block, static_cast<float>(0.15 * step * voxel_mm), step > 1, surface);
   if (surface.vertices.empty()) return;
 
   auto region = grids.region->getConstAccessor();
@@ -274,6 +275,7 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
     mesh.vertices.push_back(out);
   }
   mesh.triangles = surface.triangles;
+  mesh.skirt = surface.skirt;
   mesh.lower_W = box.lower;
   mesh.upper_W = box.upper;
 }

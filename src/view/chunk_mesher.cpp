@@ -1,5 +1,6 @@
 #include "view/chunk_mesher.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -38,13 +39,9 @@ std::array<float, 3> Gradient(const Corners& v, const std::array<float, 3>& f) {
 class Mesher {
  public:
   Mesher(const SampleBlock& block, float cut_depth, CellSurface& surface)
-      : block_(block),
-        cut_depth_(cut_depth),
-        surface_(surface),
-        n_(block.samples()),
-        m_(block.cells + 1) {}  // cell c lies between samples c + 1 and c + 2
+      : block_(block), cut_depth_(cut_depth), surface_(surface), n_(block.samples()), m_(block.cells + 2) {}
 
-  void Run() {
+  void Run(bool skirt) {
     MakeSigns();
     MarkCells();
     // Edges by the sample at their lower end, which is one of the block's own.
@@ -56,11 +53,12 @@ class Mesher {
           const std::uint64_t next = axis == 0 ? Row(x + 1, y) : axis == 1 ? Row(x, y + 1) : row >> 1;
           for (std::uint64_t crossed = (row ^ next) & own; crossed != 0; crossed &= crossed - 1) {
             const int z = std::countr_zero(crossed);
-            AddFace(x - 1, y - 1, z - 1, axis, ((row >> z) & 1) != 0);
+            AddFace(x - 1, y - 1, z - 1, axis, ((row >> z) & 1) != 0, surface_.triangles);
           }
         }
       }
     }
+    if (skirt) AddSkirt();
   }
 
  private:
@@ -77,6 +75,23 @@ class Mesher {
             Trilinear(CornersOf(values, x, y + 1, z), f) - Trilinear(CornersOf(values, x, y - 1, z), f),
             Trilinear(CornersOf(values, x, y, z + 1), f) - Trilinear(CornersOf(values, x, y, z - 1), f)};
   }
+
+  // The faces about edges in the upper sides of the block, between its last cells and the first ones beyond.
+  void AddSkirt() {
+    const int last = n_ - 2;
+    for (int x = 2; x <= last; ++x) {
+      for (int y = 2; y <= last; ++y) {
+        const bool side = x == last || y == last;
+        for (int z = side ? 2 : last; z <= last; ++z) {
+          const bool inside = IsInside(x, y, z);
+          if (x < last && inside != IsInside(x + 1, y, z)) AddFace(x - 1, y - 1, z - 1, 0, inside, surface_.skirt);
+          if (y < last && inside != IsInside(x, y + 1, z)) AddFace(x - 1, y - 1, z - 1, 1, inside, surface_.skirt);
+          if (z < last && inside != IsInside(x, y, z + 1)) AddFace(x - 1, y - 1, z - 1, 2, inside, surface_.skirt);
+        }
+      }
+    }
+  }
+  bool IsInside(int x, int y, int z) const { return ((Row(x, y) >> z) & 1) != 0; }
 
   // A bit for each sample of a row along z: inside.
   void MakeSigns() {
@@ -154,7 +169,7 @@ class Mesher {
   }
 
   // Of the four cells around an edge; seen from the edge's upper end they go round counter-clockwise.
-  void AddFace(int x, int y, int z, int axis, bool inside_first) {
+  void AddFace(int x, int y, int z, int axis, bool inside_first, std::vector<std::uint32_t>& t) {
     std::array<std::uint32_t, 4> id{};
     constexpr int kRound[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};
     for (std::size_t i = 0; i < 4; ++i) {
@@ -163,7 +178,6 @@ class Mesher {
       id[i] = axis == 0 ? VertexOf(x, y - u, z - v) : axis == 1 ? VertexOf(x - v, y, z - u) : VertexOf(x - u, y - v, z);
     }
     if (!inside_first) std::swap(id[1], id[3]);
-    auto& t = surface_.triangles;
     // Along the shorter diagonal.
     if (Distance2(id[0], id[2]) <= Distance2(id[1], id[3])) {
       t.insert(t.end(), {id[0], id[1], id[2], id[0], id[2], id[3]});
@@ -187,7 +201,7 @@ class Mesher {
   float cut_depth_;
   CellSurface& surface_;
   int n_;  // samples along an axis
-  int m_;  // cells along an axis, those before too
+  int m_;  // cells along an axis, those before and after too; cell i lies between samples i + 1 and i + 2
 };
 
 }  // namespace
@@ -195,11 +209,12 @@ class Mesher {
 void CellSurface::Clear() {
   vertices.clear();
   triangles.clear();
+  skirt.clear();
 }
 
-void MakeCellSurface(const SampleBlock& block, float cut_depth, CellSurface& surface) {
+void MakeCellSurface(const SampleBlock& block, float cut_depth, bool skirt, CellSurface& surface) {
   surface.Clear();
-  Mesher(block, cut_depth, surface).Run();
+  Mesher(block, cut_depth, surface).Run(skirt);
 }
 
 }  // namespace kerf
