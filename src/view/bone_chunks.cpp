@@ -67,7 +67,7 @@ void FillSamples(const std::vector<LeafValues>& leaves, int step, std::vector<fl
   }
 }
 
-std::int8_t ToByte(float x) {
+std::int8_t ToByte(double x) {
   return static_cast<std::int8_t>(std::lround(127 * x));
 }
 
@@ -253,18 +253,31 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
   const Vec3 origin = origin_W();
   Box3 box;
   mesh.vertices.reserve(surface.vertices.size());
+  // Coarse cells are wider than the narrow band, so their normals come from the level set itself.
+  const double h_vox = mesh.cut ? 0.5 : 1;
+  const auto gradient = [&](const Vec3& p_vox) {
+    Vec3 g{0};
+    for (int i = 0; i < 3; ++i) {
+      Vec3 d{0};
+      d[i] = h_vox;
+      g[i] = SampleTrilinear(phi, p_vox + d) - SampleTrilinear(phi, p_vox - d);
+    }
+    return g;
+  };
   for (const CellVertex& v : surface.vertices) {
     ChunkVertex out{};
-    Vec3 p{0};
+    Vec3 p_vox{0};
     Vec3 normal{0};
     for (int i = 0; i < 3; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const int cell = kVoxels * (index[k] - middle[k]) + step * v.cell[k];
-      p[i] = (cell + step * static_cast<double>(v.within[k])) * voxel_mm;
+      p_vox[i] = cell + step * static_cast<double>(v.within[k]);
       normal[i] = static_cast<double>(v.normal[k]);
-      out.p_mm[k] = static_cast<float>(p[i]);
-      out.normal[k] = ToByte(v.normal[k]);
+      out.p_mm[k] = static_cast<float>(p_vox[i] * voxel_mm);
     }
+    if (step > 1) normal = CalcDirection(gradient(p_vox + origin / voxel_mm)).value_or(normal);
+    for (int i = 0; i < 3; ++i) out.normal[static_cast<std::size_t>(i)] = ToByte(normal[i]);
+    Vec3 p = p_vox * voxel_mm;
     p += origin;
     box.Include(p);
     int id = 0;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "bone/set_leaf.h"
@@ -191,6 +192,42 @@ TEST(BoneChunks, WhatTheSawLaidOpenIsMarkedAndShowsItsTissue) {
   }
   EXPECT_GT(wall[0], 500u);
   EXPECT_GT(wall[1], 300u);
+}
+
+TEST(BoneChunks, SkirtsAreThoseFacesOfTheChunksAboveThatTouchTheBorder) {
+  BlockParams params;
+  params.size_mm = {16, 10, 10};
+  params.layers = {{10, 24}};
+  params.voxel_mm = 0.2;
+  params.X_WB.R_AB = glm::angleAxis(0.6, glm::normalize(Vec3{1, 2, 3}));
+  const BoneChunks chunks(MakeBlock(params, DefaultMandibleTable()));
+  const std::vector<ChunkMesh> meshes = MeshAll(chunks, 2);
+  std::map<std::array<float, 3>, ChunkVertex> known;
+  std::set<std::set<std::array<float, 3>>> faces;
+  const auto corners = [](const ChunkMesh& mesh, const std::vector<std::uint32_t>& triangles, std::size_t t) {
+    return std::set<std::array<float, 3>>{mesh.vertices[triangles[t]].p_mm, mesh.vertices[triangles[t + 1]].p_mm,
+                                          mesh.vertices[triangles[t + 2]].p_mm};
+  };
+  for (const ChunkMesh& mesh : meshes) {
+    for (const std::uint32_t i : mesh.triangles) known[mesh.vertices[i].p_mm] = mesh.vertices[i];
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) faces.insert(corners(mesh, mesh.triangles, t));
+  }
+  std::size_t looked = 0;
+  for (const ChunkMesh& mesh : meshes) {
+    for (std::size_t t = 0; t < mesh.skirt.size(); t += 3) {
+      ASSERT_EQ(faces.count(corners(mesh, mesh.skirt, t)), 1u);
+      ++looked;
+    }
+    for (const std::uint32_t i : mesh.skirt) {
+      const ChunkVertex& v = mesh.vertices[i];
+      const ChunkVertex& w = known.at(v.p_mm);
+      // Of a narrower look at the level set: alike but at the block's edges.
+      const double along =
+          (v.normal[0] * w.normal[0] + v.normal[1] * w.normal[1] + v.normal[2] * w.normal[2]) / 127.0 / 127;
+      ASSERT_GT(along, 0.7);
+    }
+  }
+  EXPECT_GT(looked, 200u);
 }
 
 TEST(BoneChunks, NormalsPointOutward) {
