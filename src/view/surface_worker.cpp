@@ -34,16 +34,36 @@ struct SurfaceWorker::State {
         has_hu(bone.has_hu()),
         chunks(std::move(bone)),
         origin_W(chunks.origin_W()),
-        first_pass(FindFirstPass(chunks.bone().voxel_mm())),
-        pass(first_pass),
+        passes(MakePasses(chunks.bone().voxel_mm())),
         arena(threads > 0 ? threads : tbb::task_arena::automatic) {}
 
-  // Cells of up to 0.85 mm show a bone well enough to begin with.
-  static std::size_t FindFirstPass(double voxel_mm) {
-    std::size_t i = 0;
-    while (i + 1 < BoneChunks::kSteps.size() && BoneChunks::kSteps[i] * voxel_mm > 0.85) ++i;
-    return i;
+  // A meshing of all chunks at one step, and how far it has come.
+  struct Pass {
+    int step;
+    std::size_t next;  // of `all`
+  };
+  // Cells of up to 0.85 mm show a bone well enough to begin with, then finer ones; last the still coarser, up to
+  // 1.25 mm, which only a slow machine draws, from afar.
+  static std::vector<Pass> MakePasses(double voxel_mm) {
+    std::vector<Pass> first, last;
+    for (const int step : BoneChunks::kSteps) {
+      if (step * voxel_mm <= 0.85 || step == 1) {
+        first.push_back({step, 0});
+      } else if (step * voxel_mm <= 1.25) {
+        last.push_back({step, 0});
+      }
+    }
+    first.insert(first.end(), last.begin(), last.end());
+    return first;
   }
+  // The one to go on with; null when all that are wanted are done.
+  Pass* FindPass(int wanted) {
+    const auto at = std::find_if(passes.begin(), passes.end(), [&](const Pass& pass) {
+      return pass.next < all.size() && (pass.step >= wanted || &pass == &passes.front());
+    });
+    return at == passes.end() ? nullptr : &*at;
+  }
+  bool FirstDone() const { return passes.front().next == all.size(); }
 
   const Box3 bounds_W;
   const bool has_hu;
@@ -75,9 +95,7 @@ struct SurfaceWorker::State {
 
   // The worker's own.
   std::vector<Index> all;
-  const std::size_t first_pass;
-  std::size_t pass;      // of BoneChunks::kSteps
-  std::size_t next = 0;  // of `all`
+  std::vector<Pass> passes;
   tbb::task_arena arena;
   std::thread thread;
 
@@ -132,10 +150,10 @@ struct SurfaceWorker::State {
     {
       const std::lock_guard lock(mutex);
       wanted = finest;
-      if (pass > first_pass) std::swap(slice, job);
+      if (FirstDone()) std::swap(slice, job);
       counts.dirty = chunks.CountDirty();
     }
-    if (pass > first_pass) {
+    if (FirstDone()) {
       // What was cut goes first, once there is a picture at all.
       const std::vector<Index> dirty = chunks.TakeDirty(8);
       if (!dirty.empty()) {
@@ -153,35 +171,34 @@ struct SurfaceWorker::State {
       }
       if (!dirty.empty() || slice) return true;
     }
-    if (pass == BoneChunks::kSteps.size() || BoneChunks::kSteps[pass] < wanted) return false;
-    const std::size_t end = std::min(all.size(), next + kBatch);
-    MeshAll({all.begin() + static_cast<std::ptrdiff_t>(next), all.begin() + static_cast<std::ptrdiff_t>(end)},
-            BoneChunks::kSteps[pass]);
-    next = end;
-    if (next == all.size()) {
-      ++pass;
-      next = 0;
-    }
+    Pass* pass = FindPass(wanted);
+    if (pass == nullptr) return false;
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(pass->next);
+    pass->next = std::min(all.size(), pass->next + kBatch);
+    MeshAll({begin, all.begin() + static_cast<std::ptrdiff_t>(pass->next)}, pass->step);
     const std::lock_guard lock(mutex);
-    if (pass > first_pass && !first_done) {
+    if (FirstDone() && !first_done) {
       first_done = true;
       idle.notify_all();
     }
-    counts.first_left = (BoneChunks::kSteps.size() - pass) * all.size() - next;
+    counts.first_left = 0;
+    for (const Pass& p : passes) counts.first_left += all.size() - p.next;
     return true;
   }
 
   void Run() {
     all = chunks.ListChunks(bounds_W.empty() ? Vec3{0} : bounds_W.centre());
+    {
+      const std::lock_guard lock(mutex);
+      if (all.empty()) first_done = true;
+      idle.notify_all();
+    }
     for (;;) {
       const bool worked = Step();
       std::unique_lock lock(mutex);
       if (stop) return;
       if (worked) continue;
-      const auto has_work = [&] {
-        return stop || !leaves.empty() || job ||
-               (pass < BoneChunks::kSteps.size() && BoneChunks::kSteps[pass] >= finest);
-      };
+      const auto has_work = [&] { return stop || !leaves.empty() || job || FindPass(finest) != nullptr; };
       if (has_work()) continue;
       working = false;
       idle.notify_all();

@@ -149,7 +149,7 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
   Simulation simulation(bone, params, cut.At(0));
   BoneChunks chunks{Bone(bone)};
   const std::size_t before_bytes = chunks.CalcMemoryBytes();
-  std::vector<double> remesh_us, upload_us, both_us;
+  std::vector<double> remesh_us, upload_us, both_us, undisturbed_us;
   std::vector<PlotPoint> force;
   const double mm_per_tick = cut.cut.feed_mm_per_s * kTick_s;
   const int first_tick = static_cast<int>(0.6 * cut.cut.warm_up_mm / mm_per_tick);
@@ -177,6 +177,7 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
     simulation.ClearChanged();
     simulation.Refill();
     for (;;) {
+      const long interruptions = CountInterruptions();
       const std::int64_t t0_ns = ReadClock_ns();
       if (!chunks.Next(mesh)) break;
       const std::int64_t t1_ns = ReadClock_ns();
@@ -185,11 +186,13 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
       remesh_us.push_back(1e-3 * static_cast<double>(t1_ns - t0_ns));
       upload_us.push_back(1e-3 * static_cast<double>(t2_ns - t1_ns));
       both_us.push_back(1e-3 * static_cast<double>(t2_ns - t0_ns));
+      if (CountInterruptions() == interruptions) undisturbed_us.push_back(both_us.back());
     }
   }
   report.remesh = CalcPercentiles(std::move(remesh_us));
   report.upload = CalcPercentiles(std::move(upload_us));
   report.both = CalcPercentiles(std::move(both_us));
+  report.undisturbed = CalcPercentiles(std::move(undisturbed_us));
   report.uncut_MB = 1e-6 * (static_cast<double>(chunks.CalcMemoryBytes()) - static_cast<double>(before_bytes));
   report.bone_hash = chunks.bone().CalcHash();
   worker.WaitIdle();

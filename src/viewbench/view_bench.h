@@ -46,6 +46,7 @@ struct ViewReport {
   Percentiles remesh;
   Percentiles upload;
   Percentiles both;
+  Percentiles undisturbed;  // of both, where the system did not take the core away meanwhile
   std::size_t cut_leaves = 0;
   std::vector<ViewFrames> frames;
   std::size_t chunks = 0;

@@ -28,8 +28,9 @@ std::string FormatViewTable(const ViewReport& r) {
   std::string text = fmt::format("View, default mandible at {:g} mm\n", r.options.voxel_mm);
   text += fmt::format("  first picture   {}\n", FormatFirst(r));
   text += fmt::format("  finer steps     {:.2f} s later\n", 1e-3 * r.refining_ms);
-  text += fmt::format("  a changed chunk {} (limit 2): mesh {}; upload {}; {} times, {} leaves\n", FormatTimes(r.both),
-                      FormatTimes(r.remesh), FormatTimes(r.upload), r.both.count, r.cut_leaves);
+  text += fmt::format("  a changed chunk {} (limit 2), undisturbed {}: mesh {}; upload {}; {} times, {} leaves\n",
+                      FormatTimes(r.both), FormatTimes(r.undisturbed), FormatTimes(r.remesh), FormatTimes(r.upload),
+                      r.both.count, r.cut_leaves);
   for (const ViewFrames& f : r.frames) {
     text += fmt::format("  frame, {:<24} p50 {:.1f} ms, p95 {:.1f}, max {:.1f}; {} triangles in {} chunks, step {}\n",
                         f.view, 1e-3 * f.times.p50_us, 1e-3 * f.p95_us, 1e-3 * f.times.max_us, f.triangles, f.chunks,
@@ -48,6 +49,7 @@ std::string FormatViewMarkdown(const ViewReport& r) {
                         1e-3 * t.p99_us, 1e-3 * t.max_us, t.count);
   };
   chunk("a changed chunk, meshed and uploaded", r.both);
+  chunk("likewise, where the system did not take the core away", r.undisturbed);
   chunk("of it meshing", r.remesh);
   chunk("of it upload", r.upload);
   for (const ViewFrames& f : r.frames) {
@@ -79,7 +81,10 @@ std::string FormatViewJson(const ViewReport& r) {
       {"window", RoundedJson(r.window_ms)},       {"coarse_surface", RoundedJson(r.meshing_ms)},
       {"upload", RoundedJson(r.upload_ms)},       {"first_frame", RoundedJson(r.first_frame_ms)}};
   json["refining_ms"] = RoundedJson(r.refining_ms);
-  json["chunk"] = {{"both", TimesJson(r.both)}, {"remesh", TimesJson(r.remesh)}, {"upload", TimesJson(r.upload)}};
+  json["chunk"] = {{"both", TimesJson(r.both)},
+                   {"undisturbed", TimesJson(r.undisturbed)},
+                   {"remesh", TimesJson(r.remesh)},
+                   {"upload", TimesJson(r.upload)}};
   json["cut_leaves"] = r.cut_leaves;
   for (const ViewFrames& f : r.frames) {
     json["frames"].push_back({{"view", f.view},
