@@ -14,6 +14,7 @@ TriangleMesh MeshTissue(const Bone& bone, Tissue tissue) {
   const Bone::Grids& grids = bone.grids();
   const openvdb::FloatGrid::Ptr share = openvdb::FloatGrid::create(1.0F);
   share->setTransform(grids.region->transform().copy());
+  share->setGridClass(openvdb::GRID_LEVEL_SET);  // else its surface is turned inside out
   std::array<bool, 256> wanted{};
   bool any = false;
   for (const auto& [id, region] : grids.materials.regions()) {
