@@ -19,6 +19,7 @@
 #include "session/effect_record.h"
 #include "session/force_log.h"
 #include "session/heat_report.h"
+#include "session/loop_peer.h"
 #include "session/loop_setup.h"
 #include "session/loop_undo.h"
 #include "session/loop_watch.h"
@@ -90,6 +91,7 @@ struct LoopOptions {
   double undo_MB = 256;             // kept for them at most: 0.2 to 1e6
   LoopWatch* watch = nullptr;       // without the clock only; may be null
   MakeHand make_hand;               // empty: the scene's hand along its path
+  LoopPeer* peer = nullptr;         // live only; may be null
 };
 
 struct LoopTimeSummary {
