@@ -34,8 +34,7 @@ void LoopActions::Act(double now_s, std::vector<std::string>& warnings) {
   std::optional<LoopAction> asked;
   try {
     Poll();
-    while ((undo_ == nullptr || undo_->is_idle()) && next_ < planned_.size() &&
-           planned_[next_].at_s <= now_s + 1e-9) {
+    while ((undo_ == nullptr || undo_->is_idle()) && next_ < planned_.size() && planned_[next_].at_s <= now_s + 1e-9) {
       planned_under_way_ = true;
       Do(planned_[next_++]);
     }

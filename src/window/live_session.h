@@ -23,11 +23,11 @@ namespace kerf {
 /// The newest of everything, for drawing.
 struct LiveFigures {
   double time_s = 0;
-  Pose X_WT;              // the tool
-  Pose X_WH;              // where the hand has the handle
-  Vec3 f_hand_N{0};       // on the hand, simulated
+  Pose X_WT;         // the tool
+  Pose X_WH;         // where the hand has the handle
+  Vec3 f_hand_N{0};  // on the hand, simulated
   double engaged_teeth = 0;
-  double removed_mm3 = 0;  // so far
+  double removed_mm3 = 0;    // so far
   double feed_mm_per_s = 0;  // of the tool's middle, over the last tenth of a second
   double rpm = 0;
   std::uint64_t ticks = 0;
@@ -49,7 +49,7 @@ struct LiveOptions {
   std::string scene_file;  // that the recording names
   MakeHand make_hand;      // empty: the mouse's
   double seconds = kMostLoop_s;
-  double spindle_rpm = 0;  // it begins with; the scene's is what it is turned on with
+  double spindle_rpm = 0;                        // it begins with; the scene's is what it is turned on with
   std::function<void(const LeafMessage&)> leaf;  // of the bone, in the session's thread; may be empty
   /// The bone is there, in the session's thread, before the first tick; may be empty.
   std::function<void(const Bone&, const EffectPlan&)> begin;

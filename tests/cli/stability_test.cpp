@@ -123,8 +123,8 @@ TEST_F(StabilityCommand, WritesTablesFiguresAndTheSameJsonForAStableScene) {
   EXPECT_EQ(first, second);
 }
 
-// A device of one's own that claims to bear whatever it is asked for, with an encoder so coarse (0.4 mm: steps of 0.24 N,
-// ten times the noise that is felt) that cutting cannot be smooth, light and nearly without damping or friction, in
+// A device of one's own that claims to bear whatever it is asked for, with an encoder so coarse (0.4 mm: steps of 0.24
+// N, ten times the noise that is felt) that cutting cannot be smooth, light and nearly without damping or friction, in
 // the lightest grip there is.
 TEST_F(StabilityCommand, AnUnstableSceneIsToldAndEndsWithOneAfterAllIsWritten) {
   Write("mine.csv",
