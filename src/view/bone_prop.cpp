@@ -1,0 +1,301 @@
+#define GL_GLEXT_PROTOTYPES
+#include "view/bone_prop.h"
+
+#include <GL/glcorearb.h>
+#include <vtkCamera.h>
+#include <vtkMatrix4x4.h>
+#include <vtkObjectFactory.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLRenderer.h>
+#include <vtkOpenGLShaderCache.h>
+#include <vtkOpenGLState.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+
+#include "shaders.h"
+#include "view/gl_program.h"
+
+namespace kerf {
+
+vtkStandardNewMacro(BoneProp);
+
+namespace {
+
+// Of one chunk at one step.
+struct Uploaded {
+  GLuint vertex_array = 0;
+  GLuint vertices = 0;
+  GLuint triangles = 0;
+  GLsizei corners = 0;
+  std::size_t bytes = 0;
+
+  void Release() {
+    if (vertex_array != 0) glDeleteVertexArrays(1, &vertex_array);
+    if (vertices != 0) glDeleteBuffers(1, &vertices);
+    if (triangles != 0) glDeleteBuffers(1, &triangles);
+    *this = {};
+  }
+};
+
+struct Chunk {
+  std::array<Uploaded, BoneChunks::kSteps.size()> steps;
+  std::array<bool, BoneChunks::kSteps.size()> known{};
+  bool cut = false;
+  Box3 box;
+};
+
+void Upload(const ChunkMesh& mesh, Uploaded& to) {
+  to.corners = static_cast<GLsizei>(mesh.triangles.size());
+  to.bytes = mesh.CountBytes();
+  if (mesh.triangles.empty()) {
+    to.Release();
+    return;
+  }
+  if (to.vertex_array == 0) {
+    glGenVertexArrays(1, &to.vertex_array);
+    glGenBuffers(1, &to.vertices);
+    glGenBuffers(1, &to.triangles);
+  }
+  glBindVertexArray(to.vertex_array);
+  glBindBuffer(GL_ARRAY_BUFFER, to.vertices);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(ChunkVertex)),
+               mesh.vertices.data(), GL_DYNAMIC_DRAW);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, to.triangles);
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(std::uint32_t)),
+               mesh.triangles.data(), GL_DYNAMIC_DRAW);
+  const auto offset = [](std::size_t bytes) { return reinterpret_cast<const void*>(bytes); };
+  constexpr GLsizei kStride = sizeof(ChunkVertex);
+  glEnableVertexAttribArray(0);
+  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(ChunkVertex, p_mm)));
+  glEnableVertexAttribArray(1);
+  glVertexAttribPointer(1, 3, GL_BYTE, GL_TRUE, kStride, offset(offsetof(ChunkVertex, normal)));
+  glEnableVertexAttribArray(2);
+  glVertexAttribIPointer(2, 2, GL_UNSIGNED_BYTE, kStride, offset(offsetof(ChunkVertex, region)));
+  glBindVertexArray(0);
+}
+
+// The six sides of what the camera sees; a box wholly beyond one of them is not drawn.
+class Frustum {
+ public:
+  explicit Frustum(const double (&m)[16]) {  // rows of clip from world
+    for (int i = 0; i < 6; ++i) {
+      const int row = i / 2;
+      const double sign = i % 2 == 0 ? 1 : -1;
+      for (int k = 0; k < 4; ++k) sides_[i][k] = m[12 + k] + sign * m[4 * row + k];
+    }
+  }
+  bool Sees(const Box3& box) const {
+    for (const auto& s : sides_) {
+      const Vec3 farthest{s[0] > 0 ? box.upper.x : box.lower.x, s[1] > 0 ? box.upper.y : box.lower.y,
+                          s[2] > 0 ? box.upper.z : box.lower.z};
+      if (s[0] * farthest.x + s[1] * farthest.y + s[2] * farthest.z + s[3] < 0) return false;
+    }
+    return true;
+  }
+
+ private:
+  double sides_[6][4];
+};
+
+std::size_t PlaceOf(int step) {
+  for (std::size_t i = 0; i < BoneChunks::kSteps.size(); ++i) {
+    if (BoneChunks::kSteps[i] == step) return i;
+  }
+  return 0;
+}
+
+}  // namespace
+
+struct BoneProp::State {
+  GlProgram program;
+  GLuint palette = 0;
+  std::array<float, 4 * 512> colours{};
+  bool colours_changed = true;
+  Vec3 origin_W{0};
+  std::map<std::array<int, 3>, Chunk> chunks;
+  Box3 box;
+  double bounds[6] = {0, 0, 0, 0, 0, 0};
+  bool translucent = false;
+  bool hidden = false;
+  double pixel_mm = 0.1;
+  std::size_t wished = BoneChunks::kSteps.size() - 1;
+  Counts counts;
+
+  const Uploaded* Choose(const Chunk& chunk) const {
+    // What was cut is drawn as fine as it is known: a kerf is narrower than a coarse cell.
+    const std::size_t last = chunk.steps.size() - 1;
+    const std::size_t wish = chunk.cut ? last : wished;
+    for (std::size_t i = wish; i < chunk.steps.size(); ++i) {
+      if (chunk.known[i] && !(i > wish && chunk.known[wish])) return &chunk.steps[i];
+    }
+    for (std::size_t i = wish; i-- > 0;) {
+      if (chunk.known[i]) return &chunk.steps[i];
+    }
+    return nullptr;
+  }
+};
+
+BoneProp::BoneProp() : state_(std::make_unique<State>()) {}
+BoneProp::~BoneProp() = default;
+
+void BoneProp::Begin(const Vec3& origin_W) {
+  for (auto& [index, chunk] : state_->chunks) {
+    for (Uploaded& uploaded : chunk.steps) uploaded.Release();
+  }
+  state_->chunks.clear();
+  state_->origin_W = origin_W;
+  state_->box = {};
+  state_->counts = {};
+}
+
+void BoneProp::SetChunk(const ChunkMesh& mesh) {
+  const std::size_t place = PlaceOf(mesh.step);
+  Chunk& chunk = state_->chunks[mesh.index];
+  Uploaded& uploaded = chunk.steps[place];
+  state_->counts.bytes -= uploaded.bytes;
+  Upload(mesh, uploaded);
+  state_->counts.bytes += uploaded.bytes;
+  chunk.known[place] = true;
+  chunk.cut = chunk.cut || mesh.cut;
+  if (!mesh.triangles.empty()) {
+    for (const Vec3& p : {mesh.lower_W, mesh.upper_W}) {
+      chunk.box.Include(p);
+      state_->box.Include(p);
+    }
+  }
+  state_->counts.chunks = state_->chunks.size();
+}
+
+void BoneProp::SetPalette(const std::array<std::array<std::uint8_t, 4>, 512>& palette) {
+  for (std::size_t i = 0; i < palette.size(); ++i) {
+    for (std::size_t k = 0; k < 4; ++k) state_->colours[4 * i + k] = static_cast<float>(palette[i][k]) / 255.0F;
+  }
+  state_->colours_changed = true;
+}
+
+void BoneProp::SetTranslucent(bool translucent) {
+  state_->translucent = translucent;
+}
+
+void BoneProp::SetHidden(bool hidden) {
+  state_->hidden = hidden;
+}
+
+void BoneProp::SetPixel(double pixel_mm, double voxel_mm) {
+  state_->pixel_mm = pixel_mm;
+  // Cells of up to two and a half pixels look the same as finer ones.
+  state_->wished = BoneChunks::kSteps.size() - 1;
+  for (std::size_t i = 0; i < BoneChunks::kSteps.size(); ++i) {
+    if (BoneChunks::kSteps[i] * voxel_mm <= 2.5 * pixel_mm) {
+      state_->wished = i;
+      break;
+    }
+  }
+  state_->counts.step = BoneChunks::kSteps[state_->wished];
+}
+
+const BoneProp::Counts& BoneProp::counts() const {
+  return state_->counts;
+}
+
+int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
+  State& s = *state_;
+  s.counts.drawn = 0;
+  s.counts.triangles = 0;
+  auto* renderer = vtkOpenGLRenderer::SafeDownCast(viewport);
+  if (renderer == nullptr || s.chunks.empty() || s.hidden) return 0;
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetVTKWindow());
+  if (window == nullptr) return 0;
+  vtkOpenGLState& state = *window->GetState();
+  window->GetShaderCache()->ReleaseCurrentShader();
+  if (!s.program.made()) {
+    s.program.Make("bone", shaders::kBoneVert, shaders::kBoneFrag);
+    glGenBuffers(1, &s.palette);
+    glUniformBlockBinding(s.program.id(), glGetUniformBlockIndex(s.program.id(), "Palette"), 0);
+  }
+  glBindBuffer(GL_UNIFORM_BUFFER, s.palette);
+  if (s.colours_changed) {
+    glBufferData(GL_UNIFORM_BUFFER, sizeof(s.colours), s.colours.data(), GL_STATIC_DRAW);
+    s.colours_changed = false;
+  }
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, s.palette);
+  s.program.Use();
+
+  vtkCamera& camera = *renderer->GetActiveCamera();
+  double view[16];
+  vtkMatrix4x4::DeepCopy(view, camera.GetViewTransformMatrix());
+  double clip[16];
+  vtkMatrix4x4::DeepCopy(clip, camera.GetProjectionTransformMatrix(renderer->GetTiledAspectRatio(), -1, 1));
+  double both[16];
+  vtkMatrix4x4::Multiply4x4(clip, view, both);
+  const Frustum frustum(both);
+  // Points are counted from the bone's own origin: few digits are enough near it.
+  for (int i = 0; i < 3; ++i) {
+    view[4 * i + 3] += view[4 * i] * s.origin_W.x + view[4 * i + 1] * s.origin_W.y + view[4 * i + 2] * s.origin_W.z;
+  }
+  glUniformMatrix4fv(s.program.Uniform("view_from_bone"), 1, GL_FALSE, ToGl(view).data());
+  glUniformMatrix4fv(s.program.Uniform("clip_from_view"), 1, GL_FALSE, ToGl(clip).data());
+  glUniform3f(s.program.Uniform("to_eye"), 0, 0, 1);
+  glUniform1f(s.program.Uniform("parallel"), camera.GetParallelProjection() != 0 ? 1.0F : 0.0F);
+  glUniform1f(s.program.Uniform("opacity"), s.translucent ? 0.16F : 1.0F);
+  glUniform1f(s.program.Uniform("pixel_mm"), static_cast<float>(s.pixel_mm));
+
+  const auto draw_all = [&] {
+    s.counts.drawn = 0;
+    s.counts.triangles = 0;
+    for (const auto& [index, chunk] : s.chunks) {
+      const Uploaded* uploaded = s.Choose(chunk);
+      if (uploaded == nullptr || uploaded->corners == 0 || !frustum.Sees(chunk.box)) continue;
+      glBindVertexArray(uploaded->vertex_array);
+      glDrawElements(GL_TRIANGLES, uploaded->corners, GL_UNSIGNED_INT, nullptr);
+      ++s.counts.drawn;
+      s.counts.triangles += static_cast<std::size_t>(uploaded->corners) / 3;
+    }
+  };
+  state.vtkglEnable(GL_DEPTH_TEST);
+  if (s.translucent) {
+    // Far sides first; neither hides what lies within.
+    state.vtkglEnable(GL_BLEND);
+    state.vtkglBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    state.vtkglDepthMask(GL_FALSE);
+    state.vtkglEnable(GL_CULL_FACE);
+    state.vtkglCullFace(GL_FRONT);
+    draw_all();
+    state.vtkglCullFace(GL_BACK);
+    draw_all();
+    state.vtkglDisable(GL_CULL_FACE);
+    state.vtkglDepthMask(GL_TRUE);
+  } else {
+    state.vtkglDisable(GL_BLEND);
+    state.vtkglDepthMask(GL_TRUE);
+    draw_all();
+    state.vtkglEnable(GL_BLEND);
+  }
+  glBindVertexArray(0);
+  glBindBuffer(GL_ARRAY_BUFFER, 0);
+  glUseProgram(0);
+  return 1;
+}
+
+double* BoneProp::GetBounds() {
+  if (state_->box.empty()) return nullptr;
+  for (int i = 0; i < 3; ++i) {
+    state_->bounds[2 * i] = state_->box.lower[i];
+    state_->bounds[2 * i + 1] = state_->box.upper[i];
+  }
+  return state_->bounds;
+}
+
+void BoneProp::ReleaseGraphicsResources(vtkWindow* window) {
+  Begin(state_->origin_W);
+  if (state_->palette != 0) glDeleteBuffers(1, &state_->palette);
+  state_->palette = 0;
+  state_->colours_changed = true;
+  state_->program.Release();
+  Superclass::ReleaseGraphicsResources(window);
+}
+
+}  // namespace kerf

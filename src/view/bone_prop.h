@@ -1,0 +1,50 @@
+// The bone's chunks as something that VTK draws: each on the graphics card by itself, so that a cut uploads what it
+// changed.
+#pragma once
+
+#include <vtkProp.h>
+
+#include <array>
+#include <memory>
+
+#include "render/colours.h"
+#include "view/bone_chunks.h"
+
+namespace kerf {
+
+class BoneProp : public vtkProp {
+ public:
+  static BoneProp* New();
+  vtkTypeMacro(BoneProp, vtkProp)
+  BoneProp(const BoneProp&) = delete;
+  BoneProp& operator=(const BoneProp&) = delete;
+
+  void Begin(const Vec3& origin_W);  // forgets all chunks
+  void SetChunk(const ChunkMesh& mesh);
+  /// Colours by region, and from 256 on where it was cut; `a` is 255 for what looks spongy.
+  void SetPalette(const std::array<std::array<std::uint8_t, 4>, 512>& palette);
+  void SetTranslucent(bool translucent);
+  void SetHidden(bool hidden);
+  /// Of the window's pixels at the camera's target: decides how fine uncut chunks are drawn.
+  void SetPixel(double pixel_mm, double voxel_mm);
+
+  struct Counts {
+    std::size_t chunks = 0, drawn = 0, triangles = 0, bytes = 0;
+    int step = 1;
+  };
+  const Counts& counts() const;
+
+  int RenderOpaqueGeometry(vtkViewport* viewport) override;
+  double* GetBounds() override;
+  void ReleaseGraphicsResources(vtkWindow* window) override;
+
+ protected:
+  BoneProp();
+  ~BoneProp() override;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace kerf
