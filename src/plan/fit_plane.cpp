@@ -20,7 +20,8 @@ constexpr int kTries = 400;            // planes through three changed voxels
 constexpr std::size_t kTried = 2000;   // of so many changed voxels
 constexpr int kLinesAcross = 120;      // at most, along each side of the kerf
 constexpr int kLeastMiddles = 12;
-constexpr double kKept = 0.9;  // of the middles, those nearest to the plane
+constexpr double kKept = 0.9;       // of the middles, those nearest to the plane
+constexpr double kSameWidth = 0.6;  // of the middles, of a kerf
 constexpr int kRounds = 4;
 constexpr double kLeastDepth = 1.5;  // of a kerf, in widths
 
@@ -249,7 +250,10 @@ std::vector<Middle> FindMiddles(const Bone& before, const Bone& after, const Fit
   std::vector<double> widths;
   for (const Middle& m : middles) widths.push_back(m.width);
   const double width = Median(widths);
+  const std::size_t found = middles.size();
   std::erase_if(middles, [&](const Middle& m) { return std::abs(m.width - width) > std::max(h, 0.25 * width); });
+  // Of a hole the widths differ all over.
+  if (static_cast<double>(middles.size()) < kSameWidth * static_cast<double>(found)) middles.clear();
   return middles;
 }
 
