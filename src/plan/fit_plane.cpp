@@ -22,6 +22,7 @@ constexpr int kLinesAcross = 120;      // at most, along each side of the kerf
 constexpr int kLeastMiddles = 12;
 constexpr double kKept = 0.9;       // of the middles, those nearest to the plane
 constexpr double kSameWidth = 0.6;  // of the middles, of a kerf
+constexpr double kFlatLoss = 3;     // lost volume that has a plane is so many times as wide as thick
 constexpr int kRounds = 4;
 constexpr double kLeastDepth = 1.5;  // of a kerf, in widths
 
@@ -314,7 +315,7 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
       cells.push_back({cell.p_W, cell.mm3});
     }
     const std::optional<Fit> by_volume = FitMoments(cells);
-    if (!by_volume || !IsFlat(*by_volume)) return {};
+    if (!by_volume || by_volume->wide < kFlatLoss * by_volume->thick) return {};
     fit = by_volume;
     plane.rms_mm = fit->thick;
     plane.width_mm = std::sqrt(12.0) * fit->thick;
