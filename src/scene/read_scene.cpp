@@ -284,6 +284,22 @@ void ReadDevice(TableReader& root, SceneDevice& device, const std::string& scene
   reader.Finish();
 }
 
+void ReadExercise(TableReader& root, SceneExercise& exercise, const SceneTool& tool, Faults& faults) {
+  const TomlNode* table = root.Table("exercise");
+  if (table == nullptr) return;
+  exercise.given = true;
+  TableReader reader(*table, "[exercise]", faults);
+  Describe(exercise, reader);
+  Scene scene;
+  scene.tool = tool;
+  try {
+    MakeWantedCut(exercise, MakeTool(scene));
+  } catch (const Error& e) {
+    reader.Fault("start_mm", e.what());
+  }
+  reader.Finish();
+}
+
 void ReadSlab(TableReader& root, SceneSlab& slab, Faults& faults) {
   const TomlNode* table = root.Table("slab");
   if (table == nullptr) return;
@@ -411,6 +427,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadDevice(root, scene.device, file, faults);
   ReadGivenSection(root, "hand", scene.hand, faults);
   ReadGivenSection(root, "loop", scene.loop, faults);
+  ReadExercise(root, scene.exercise, scene.tool, faults);
   if (scene.tool.kind != ToolKind::kDisc && (scene.simulation.mode == SceneMode::kSlab || scene.slab.given)) {
     root.Fault(scene.slab.given ? "slab" : "simulation", "slab mode is for a disc, and [tool] shape is \"ball\"");
   }

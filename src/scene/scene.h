@@ -13,6 +13,7 @@
 #include "models/block.h"
 #include "models/mandible.h"
 #include "plan/plan.h"
+#include "scene/exercise.h"
 #include "scene/hand_held.h"
 
 namespace kerf {
@@ -133,6 +134,7 @@ struct Scene {
   SceneDevice device;
   SceneHand hand;
   SceneLoop loop;
+  SceneExercise exercise;
 };
 
 /// Reads a scene and the path file that it names, if any. Relative file names are relative to the scene file.

@@ -217,6 +217,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   if (scene.device.given) WriteDevice(write, scene.device);
   if (scene.hand.given) WriteSection(write, "hand", scene.hand);
   if (scene.loop.given) WriteSection(write, "loop", scene.loop);
+  if (scene.exercise.given) WriteSection(write, "exercise", scene.exercise);
   return write.text();
 }
 
@@ -316,6 +317,10 @@ std::string DefaultSceneToml() {
                    .stops = {{.name = "stop 1", .p_W_mm = {25.2, 32.3, 5}, .direction_W = {0, 0, -1}, .depth_mm = 8}}});
   text += "\n# A plan; a plane may be file = \"plane.mrk.json\" of 3D Slicer in place of point_mm and normal:\n#\n";
   text += CommentedOut(plan.text());
+  TomlWriter exercise;
+  WriteSection(exercise, "exercise", SceneExercise{});
+  text += "\n# What makes a scene an exercise ('kerf practise', docs/practise.md):\n#\n";
+  text += CommentedOut(exercise.text());
   text += "\n# The effects: what a scene names is simulated, and nothing else ('kerf effects'):\n#\n";
   text += CommentedOut(effects.text());
   text += "\n# The force laws, each with its own keys:\n#\n";

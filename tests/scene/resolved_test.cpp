@@ -94,6 +94,7 @@ std::string Print(Scene scene) {
   }
   if (scene.hand.given) Describe(scene.hand, printer);
   if (scene.loop.given) Describe(scene.loop, printer);
+  if (scene.exercise.given) Describe(scene.exercise, printer);
   return printer.text;
 }
 
@@ -161,6 +162,8 @@ Scene RandomScene(std::mt19937& random) {
   Describe(scene.hand, randomize);
   scene.loop.given = random() % 2 == 0;
   Describe(scene.loop, randomize);
+  scene.exercise.given = random() % 2 == 0;
+  Describe(scene.exercise, randomize);
   return scene;
 }
 
@@ -188,7 +191,7 @@ TEST(ResolvedScene, SaysUnitAndRangeOfEveryNumber) {
 
 TEST(ResolvedScene, LeavesOutTheHandThatTheSceneDoesNotName) {
   const std::string text = ResolvedToml(ParseScene(test::ShortScene(), "s.toml"));
-  for (const char* section : {"[coupling]", "[device]", "[hand]", "[loop]"}) {
+  for (const char* section : {"[coupling]", "[device]", "[hand]", "[loop]", "[exercise]"}) {
     EXPECT_EQ(text.find(section), std::string::npos) << section;
   }
 }
