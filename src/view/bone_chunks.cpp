@@ -70,7 +70,7 @@ std::int8_t ToByte(float x) {
 
 struct BoneChunks::State {
   Bone bone;
-  Index middle{};  // the chunk whose corner points are counted from
+  Index middle{};                                                      // the chunk whose corner points are counted from
   std::unordered_map<Index, std::array<float, 512>, IndexHash> uncut;  // leaves as they were, of those that changed
   std::deque<Index> dirty;
   std::set<Index> is_dirty;
@@ -188,7 +188,8 @@ bool BoneChunks::Next(ChunkMesh& mesh) {
 }
 
 void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
-  if (std::find(kSteps.begin(), kSteps.end(), step) == kSteps.end()) throw Error("a chunk is meshed in steps of 1, 2 or 4");
+  if (std::find(kSteps.begin(), kSteps.end(), step) == kSteps.end())
+    throw Error("a chunk is meshed in steps of 1, 2 or 4");
   mesh.index = index;
   mesh.step = step;
   mesh.cut = state_->IsTouched(index);
@@ -258,7 +259,8 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
     p += origin;
     box.Include(p);
     int id = 0;
-    for (int k = 1; k <= 4 && id == 0; ++k) id = region.getValue(NearestVoxel(p - k * below_mm * normal, region_voxel_mm));
+    for (int k = 1; k <= 4 && id == 0; ++k)
+      id = region.getValue(NearestVoxel(p - k * below_mm * normal, region_voxel_mm));
     out.region = static_cast<std::uint8_t>(id);
     out.cut = v.cut ? 255 : 0;
     mesh.vertices.push_back(out);

@@ -26,7 +26,7 @@ struct ChunkVertex {
 struct ChunkMesh {
   std::array<int, 3> index{};  // of 32 voxels, from the world's origin
   int step = 1;
-  bool cut = false;             // one of its leaves has changed since the beginning
+  bool cut = false;  // one of its leaves has changed since the beginning
   std::vector<ChunkVertex> vertices;
   std::vector<std::uint32_t> triangles;  // three each, counter-clockwise from outside
   Vec3 lower_W{0}, upper_W{0};           // holds the vertices; both 0 when there are none

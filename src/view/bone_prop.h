@@ -15,8 +15,7 @@ namespace kerf {
 class BoneProp : public vtkProp {
  public:
   static BoneProp* New();
-  vtkTypeMacro(BoneProp, vtkProp)
-  BoneProp(const BoneProp&) = delete;
+  vtkTypeMacro(BoneProp, vtkProp) BoneProp(const BoneProp&) = delete;
   BoneProp& operator=(const BoneProp&) = delete;
 
   void Begin(const Vec3& origin_W);  // forgets all chunks

@@ -15,8 +15,8 @@ struct Edge {
   int from;
   int to;
 };
-constexpr std::array<Edge, 12> kEdges{{{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5},
-                                       {2, 6}, {3, 7}}};
+constexpr std::array<Edge, 12> kEdges{
+    {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}}};
 
 float Mix(float a, float b, float t) {
   return a + t * (b - a);

@@ -22,10 +22,10 @@ struct SampleBlock {
 
 /// A vertex in cell units: the first owned cell's lower corner is 0.
 struct CellVertex {
-  std::array<int, 3> cell;       // -1 to cells - 1
-  std::array<float, 3> within;   // of the cell, 0 to 1
-  std::array<float, 3> normal;   // unit, outward
-  bool cut;                      // not on the surface as it was
+  std::array<int, 3> cell;      // -1 to cells - 1
+  std::array<float, 3> within;  // of the cell, 0 to 1
+  std::array<float, 3> normal;  // unit, outward
+  bool cut;                     // not on the surface as it was
 };
 
 struct CellSurface {

@@ -63,8 +63,9 @@ CtSlice MakeSlice(const std::string& name, const Bone& bone, const Tool& tool, c
       // A blade thinner than a pixel is drawn as one line.
       const double to_tool = ToolDistance(tool, p_T);
       if (std::abs(to_tool) < 0.75 * pixel_mm) colour = kToolOutline;
-      slice.image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(pixels) +
-                         static_cast<std::size_t>(column)] = colour;
+      slice.image
+          .pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(pixels) + static_cast<std::size_t>(column)] =
+          colour;
     }
   }
   return slice;

@@ -30,8 +30,8 @@ struct CtSlices {
   std::array<CtSlice, 3> slices;  // the blade's plane; two at right angles to it through the tool's centre
 };
 
-/// `bone` must have CT numbers, and its level set is what is left of it. Squares of `edge_mm` with `pixels` a side about
-/// the tool's centre. Pure.
+/// `bone` must have CT numbers, and its level set is what is left of it. Squares of `edge_mm` with `pixels` a side
+/// about the tool's centre. Pure.
 CtSlices CalcCtSlices(const Bone& bone, const Tool& tool, const Pose& X_WT, double edge_mm, int pixels,
                       const CtWindow& window = {});
 

@@ -22,7 +22,7 @@ struct HudValues {
   std::optional<double> nerve_warn_mm = 2;  // nearer than this is marked
 };
 
-struct ForcePoint {
+struct HudForcePoint {
   double time_s = 0;
   double force_N = 0;
 };
@@ -33,7 +33,7 @@ enum class HudLevel : std::uint8_t { kPlain, kGood, kWarn, kBad };
 struct HudGauge {
   std::string title;  // "Depth"
   std::string unit = "mm";
-  double lower = 0;   // the bar's ends
+  double lower = 0;  // the bar's ends
   double upper = 10;
   std::optional<double> value;
   std::optional<double> goal;  // a mark
@@ -112,8 +112,8 @@ struct HudState {
   bool show_values = true;
   HudValues values;
   bool show_plot = true;
-  std::vector<ForcePoint> force;  // in order of time; the last 10 s are shown
-  double now_s = 0;               // the plot's right end
+  std::vector<HudForcePoint> force;  // in order of time; the last 10 s are shown
+  double now_s = 0;                  // the plot's right end
   std::optional<HudGauge> gauge;
   HudStatus status;
   std::vector<HudPiece> pieces;

@@ -97,7 +97,7 @@ void DrawPlot(const HudState& state, const FlatBox& box, DrawList& list) {
   list.Text({"Force, N", box.left + S::kInset, box.top + 6, S::kSmall, true, false, Align::kLeft, ink::kText});
   const FlatBox plot{box.left + 38, box.top + 28, box.width - 38 - S::kInset, box.height - 28 - 24};
   double largest = 0;
-  for (const ForcePoint& p : state.force) {
+  for (const HudForcePoint& p : state.force) {
     if (p.time_s >= state.now_s - kSpan_s && std::isfinite(p.force_N)) largest = std::max(largest, p.force_N);
   }
   const double top = CalcAxisTop(largest);
@@ -121,7 +121,7 @@ void DrawPlot(const HudState& state, const FlatBox& box, DrawList& list) {
       line.push_back({x, plot.bottom() - std::clamp(f / top, 0.0, 1.0) * plot.height});
     }
   };
-  for (const ForcePoint& p : state.force) {
+  for (const HudForcePoint& p : state.force) {
     const double share = 1 - (state.now_s - p.time_s) / kSpan_s;
     if (share < 0 || share > 1 || !std::isfinite(p.force_N)) continue;
     const long here = std::lround(2 * share * plot.width);
@@ -307,8 +307,14 @@ void DrawBanner(const HudBanner& banner, const FlatBox& box, DrawList& list) {
     ink::Mark(HudLevel::kWarn, x + 8, box.top + S::kInset + 8, 18, list);
   } else {
     list.Disc({x + 8, box.top + S::kInset + 8}, 19, {kForceColour, 1});
-    list.Text({banner.kind == HudBanner::Kind::kQuestion ? "?" : "i", x + 8, box.top + S::kInset, S::kText, true, false,
-               Align::kCentre, {{255, 255, 255}, 1}});
+    list.Text({banner.kind == HudBanner::Kind::kQuestion ? "?" : "i",
+               x + 8,
+               box.top + S::kInset,
+               S::kText,
+               true,
+               false,
+               Align::kCentre,
+               {{255, 255, 255}, 1}});
   }
   double y = box.top + S::kInset;
   for (const std::string& line : WrapText(banner.text, S::kText, true, box.width - 60)) {
@@ -326,12 +332,13 @@ void DrawLabels(const std::vector<SceneLabel>& labels, const HudLayout& layout, 
   for (const SceneLabel& label : labels) {
     const double width = 1.05 * CalcTextWidth(label.text, S::kText, true) + 10;
     // Beside the spot, or where else nothing is.
-    const FlatBox places[] = {{label.x + 8, label.y - 24, width, 20}, {label.x + 8, label.y + 6, width, 20},
-                              {label.x - 8 - width, label.y - 24, width, 20}, {label.x - 8 - width, label.y + 6, width, 20},
-                              {label.x + 8, label.y - 50, width, 20}, {label.x + 8, label.y + 32, width, 20}};
+    const FlatBox places[] = {
+        {label.x + 8, label.y - 24, width, 20},         {label.x + 8, label.y + 6, width, 20},
+        {label.x - 8 - width, label.y - 24, width, 20}, {label.x - 8 - width, label.y + 6, width, 20},
+        {label.x + 8, label.y - 50, width, 20},         {label.x + 8, label.y + 32, width, 20}};
     for (const FlatBox& box : places) {
-      const bool within = box.left >= 0 && box.top >= 0 && box.right() <= layout.width &&
-                          box.bottom() <= layout.height - S::kStatus;
+      const bool within =
+          box.left >= 0 && box.top >= 0 && box.right() <= layout.width && box.bottom() <= layout.height - S::kStatus;
       if (!within || std::any_of(taken.begin(), taken.end(), [&](const FlatBox& t) { return Overlap(t, box); })) {
         continue;
       }

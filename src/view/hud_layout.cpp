@@ -90,8 +90,7 @@ HudLayout CalcHudLayout(double width, double height, const HudState& state, cons
   }
 
   // ---- left: values, plot, gauge, pieces, as far as they fit; the gauge before the plot
-  const bool wants_column =
-      state.show_values || state.show_plot || state.gauge.has_value() || !state.pieces.empty();
+  const bool wants_column = state.show_values || state.show_plot || state.gauge.has_value() || !state.pieces.empty();
   if (wants_column && width >= 2.2 * S::kColumn) {
     double y = S::kEdge;
     const auto fits = [&](double h) { return y + h <= bottom; };
@@ -135,8 +134,8 @@ HudLayout CalcHudLayout(double width, double height, const HudState& state, cons
   const double top_right = layout.slices.empty() ? right : free_right;
 
   if (!state.legend.empty() && top_right - left >= S::kLegend + 200) {
-    const auto room = static_cast<std::size_t>(
-        std::max(0.0, std::floor((0.6 * bottom - LegendHeight(0)) / S::kSmallRow)));
+    const auto room =
+        static_cast<std::size_t>(std::max(0.0, std::floor((0.6 * bottom - LegendHeight(0)) / S::kSmallRow)));
     layout.legend_rows = std::min(state.legend.size(), room);
     if (layout.legend_rows > 0) {
       layout.legend = {top_right - S::kLegend, S::kEdge, S::kLegend, LegendHeight(layout.legend_rows)};
@@ -200,7 +199,8 @@ MenuRows PlacePieceRows(const std::vector<HudPiece>& pieces, const HudLayout& la
   }
   placed.first = FirstRow(pieces.size(), layout.piece_rows, selected);
   for (std::size_t i = 0; i < layout.piece_rows; ++i) {
-    placed.rows.push_back({layout.pieces.left + 4, layout.pieces.top + S::kInset + 20 + S::kRow * static_cast<double>(i),
+    placed.rows.push_back({layout.pieces.left + 4,
+                           layout.pieces.top + S::kInset + 20 + S::kRow * static_cast<double>(i),
                            layout.pieces.width - 8, S::kRow});
   }
   return placed;

@@ -79,7 +79,13 @@ void DrawHelp(const std::vector<HudKeyGroup>& groups, const FlatBox& box, DrawLi
   for (const HelpPlace& place : PlaceHelp(groups, inside)) {
     const HudKeyGroup& group = groups[place.group];
     double y = place.y;
-    list.Text({CutText(group.title, S::kText, true, place.width), place.x, y, S::kText, true, false, Align::kLeft,
+    list.Text({CutText(group.title, S::kText, true, place.width),
+               place.x,
+               y,
+               S::kText,
+               true,
+               false,
+               Align::kLeft,
                {kForceColour, 1}});
     list.Box({place.x, y + 20, place.width, 1}, ink::kEdge);
     y += 26;
@@ -123,8 +129,14 @@ void DrawMenu(const HudMenu& menu, const FlatBox& box, DrawList& list) {
 
 void DrawResult(const HudResult& result, const FlatBox& box, DrawList& list) {
   DrawTitle(result.title, box, list);
-  list.Text({CutText(result.headline, S::kTitle, true, box.width - 4 * S::kInset), box.left + 2 * S::kInset,
-             box.top + 46, S::kTitle, true, false, Align::kLeft, {kForceColour, 1}});
+  list.Text({CutText(result.headline, S::kTitle, true, box.width - 4 * S::kInset),
+             box.left + 2 * S::kInset,
+             box.top + 46,
+             S::kTitle,
+             true,
+             false,
+             Align::kLeft,
+             {kForceColour, 1}});
   double y = box.top + 84;
   const double name_x = box.left + 2 * S::kInset + 24;
   const double value_right = box.left + 0.6 * box.width;

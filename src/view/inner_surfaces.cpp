@@ -1,6 +1,5 @@
 #include "view/inner_surfaces.h"
 
-
 #include "bone/grids.h"
 
 namespace kerf {

@@ -89,7 +89,8 @@ struct SurfaceWorker::State {
         chunks.Mesh(which[0], step, meshes[0]);
       } else {
         arena.execute([&] {
-          tbb::parallel_for(std::size_t{0}, which.size(), [&](std::size_t i) { chunks.Mesh(which[i], step, meshes[i]); });
+          tbb::parallel_for(std::size_t{0}, which.size(),
+                            [&](std::size_t i) { chunks.Mesh(which[i], step, meshes[i]); });
         });
       }
     }

@@ -71,11 +71,11 @@ struct ForceArrow {
 
 /// What the last picture cost.
 struct ViewStats {
-  std::size_t chunks = 0;      // held
-  std::size_t drawn = 0;       // of them, in the last picture
-  std::size_t triangles = 0;   // likewise
+  std::size_t chunks = 0;         // held
+  std::size_t drawn = 0;          // of them, in the last picture
+  std::size_t triangles = 0;      // likewise
   std::size_t surface_bytes = 0;  // of all chunks held, on the graphics card
-  int step = 1;                // of uncut chunks in the last picture
+  int step = 1;                   // of uncut chunks in the last picture
 };
 
 /// Draws into a window that somebody else made and gives a size; everything in the thread that owns its OpenGL context.

@@ -13,7 +13,42 @@ enum class Key : std::uint16_t {
   kEqual = '=',
   kLeftBracket = '[',
   kRightBracket = ']',
-  // 'A' to 'Z', '0' to '9': Letter(), Digit()
+  k0 = '0',
+  k1 = '1',
+  k2 = '2',
+  k3 = '3',
+  k4 = '4',
+  k5 = '5',
+  k6 = '6',
+  k7 = '7',
+  k8 = '8',
+  k9 = '9',
+  kA = 'A',
+  kB = 'B',
+  kC = 'C',
+  kD = 'D',
+  kE = 'E',
+  kF = 'F',
+  kG = 'G',
+  kH = 'H',
+  kI = 'I',
+  kJ = 'J',
+  kK = 'K',
+  kL = 'L',
+  kM = 'M',
+  kN = 'N',
+  kO = 'O',
+  kP = 'P',
+  kQ = 'Q',
+  kR = 'R',
+  kS = 'S',
+  kT = 'T',
+  kU = 'U',
+  kV = 'V',
+  kW = 'W',
+  kX = 'X',
+  kY = 'Y',
+  kZ = 'Z',
   kEscape = 256,
   kEnter,
   kTab,
@@ -27,19 +62,19 @@ enum class Key : std::uint16_t {
   kPageDown,
   kHome,
   kEnd,
-  kF1,  // to kF12, in a row
-  kF12 = kF1 + 11,
+  kF1,
+  kF2,
+  kF3,
+  kF4,
+  kF5,
+  kF6,
+  kF7,
+  kF8,
+  kF9,
+  kF10,
+  kF11,
+  kF12,
 };
-constexpr Key Letter(char c) {
-  return static_cast<Key>(c);
-}
-constexpr Key Digit(int n) {
-  return static_cast<Key>('0' + n);
-}
-constexpr Key Function(int n) {
-  return static_cast<Key>(static_cast<int>(Key::kF1) + n - 1);
-}
-
 enum class MouseButton : std::uint8_t { kLeft, kRight, kMiddle };
 
 struct WindowEvent {

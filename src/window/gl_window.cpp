@@ -24,8 +24,9 @@ Key KeyOf(int key) {
   if ((key >= GLFW_KEY_A && key <= GLFW_KEY_Z) || (key >= GLFW_KEY_0 && key <= GLFW_KEY_9)) {
     return static_cast<Key>(key);
   }
-  if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F12) return Function(key - GLFW_KEY_F1 + 1);
-  if (key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9) return Digit(key - GLFW_KEY_KP_0);
+  if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F12)
+    return static_cast<Key>(static_cast<int>(Key::kF1) + key - GLFW_KEY_F1);
+  if (key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9) return static_cast<Key>('0' + key - GLFW_KEY_KP_0);
   constexpr std::pair<int, Key> kNamed[] = {
       {GLFW_KEY_SPACE, Key::kSpace},
       {GLFW_KEY_MINUS, Key::kMinus},

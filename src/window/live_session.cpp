@@ -92,7 +92,7 @@ void LiveSession::TakeTick(const LoopSample& sample, std::span<const double> cha
   figures_.missed += static_cast<std::uint64_t>(sample.skipped);
   figures_.status = out.status;
   figures_.channels.assign(channels.begin(), channels.end());
-  lateness_.Add(std::llround(1e3 * sample.late_us));
+  lateness_.Add(std::llround(1e3 * static_cast<double>(sample.late_us)));
 
   places_.push_back({sample.time_s, out.X_WT.p_AB});
   while (places_.size() > 2 && sample.time_s - places_.front().time_s > kFeedOver_s) places_.pop_front();

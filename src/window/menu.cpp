@@ -44,8 +44,8 @@ Menu::State Menu::Take(const WindowEvent& event, const std::function<std::option
       Step(1);
       return State::kOpen;
     default:
-      if (event.key >= Digit(1) && event.key <= Digit(9)) {
-        return pick(static_cast<int>(event.key) - static_cast<int>(Digit(1)));
+      if (event.key >= Key::k1 && event.key <= Key::k9) {
+        return pick(static_cast<int>(event.key) - static_cast<int>(Key::k1));
       }
       return State::kOpen;
   }

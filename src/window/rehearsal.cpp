@@ -360,34 +360,34 @@ bool Rehearsal::TakeClick(const WindowEvent& event) {
 bool Rehearsal::TakeKey(const WindowEvent& event) {
   if (event.repeat) return false;
   if (event.control) {
-    if (event.key == Letter('Z') && !event.shift) return GoBack(""), true;
-    if (event.key == Letter('Y') || (event.key == Letter('Z') && event.shift)) return GoForward(), true;
+    if (event.key == Key::kZ && !event.shift) return GoBack(""), true;
+    if (event.key == Key::kY || (event.key == Key::kZ && event.shift)) return GoForward(), true;
     return false;
   }
-  if (event.key >= Digit(1) && event.key <= Digit(9)) {
-    TakeUpSawNumber(static_cast<std::size_t>(event.key) - static_cast<std::size_t>(Digit(1)));
+  if (event.key >= Key::k1 && event.key <= Key::k9) {
+    TakeUpSawNumber(static_cast<std::size_t>(event.key) - static_cast<std::size_t>(Key::k1));
     return true;
   }
   switch (event.key) {
     case Key::kTab:
       TakeUpSawNumber(of_catalogue_ ? (saw_ + 1) % options_.saws.size() : 0);
       return true;
-    case Letter('C'):
+    case Key::kC:
       AskCheckpoint();
       return true;
-    case Letter('B'):
+    case Key::kB:
       ShowCheckpoints();
       return true;
-    case Letter('N'):
+    case Key::kN:
       ShowPlan();
       return true;
-    case Letter('G'):
+    case Key::kG:
       ToggleGuide();
       return true;
-    case Letter('P'):
+    case Key::kP:
       EnterPieces();
       return true;
-    case Function(9):
+    case Key::kF9:
       TakeAway();
       return true;
     default:
@@ -421,12 +421,12 @@ bool Rehearsal::Take(const WindowEvent& event) {
   }
   if (in_pieces_) {
     if (pieces_->Take(event)) return true;
-    if (event.kind == Kind::kKeyDown && (event.key == Key::kEscape || event.key == Letter('P')) && !event.control) {
+    if (event.kind == Kind::kKeyDown && (event.key == Key::kEscape || event.key == Key::kP) && !event.control) {
       pieces_->Leave();
       in_pieces_ = false;
       return true;
     }
-    if (event.kind == Kind::kKeyDown && event.key == Function(9)) return TakeAway(), true;
+    if (event.kind == Kind::kKeyDown && event.key == Key::kF9) return TakeAway(), true;
     return false;
   }
   return event.kind == Kind::kKeyDown && TakeKey(event);
@@ -434,7 +434,7 @@ bool Rehearsal::Take(const WindowEvent& event) {
 
 // ---- frames
 
-void Rehearsal::Update(double dt_s) {
+void Rehearsal::Update(double /*dt_s*/) {
   if (IsReady(opening_)) {
     OpenedInput opened = opening_.get();
     scene_ = std::move(opened.scene);
@@ -458,7 +458,7 @@ void Rehearsal::Update(double dt_s) {
       theatre_->trace().Write("taken_away", {{"failure", e.what()}});
     }
   }
-  if (in_pieces_) pieces_->Update(dt_s);
+  if (in_pieces_) pieces_->Update();
 }
 
 void Rehearsal::Fill(HudState& hud) {

@@ -191,7 +191,7 @@ void Theatre::LoseFocus(const char* why) {
 bool Theatre::TakeKey(const WindowEvent& event) {
   const bool fresh = !event.repeat;
   if (event.control) {
-    if (event.key != Letter('Q')) return false;
+    if (event.key != Key::kQ) return false;
     Quit();
     return true;
   }
@@ -213,10 +213,10 @@ bool Theatre::TakeKey(const WindowEvent& event) {
       controls_->set_feed_mm_per_s(controls_->feed_mm_per_s() * 1.25);
       Say(fmt::format("Keys move the saw at {:.1f} mm/s", controls_->feed_mm_per_s()));
       return true;
-    case Letter('T'):
+    case Key::kT:
       if (fresh) view_->set_translucent(!view_->translucent());
       return true;
-    case Letter('M'):
+    case Key::kM:
       if (fresh) {
         const ColourBy next = view_->colour_by() == ColourBy::kPlain    ? ColourBy::kTissue
                               : view_->colour_by() == ColourBy::kTissue ? ColourBy::kRegion
@@ -224,19 +224,19 @@ bool Theatre::TakeKey(const WindowEvent& event) {
         view_->set_colour_by(next);
       }
       return true;
-    case Letter('X'):
+    case Key::kX:
       if (!fresh) return true;
       slices_shown_ = !slices_shown_;
       if (!slices_shown_) view_->SetSlices(std::nullopt);
       if (surface_ && !surface_->has_hu()) Say("This bone has no CT numbers: import it with --keep-hu");
       return true;
-    case Letter('V'):
+    case Key::kV:
       view_index_ = (view_index_ + (event.shift ? kViews.size() - 1 : 1)) % kViews.size();
       view_->camera().Look(kViews[view_index_]);
       view_->FitAll();
       Say(fmt::format("Seen from: {}", ToString(kViews[view_index_])));
       return true;
-    case Letter('L'):
+    case Key::kL:
       if (!fresh) return true;
       controls_->set_in_blade_plane(!controls_->in_blade_plane());
       Say(controls_->in_blade_plane() ? "The saw moves in the blade's plane only" : "The saw moves freely");
@@ -375,7 +375,7 @@ HudState Theatre::MakeHud() {
   hud.values.force_N = glm::length(figures_.f_hand_N);
   hud.now_s = figures_.time_s;
   const auto recent = std::lower_bound(forces_.begin(), forces_.end(), figures_.time_s - 10.5,
-                                       [](const ForcePoint& p, double t) { return p.time_s < t; });
+                                       [](const HudForcePoint& p, double t) { return p.time_s < t; });
   hud.force.assign(recent, forces_.end());
   hud.status.spindle_on = spindle_on();
   if (session_) hud.status.saw = DescribeTool(session_->scene().tool);

@@ -92,7 +92,7 @@ class Theatre {
   void SetSpindle(bool on);
   bool spindle_on() const;
   /// The curve of the last session, thinned to a point each 20 ms.
-  const std::vector<ForcePoint>& forces() const { return forces_; }
+  const std::vector<HudForcePoint>& forces() const { return forces_; }
   /// As the first session began; null before.
   std::shared_ptr<const Bone> bone_at_start();
 
@@ -152,7 +152,7 @@ class Theatre {
   std::unique_ptr<std::thread> preview_thread_;
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
-  std::vector<ForcePoint> forces_;
+  std::vector<HudForcePoint> forces_;
   std::string recording_;
   int sessions_ = 0;
   bool began_ = false;  // Activity::Began() of this session was called

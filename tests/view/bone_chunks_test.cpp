@@ -27,7 +27,8 @@ using test::MakePlate;
 using test::MeshAll;
 
 // A slot by the disc, tick by tick; every changed leaf goes to `chunks`.
-void CutSlot(Simulation& simulation, const Pose& start, int ticks, const std::function<void(const LeafMessage&)>& take) {
+void CutSlot(Simulation& simulation, const Pose& start, int ticks,
+             const std::function<void(const LeafMessage&)>& take) {
   for (int i = 1; i <= ticks; ++i) {
     TickInput in;
     in.X_WT = start;
@@ -61,7 +62,8 @@ TEST(BoneChunks, TogetherTheyAreClosedAtEveryStep) {
     const TriangleMesh mesh = JoinChunks(chunks, MeshAll(chunks, step));
     ASSERT_GT(mesh.triangles.size(), 500u);
     EXPECT_EQ(CountUnpaired(mesh), 0u) << step;
-    // The vertices at an edge lie in the cells that it goes through: along 144 mm of edges at most a cell's area is lost.
+    // The vertices at an edge lie in the cells that it goes through: along 144 mm of edges at most a cell's area is
+    // lost.
     const double bevel = 144 * std::pow(0.2 * step, 2);
     EXPECT_NEAR(CalcEnclosedVolume(mesh), 16 * 10 * 10, bevel) << step;
   }
