@@ -1,8 +1,7 @@
-// Somebody who sits at a loop while it runs, as a window does: sees what happens and asks for what is to be done.
+// Somebody who sits at a loop while it runs, as a window does: sees the bone change and asks for what is to be done.
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 
 #include "haptics/haptic_loop.h"
@@ -33,8 +32,6 @@ class LoopPeer {
   virtual void Begin(const LoopBeginning& beginning) = 0;
   /// A leaf of the bone as it is now.
   virtual void TakeLeaf(const LeafMessage& leaf) = 0;
-  /// Every tick that was logged, in order; `channels`: the effects' figures.
-  virtual void TakeTick(const LoopSample& sample, std::span<const double> channels) = 0;
   /// Done from now on, one after the other; its moment (LoopAction::at_s) is not looked at. None: nothing to be done.
   virtual std::optional<LoopAction> NextAction() = 0;
   /// The undo, redo or checkpoint that was asked for is done, or `failure` says why not.

@@ -85,7 +85,7 @@ class Recorder {
   }
 
   void set_recording(SessionRecorder* recording) { recording_ = recording; }
-  void set_peer(LoopPeer* peer) { peer_ = peer; }
+  void set_take_tick(const TakeTick& take_tick) { take_tick_ = take_tick; }
 
   void Drain(HapticLoop& loop) {
     SpscRing<LoopSample>& samples = loop.samples();
@@ -93,8 +93,8 @@ class Recorder {
       const TickToRecord tick = MakeTickToRecord(sample->report);
       hash_ = MixHash(hash_ ^ tick.hash);
       if (recording_ != nullptr) Record(*sample, tick);
+      if (take_tick_) take_tick_(*sample, loop.channels(popped_));
       Take(*sample, loop.channels(popped_));
-      if (peer_ != nullptr) peer_->TakeTick(*sample, loop.channels(popped_));
       samples.Pop();
       ++popped_;
     }
@@ -196,7 +196,7 @@ class Recorder {
     }
   }
   SessionRecorder* recording_ = nullptr;
-  LoopPeer* peer_ = nullptr;
+  TakeTick take_tick_;
   std::uint64_t next_tick_ = 1;
   Vec3 p_TC_mm_;
   std::uint64_t every_;
@@ -399,7 +399,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   }
   Recorder recorder(p_TC_mm, scene.output.forces_every_ticks, ticks_asked, options.log, period_s, s);
   recorder.set_recording(recording ? &*recording : nullptr);
-  recorder.set_peer(options.peer);
+  recorder.set_take_tick(options.take_tick);
   const auto stopped = [&] {
     return (options.stop != nullptr && options.stop->load()) || (recording && !recording->failure().empty());
   };

@@ -35,6 +35,7 @@ void LiveSession::Run() {
   loop.record = options_.record;
   loop.scene_file = options_.scene_file;
   loop.peer = this;
+  loop.take_tick = [this](const LoopSample& sample, std::span<const double> channels) { TakeTick(sample, channels); };
   loop.make_hand = options_.make_hand;
   if (!loop.make_hand) {
     loop.make_hand = [this](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm, double) {

@@ -95,9 +95,9 @@ class LiveSession final : private LoopPeer {
  private:
   void Begin(const LoopBeginning& beginning) override;
   void TakeLeaf(const LeafMessage& leaf) override;
-  void TakeTick(const LoopSample& sample, std::span<const double> channels) override;
   std::optional<LoopAction> NextAction() override;
   void Done(const LoopAction& action, const std::string& failure) override;
+  void TakeTick(const LoopSample& sample, std::span<const double> channels);
   void Run();
 
   Scene scene_;
