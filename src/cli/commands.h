@@ -15,6 +15,7 @@ void AddExportCommand(CLI::App& app);
 void AddPictureCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddPaperCommand(CLI::App& app);
+void AddRehearseCommand(CLI::App& app);
 void AddReplayCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddImportCommand(CLI::App& app);

@@ -69,6 +69,7 @@ int RunProgram(int argc, char** argv, double free_bytes) {
   kerf::cli::AddPaperCommand(app);
   kerf::cli::AddRunCommand(app);
   kerf::cli::AddLoopCommand(app);
+  kerf::cli::AddRehearseCommand(app);
   kerf::cli::AddReplayCommand(app);
   kerf::cli::AddLogCommand(app);
   kerf::cli::AddImportCommand(app);

@@ -26,6 +26,12 @@ bool IsReady(const std::future<T>& future) {
 
 constexpr double kOverlay_mm = 50;  // edge of a plan's plane in the picture
 
+/// The smaller turn of one unit vector into another, less than a half turn.
+Quat Turning(const Vec3& from, const Vec3& to) {
+  const Vec3 axis = glm::cross(from, to);
+  return glm::normalize(Quat{1 + glm::dot(from, to), axis.x, axis.y, axis.z});
+}
+
 std::optional<double> ParseDepth(const std::string& text) {
   double depth_mm = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), depth_mm);
@@ -214,7 +220,7 @@ void Rehearsal::AlignToPlane() {
   const Vec3 spindle = X.Vector({0, 0, 1});
   Vec3 normal = planned->plane.normal_W;
   if (glm::dot(normal, spindle) < 0) normal = -normal;
-  X.R_AB = glm::normalize(glm::rotation(spindle, normal) * X.R_AB);
+  X.R_AB = glm::normalize(Turning(spindle, normal) * X.R_AB);
   X.p_AB -= glm::dot(X.p_AB - planned->plane.p_W, normal) * normal;
   theatre_->controls().Set(X);
   theatre_->Say(fmt::format("The saw turns into {}; keep it clear of the bone", planned->name));
@@ -322,7 +328,7 @@ void Rehearsal::TakeAway() {
   order.before = before_;
   order.forces = theatre_->forces();
   order.pictures.emplace_back("The bone at the end", theatre_->GrabScene());
-  if (pieces_) order.pieces = pieces_->CopyState();
+  if (pieces_ && pieces_->pieces()) order.pieces_json = pieces_->pieces()->FormatJson();
   order.after = theatre_->session()->AskBone();
   theatre_->Say("Taking away: pieces, planes, report");
   taking_away_ = std::async(std::launch::async,

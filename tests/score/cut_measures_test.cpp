@@ -99,13 +99,13 @@ TEST(MeasureCut, APerfectCutIsPerfectInAnyDirectionOfTheLattice) {
         Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, c.wanted), c.wanted);
     EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), 0, kOffset_mm);
     EXPECT_LT(sheet.Get("plane_angle_deg").value(), kAngle_deg);
-                EXPECT_LT(sheet.Get("depth_error_worst_mm").value(), kOffset_mm);
-                EXPECT_LT(sheet.Get("too_deep_mm").value(), kOffset_mm);
-                EXPECT_GT(sheet.Get("cut_share").value(), 0.97);
-                EXPECT_NEAR(sheet.Get("outside_mm3").value(), 0, 1e-5);  // rounding of floats
-                // Of the area, squares of 0.375 mm: some hundredths of it are uncertain along its border.
-                EXPECT_NEAR(sheet.Get("kerf_width_mm").value(), 0.5, 0.05);
-                EXPECT_GT(sheet.Get("dice").value(), 0.95);
+    EXPECT_LT(sheet.Get("depth_error_worst_mm").value(), kOffset_mm);
+    EXPECT_LT(sheet.Get("too_deep_mm").value(), kOffset_mm);
+    EXPECT_GT(sheet.Get("cut_share").value(), 0.97);
+    EXPECT_NEAR(sheet.Get("outside_mm3").value(), 0, 1e-5);  // rounding of floats
+    // Of the area, squares of 0.375 mm: some hundredths of it are uncertain along its border.
+    EXPECT_NEAR(sheet.Get("kerf_width_mm").value(), 0.5, 0.05);
+    EXPECT_GT(sheet.Get("dice").value(), 0.95);
   }
 }
 
