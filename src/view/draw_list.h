@@ -85,8 +85,8 @@ class DrawList {
   std::vector<FlatPicture> pictures_;
 };
 
-/// How wide words come out, from the widths of Helvetica's letters: within a twentieth of what is drawn. Letters beyond
-/// ASCII count as wide ones.
+/// How wide words come out, from the widths of the letters of VTK's sans serif: within a twentieth of what is drawn.
+/// Letters beyond ASCII count as wide ones.
 double CalcTextWidth(const std::string& text, double size, bool bold);
 /// As much of the text as fits, with "..." at the end where some is left out.
 std::string CutText(const std::string& text, double size, bool bold, double width);

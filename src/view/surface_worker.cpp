@@ -150,7 +150,10 @@ struct SurfaceWorker::State {
       next = 0;
     }
     const std::lock_guard lock(mutex);
-    first_done = pass > 0;
+    if (pass > 0 && !first_done) {
+      first_done = true;
+      idle.notify_all();
+    }
     counts.first_left = (BoneChunks::kSteps.size() - pass) * all.size() - next;
     return true;
   }
@@ -244,6 +247,11 @@ bool SurfaceWorker::first_done() const {
 void SurfaceWorker::WaitIdle() {
   std::unique_lock lock(state_->mutex);
   state_->idle.wait(lock, [&] { return !state_->working && state_->leaves.empty() && !state_->job; });
+}
+
+void SurfaceWorker::WaitFirst() {
+  std::unique_lock lock(state_->mutex);
+  state_->idle.wait(lock, [&] { return state_->first_done; });
 }
 
 void SurfaceWorker::AskSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window) {

@@ -42,8 +42,10 @@ class SurfaceWorker {
   void Want(int finest_step);
   /// The first picture's surface (the coarse step of all chunks) has been handed to Fetch().
   bool first_done() const;
-  /// Until all that was offered has been meshed.
+  /// Until all that was offered has been meshed, as fine as is wanted.
   void WaitIdle();
+  /// Until the first picture's surface is done.
+  void WaitFirst();
 
   /// Slices of the CT are worked out between chunks, for the newest pose only. `edge_mm`, `pixels`: of the pictures.
   void AskSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window = {});

@@ -32,6 +32,8 @@ struct PlaneOverlay {
   Vec3 up_W{0, 0, 1};  // the height's direction, where it is not along the normal
   Rgb8 colour{0, 114, 178};
   bool selected = false;
+
+  bool operator==(const PlaneOverlay&) const = default;
 };
 
 /// How deep the tool may go: a plane of its own look, hatched at the side that is kept.
@@ -41,17 +43,23 @@ struct DepthStopOverlay {
   Vec3 normal_W{0, 0, 1};  // towards where the tool comes from
   double radius_mm = 12;
   bool reached = false;
+
+  bool operator==(const DepthStopOverlay&) const = default;
 };
 
 /// A line that is to be followed.
 struct GuideOverlay {
   std::vector<Vec3> points_W;
+
+  bool operator==(const GuideOverlay&) const = default;
 };
 
 /// A distance (two points) or an angle (three, the second is the corner), with what it says.
 struct MeasureOverlay {
   std::vector<Vec3> points_W;
   std::string label;
+
+  bool operator==(const MeasureOverlay&) const = default;
 };
 
 /// A piece that came off, drawn by itself. Its mesh stays in the place where it was cut; `X_WP` moves it.
@@ -89,17 +97,16 @@ class Viewport {
 
   /// In framebuffer pixels; `scale`: of words and lines, 1 to 4, 2 on a display of twice the density.
   void Resize(int width, int height, double scale);
-  /// Also sets the window's size; false leaves that to its owner.
   int width() const;
   int height() const;
   double scale() const;
 
   // ---- the bone
   /// Before the first chunk of a bone: forgets the chunks before. `origin_W`: SurfaceWorker::origin_W().
-  void BeginBone(const MaterialTable& materials, const Vec3& origin_W, const Box3& bounds_W);
+  void BeginBone(const MaterialTable& materials, const Vec3& origin_W, const Box3& bounds_W, double voxel_mm);
   /// Uploads a chunk in place of the one that it was; the first one or the newer.
   void SetChunk(const ChunkMesh& mesh);
-  void SetInnerSurfaces(InnerSurfaces surfaces);
+  void SetInnerSurfaces(const InnerSurfaces& surfaces);
   void set_colour_by(ColourBy by);
   ColourBy colour_by() const;
   void set_translucent(bool translucent);  // shows nerve canal and roots
