@@ -45,6 +45,7 @@ void LiveSession::Run() {
     };
   }
   try {
+    if (options_.prepare) options_.prepare();
     LoopSummary summary = RunLoop(scene_, loop, [this](const std::string& stage, double share) {
       const std::lock_guard lock(mutex_);
       doing_ = stage;

@@ -51,6 +51,8 @@ struct LiveOptions {
   double seconds = kMostLoop_s;
   double spindle_rpm = 0;                        // it begins with; the scene's is what it is turned on with
   std::function<void(const LeafMessage&)> leaf;  // of the bone, in the session's thread; may be empty
+  /// In the session's thread before all else; may be empty.
+  std::function<void()> prepare;
   /// The bone is there, in the session's thread, before the first tick; may be empty.
   std::function<void(const Bone&, const EffectPlan&)> begin;
 };

@@ -42,7 +42,6 @@ Theatre::Theatre(const TheatreOptions& options)
 
 Theatre::~Theatre() {
   session_.reset();
-  if (preview_thread_) preview_thread_->join();
   window_.BeginFrame();
   view_.reset();
 }
@@ -69,27 +68,22 @@ void Theatre::Begin(const Scene& scene, const std::string& scene_file, MakeHand 
     leaves_to_ = std::make_shared<SurfaceWorker>(bone);
     {
       const std::lock_guard lock(mutex_);
-      made_ = Made{.surface = leaves_to_, .materials = bone.materials()};
-      real_made_ = true;
+      made_ = Made{.surface = leaves_to_, .materials = bone.materials(), .voxel_mm = bone.voxel_mm()};
       at_start_ = std::make_shared<const Bone>(bone);
     }
     InnerSurfaces inner = MakeInnerSurfaces(bone);
     const std::lock_guard lock(mutex_);
     inner_made_ = std::move(inner);
   };
-  view_->SetTool(MakeTool(scene));
-  if (!goes_on && scene.bone.source == BoneSource::kMandible && !preview_thread_) {
-    preview_thread_ = std::make_unique<std::thread>([this, coarse = scene]() mutable {
+  // A coarse bone is there in a second; the real one takes its time.
+  if (!goes_on && scene.bone.source == BoneSource::kMandible) {
+    live.prepare = [this, coarse = scene]() mutable {
       coarse.bone.mandible.voxel_mm = std::max(coarse.bone.mandible.voxel_mm, kPreviewVoxel_mm);
-      try {
-        const Bone bone = MakeSceneBone(coarse, {});
-        auto surface = std::make_shared<SurfaceWorker>(bone);
-        const std::lock_guard lock(mutex_);
-        if (!real_made_) made_ = Made{.surface = surface, .materials = bone.materials()};
-      } catch (const Error&) {
-        return;  // the session says what is wrong
-      }
-    });
+      const Bone bone = MakeSceneBone(coarse, {});
+      auto surface = std::make_shared<SurfaceWorker>(bone);
+      const std::lock_guard lock(mutex_);
+      made_ = Made{.surface = surface, .materials = bone.materials(), .voxel_mm = bone.voxel_mm()};
+    };
   }
   trace_.Write("session", {{"recording", recording_}, {"tool", DescribeTool(scene.tool)}});
   session_ = std::make_unique<LiveSession>(scene, std::move(live));
@@ -124,13 +118,13 @@ void Theatre::FollowSession() {
     const std::lock_guard lock(mutex_);
     if (made_) {
       surface_ = std::move(made_->surface);
-      view_->BeginBone(made_->materials, surface_->origin_W(), surface_->bounds_W());
+      view_->BeginBone(made_->materials, surface_->origin_W(), surface_->bounds_W(), made_->voxel_mm);
       if (!fitted_) view_->FitAll();
       fitted_ = true;
       made_.reset();
       trace_.Write("bone");
     }
-    if (inner_made_) view_->SetInnerSurfaces(std::move(*inner_made_));
+    if (inner_made_) view_->SetInnerSurfaces(*inner_made_);
     inner_made_.reset();
   }
   if (surface_) {
@@ -147,6 +141,7 @@ void Theatre::FollowSession() {
     if (!began_) {
       began_ = true;
       controls_->Set(figures_.X_WT);
+      view_->SetTool(MakeTool(session_->scene()));
       activity_->Began();
       trace_.Write("running");
     }

@@ -142,6 +142,7 @@ class Theatre {
   struct Made {
     std::shared_ptr<SurfaceWorker> surface;
     MaterialTable materials;
+    double voxel_mm = 0.1;
   };
   std::optional<Made> made_;  // by the session's thread, as the next
   std::optional<InnerSurfaces> inner_made_;
@@ -149,7 +150,6 @@ class Theatre {
   bool real_made_ = false;                    // not only the preview
   std::shared_ptr<SurfaceWorker> leaves_to_;  // the session's thread
   std::shared_ptr<SurfaceWorker> surface_;
-  std::unique_ptr<std::thread> preview_thread_;
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
   std::vector<HudForcePoint> forces_;
