@@ -70,7 +70,7 @@ bool Rehearsal::cuts() const {
 
 void Rehearsal::BeginAnew() {
   result_.recordings.push_back("");
-  theatre_->Begin(scene_, scene_file_);
+  theatre_->Begin(scene_, scene_file_, theatre_->sessions() > 0);
   result_.recordings.back() = theatre_->recording();
 }
 

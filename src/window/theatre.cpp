@@ -48,18 +48,19 @@ Theatre::~Theatre() {
 
 // ---- the session
 
-void Theatre::Begin(const Scene& scene, const std::string& scene_file, MakeHand hand) {
-  const bool goes_on = session_ != nullptr && surface_ != nullptr;  // the same bone with another saw
+void Theatre::Begin(const Scene& scene, const std::string& scene_file, bool same_bone) {
+  const bool goes_on = same_bone && surface_ != nullptr;
   session_.reset();
   began_ = false;
   ++sessions_;
   recording_ = fmt::format("{}/session{}.kerf", options_.folder, sessions_ == 1 ? "" : fmt::format("-{}", sessions_));
   leaves_to_ = goes_on ? surface_ : nullptr;
   figures_ = {};
+  forces_.clear();
+  fitted_ = fitted_ && goes_on;
   LiveOptions live;
   live.record = recording_;
   live.scene_file = scene_file;
-  live.make_hand = std::move(hand);
   live.leaf = [this](const LeafMessage& leaf) {
     if (leaves_to_) leaves_to_->Offer(leaf);
   };
@@ -119,7 +120,10 @@ void Theatre::FollowSession() {
     if (made_) {
       surface_ = std::move(made_->surface);
       view_->BeginBone(made_->materials, surface_->origin_W(), surface_->bounds_W(), made_->voxel_mm);
-      if (!fitted_) view_->FitAll();
+      if (!fitted_) {
+        view_->camera().Look(kViews[view_index_]);
+        view_->FitAll();
+      }
       fitted_ = true;
       made_.reset();
       trace_.Write("bone");

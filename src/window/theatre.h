@@ -81,7 +81,8 @@ class Theatre {
 
   // ---- the session
   /// A new one, after the end of the one before. It is recorded as folder/session.kerf, session-2.kerf, ...
-  void Begin(const Scene& scene, const std::string& scene_file, MakeHand hand = {});
+  /// `same_bone`: it goes on with the bone that is in the picture, as it was left.
+  void Begin(const Scene& scene, const std::string& scene_file, bool same_bone = false);
   /// Activity::Ended() follows.
   void End();
   LiveSession* session() { return session_.get(); }

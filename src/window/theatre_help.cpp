@@ -8,7 +8,7 @@ std::vector<HudKeyGroup> TheatreHelp() {
             {"left drag", "move across the picture"},
             {"Shift + left drag", "move into the picture"},
             {"Ctrl + left drag", "turn"},
-            {"arrows, PgUp PgDn", "move: across, into, out (Shift: fast)"},
+            {"arrows, PgUp PgDn", "the same by keys; Shift: fast"},
             {"W S  A D  Q E", "turn: tilt, swing, roll"},
             {"[  ]", "keys move slower, faster"},
             {"L", "stay in the blade's plane"}}},
