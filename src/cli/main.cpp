@@ -71,6 +71,8 @@ int RunProgram(int argc, char** argv, double free_bytes) {
   kerf::cli::AddLoopCommand(app);
   kerf::cli::AddRehearseCommand(app);
   kerf::cli::AddReplayCommand(app);
+  kerf::cli::AddScoreCommand(app);
+  kerf::cli::AddPractiseCommand(app);
   kerf::cli::AddLogCommand(app);
   kerf::cli::AddImportCommand(app);
   kerf::cli::AddModelCommand(app);
