@@ -1,0 +1,17 @@
+// The picture in the report of `kerf assess`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "plan/assess.h"
+#include "takeaway/take_away.h"
+
+namespace kerf::cli {
+
+/// The pieces where they are with the planned and the achieved planes, from the side and in three quarters. Empty where
+/// there is nothing to see. Throws Error when this machine can't draw.
+std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessment& assessment,
+                                         const PieceSet& pieces);
+
+}  // namespace kerf::cli
