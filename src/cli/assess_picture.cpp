@@ -24,21 +24,30 @@ constexpr double kPlaneMargin_mm = 4;
 constexpr std::array<Rgb8, 6> kPieceColours{
     {{232, 220, 196}, {196, 214, 232}, {204, 226, 203}, {230, 206, 222}, {226, 214, 180}, {206, 206, 218}}};
 
-/// Of a plane, as wide as the kerf and a little more; a thin plate so that it is seen from both sides.
-Shape MakePlate(const CutPlane& plane, const Vec3& middle, const Vec3& u, const Vec3& v, double half_u, double half_v,
-                const Rgb8& colour) {
+/// A plane as a plate.
+struct Plate {
+  CutPlane plane;
+  Vec3 middle;  // is brought into the plane
+  Vec3 u;       // its sides
+  Vec3 v;
+  double half_u;
+  double half_v;
+  Rgb8 colour;
+};
+
+Shape MakePlate(const Plate& plate, double half_thickness_mm, double opacity) {
+  const CutPlane& plane = plate.plane;
+  const Vec3 p = plate.middle - glm::dot(plane.normal_W, plate.middle - plane.p_W) * plane.normal_W;
   Shape shape;
-  const Vec3 p = middle - glm::dot(plane.normal_W, middle - plane.p_W) * plane.normal_W;
-  for (const double side : {-0.05, 0.05}) {
-    for (const int corner : {0, 1, 2, 3}) {
-      const double a = corner == 0 || corner == 3 ? -half_u : half_u;
-      const double b = corner < 2 ? -half_v : half_v;
-      shape.mesh_W.points.push_back(p + a * u + b * v + side * plane.normal_W);
-    }
+  for (int corner = 0; corner < 8; ++corner) {
+    shape.mesh_W.points.push_back(p + (corner & 1 ? plate.half_u : -plate.half_u) * plate.u +
+                                  (corner & 2 ? plate.half_v : -plate.half_v) * plate.v +
+                                  (corner & 4 ? half_thickness_mm : -half_thickness_mm) * plane.normal_W);
   }
-  shape.mesh_W.triangles = {{4, 5, 6}, {4, 6, 7}, {0, 2, 1}, {0, 3, 2}};
-  shape.colour = colour;
-  shape.opacity = 0.45;
+  shape.mesh_W.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                            {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  shape.colour = plate.colour;
+  shape.opacity = opacity;
   return shape;
 }
 
@@ -55,10 +64,11 @@ std::string ReadPng(const PictureSpec& spec) {
 
 }  // namespace
 
-std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessment& assessment,
-                                         const PieceSet& pieces) {
+std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessment& assessment, const PieceSet& pieces,
+                                         bool of_patient) {
   PictureSpec spec;
   spec.title = title;
+  spec.orientation = of_patient ? Orientation::kPatient : Orientation::kAxes;
   for (int i = 0; i < pieces.size(); ++i) {
     const PieceState& state = pieces.state(i);
     if (state.deleted || state.hidden) continue;
@@ -69,32 +79,37 @@ std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessm
     spec.shapes.push_back(std::move(shape));
   }
   if (spec.shapes.empty()) return {};
-  std::optional<Vec3> target;
-  double height_mm = 0;
-  Vec3 aside(0);
+  std::vector<Plate> plates;
   for (const PlaneResult& result : assessment.planes) {
     if (!result.cut) continue;
     const FittedPlane& cut = *result.cut;
     const Vec3 u = glm::cross(cut.normal_W, cut.depth_W);
-    const double half_u = 0.5 * cut.length_mm + kPlaneMargin_mm;
-    const double half_v = 0.5 * cut.depth_mm + kPlaneMargin_mm;
-    spec.shapes.push_back(MakePlate(result.planned.plane, cut.p_W_mm, u, cut.depth_W, half_u, half_v, kPlanned));
-    spec.shapes.push_back(MakePlate({cut.p_W_mm, cut.normal_W}, cut.p_W_mm, u, cut.depth_W, half_u, half_v, kAchieved));
-    if (target) continue;
-    target = cut.p_W_mm;
-    height_mm = 2.6 * std::max(half_u, half_v);
-    // Along the plane, across the depth: both planes are seen as lines.
-    aside = u - 0.25 * cut.depth_W;
+    const Plate planned{.plane = result.planned.plane,
+                        .middle = cut.p_W_mm,
+                        .u = u,
+                        .v = cut.depth_W,
+                        .half_u = 0.5 * cut.length_mm + kPlaneMargin_mm,
+                        .half_v = 0.5 * cut.depth_mm + kPlaneMargin_mm,
+                        .colour = kPlanned};
+    plates.push_back(planned);
+    plates.push_back(planned);
+    plates.back().plane = {cut.p_W_mm, cut.normal_W};
+    plates.back().colour = kAchieved;
   }
-  if (target) spec.legend = {{"planned", kPlanned}, {"achieved", kAchieved}};
+  if (!plates.empty()) spec.legend = {{"planned", kPlanned}, {"achieved", kAchieved}};
+  const std::size_t bone_shapes = spec.shapes.size();
+  for (const Plate& plate : plates) spec.shapes.push_back(MakePlate(plate, 0.02, 0.35));
   std::vector<TakenPicture> pictures;
   pictures.push_back(
       {.name = "overview", .caption = "The pieces with the planned and the achieved planes", .png = ReadPng(spec)});
-  if (target) {
-    const Vec3 up = std::abs(glm::normalize(aside).z) < 0.95 ? Vec3(0, 0, 1) : Vec3(0, -1, 0);
-    spec.camera = MakeCamera(aside, up, *target, height_mm);
-    pictures.push_back({.name = "cut", .caption = "The cut from near, along the first plane", .png = ReadPng(spec)});
-  }
+  if (plates.empty()) return pictures;
+  // From along the first plane, across its depth: both are seen as lines.
+  const Plate& first = plates[1];
+  const double height_mm = 2.2 * first.half_v;
+  spec.shapes.resize(bone_shapes);
+  for (const Plate& plate : plates) spec.shapes.push_back(MakePlate(plate, height_mm / 500, 1));
+  spec.camera = MakeCamera(first.u, -first.v, first.middle, height_mm);
+  pictures.push_back({.name = "cut", .caption = "The cut from near, along the first plane", .png = ReadPng(spec)});
   return pictures;
 }
 

@@ -21,6 +21,7 @@
 #include "pieces/join.h"
 #include "session/make_bone.h"
 #include "session/run_loop.h"
+#include "session/run_pictures.h"
 #include "session/session_recorder.h"
 #include "takeaway/take_away.h"
 
@@ -56,6 +57,7 @@ struct Subject {
   std::vector<TakenFigure> figures;
   std::vector<TakenCurve> curves;
   std::vector<TakenFact> provenance;
+  bool of_patient = true;
 };
 
 bool EndsWith(const std::string& text, const std::string& end) {
@@ -96,6 +98,7 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
   }
   subject.title = TitleOf(recorded.scene);
   subject.plan = recorded.scene.plan;
+  subject.of_patient = IsOfPatient(recorded.scene);
   subject.blade_mm = CalcBladeWidth(MakeTool(recorded.scene));
   subject.before = std::move(summary.before);
   subject.after = std::move(summary.after);
@@ -133,6 +136,7 @@ void TakeBones(const Options& options, StageBars& bars, Subject& subject) {
     const Scene scene = ReadScene(options.file);
     subject.title = TitleOf(scene);
     subject.plan = scene.plan;
+    subject.of_patient = IsOfPatient(scene);
     subject.blade_mm = CalcBladeWidth(MakeTool(scene));
     subject.before = options.before.empty() ? MakeSceneBone(scene, show) : ReadBone(options.before);
   }
@@ -219,7 +223,7 @@ void Run(const Options& options) {
     StageBars bars;
     if (!options.no_pictures) {
       bars.Show("drawing", 0);
-      taken.pictures = DrawAssessment(subject.title, assessment, *pieces);
+      taken.pictures = DrawAssessment(subject.title, assessment, *pieces, subject.of_patient);
     }
     WriteTakeAway(taken, options.folder, {.obj = options.obj},
                   [&](double fraction) { bars.Show("writing", fraction); });

@@ -72,18 +72,19 @@ PlaneResult AssessPlane(const Plan& plan, std::size_t i, const Bone& before, con
   return result;
 }
 
-/// Where the lost bone ends: the last crossing of phi on the way from a cell, mm along the direction from it.
-double FindEnd(const Bone& after, const Vec3& from, const Vec3& direction_W, double h) {
+/// The last place on the way from a cell, two voxels to either side of it, where one comes into the bone (`into`) or
+/// out of it; mm along the direction from the cell.
+std::optional<double> FindCrossing(const Bone& bone, const Vec3& from, const Vec3& direction_W, double h, bool into) {
   constexpr double kSteps = 8;  // a voxel
-  double end = 0;
-  double last = after.SignedDistance(from - 2 * h * direction_W);
+  std::optional<double> way_mm;
+  double last = bone.SignedDistance(from - 2 * h * direction_W);
   for (int k = 1; k <= static_cast<int>(4 * kSteps); ++k) {
     const double way = -2 * h + k * h / kSteps;
-    const double phi = after.SignedDistance(from + way * direction_W);
-    if (last >= 0 && phi < 0) end = way - h / kSteps * phi / (phi - last);
+    const double phi = bone.SignedDistance(from + way * direction_W);
+    if (into ? last >= 0 && phi < 0 : last < 0 && phi >= 0) way_mm = way - h / kSteps * phi / (phi - last);
     last = phi;
   }
-  return end;
+  return way_mm;
 }
 
 }  // namespace
@@ -133,17 +134,22 @@ Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, do
   for (std::size_t i = 0; i < plan.stops.size(); ++i) {
     if (!(deepest[i] > 0)) continue;
     StopResult& stop = out.stops[i];
+    const Vec3& d = stop.planned.direction_W;
     double depth_mm = 0;
     for (const LostCell& cell : loss.cells) {
       if (plane_of_stop[i] >= 0 && plane_of_stop[i] != FindNearestPlane(plan, cell.p_W)) continue;
-      const double depth = glm::dot(stop.planned.direction_W, cell.p_W - stop.planned.p_W_mm);
+      const double depth = glm::dot(d, cell.p_W - stop.planned.p_W_mm);
       if (depth < deepest[i] - 1.5 * h || cell.mm3 <= 0) continue;
-      const double end = FindEnd(after, cell.p_W, stop.planned.direction_W, h);
+      const std::optional<double> end = FindCrossing(after, cell.p_W, d, h, true);
       // By the bone's own surface the kerf's edges are rounded.
-      const bool within = before.SignedDistance(cell.p_W + end * stop.planned.direction_W) < -h;
-      if (end != 0 && within) depth_mm = std::max(depth_mm, depth + end);
+      if (end && before.SignedDistance(cell.p_W + *end * d) < -h) depth_mm = std::max(depth_mm, depth + *end);
+      // Through and through, no bone stands behind it: as deep as bone was.
+      const std::optional<double> out_of = FindCrossing(before, cell.p_W, d, h, false);
+      if (out_of && after.SignedDistance(cell.p_W + (*out_of - 0.5 * h) * d) > 0) {
+        depth_mm = std::max(depth_mm, depth + *out_of);
+      }
     }
-    if (depth_mm == 0) depth_mm = deepest[i];  // through and through: no bone behind it
+    if (depth_mm == 0) depth_mm = deepest[i];
     stop.depth_mm = depth_mm;
     stop.over_mm = depth_mm - stop.planned.depth_mm;
   }

@@ -92,6 +92,18 @@ TEST(AssessCut, OfNoCutAndNoPlanSaysSo) {
   EXPECT_TRUE(MakeCutMarkups(out).empty());
 }
 
+TEST(AssessCut, ThroughAndThroughIsAsDeepAsTheBone) {
+  const Pose X{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), {3, 2, 1}};
+  const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
+  Bone after = before;
+  CutKerf(after, {X.Point({0, 0, -4}), X.Vector({1, 0, 0})}, 0.4);
+  Plan plan;
+  plan.stops.push_back({.name = "s", .p_W_mm = X.p_AB, .direction_W = X.Vector({0, 0, -1}), .depth_mm = 9});
+  const Assessment out = AssessCut(plan, before, after, 0.4);
+  ASSERT_TRUE(out.stops[0].depth_mm);
+  EXPECT_NEAR(*out.stops[0].depth_mm, 8, 0.05);
+}
+
 /// Two planes, two cuts: each is measured against its own.
 TEST(AssessCut, KeepsTwoPlanesApart) {
   const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
