@@ -59,6 +59,7 @@ int RunProgram(int argc, char** argv, double free_bytes) {
     return fmt::format("kerf {} (commit {}; {})\nbuilt with {}", kerf::VersionString(), kerf::CommitString(),
                        kerf::CompilerString(), kerf::LibrariesString());
   });
+  kerf::cli::AddAssessCommand(app);
   kerf::cli::AddBenchCommand(app);
   kerf::cli::AddCheckCommand(app);
   kerf::cli::AddCompareCommand(app);

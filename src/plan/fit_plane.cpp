@@ -328,6 +328,13 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   const bool turn = search.near ? glm::dot(plane.normal_W, search.near->normal_W) < 0 : plane.normal_W[largest] < 0;
   if (turn) plane.normal_W = -plane.normal_W;
   Measure(span, *fit, plane);
+  const Vec3 across = glm::cross(fit->normal, fit->along);
+  const double end_mm = 0.5 * plane.depth_mm + 3 * h;
+  const auto phi_at = [&](double way_mm) { return after.SignedDistance(plane.p_W_mm + way_mm * across); };
+  const double ahead = phi_at(end_mm);
+  const double behind = phi_at(-end_mm);
+  const bool back = behind < ahead || (behind == ahead && across.z > 0);
+  plane.depth_W = back ? -across : across;
   // The sides are found only within the bone.
   if (plane.depth_mm + 2 * kLevelVoxels * h < kLeastDepth * plane.width_mm) return {};
   return plane;
