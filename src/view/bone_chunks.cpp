@@ -34,7 +34,7 @@ struct IndexHash {
 };
 
 // The leaves that the samples of a chunk lie in: its own and one more on each side.
-constexpr int kReach = kLeavesAcross + 2;
+constexpr std::size_t kReach = kLeavesAcross + 2;
 struct LeafValues {
   const float* values;  // null: `uniform` throughout
   float uniform;
@@ -42,21 +42,24 @@ struct LeafValues {
 using Neighbourhood = std::array<LeafValues, static_cast<std::size_t>(kReach* kReach* kReach)>;
 
 void FillSamples(const Neighbourhood& leaves, int step, std::vector<float>& samples) {
-  const int n = BoneChunks::kVoxels / step + 2;
-  samples.resize(static_cast<std::size_t>(n * n * n));
-  // Voxel offsets count from the leaf before the chunk's first.
-  const auto voxel_of = [&](int i) { return kLeaf + (i - 1) * step; };
+  constexpr std::size_t kEdge = kLeaf;
+  const std::size_t n = static_cast<std::size_t>(BoneChunks::kVoxels / step) + 2;
+  samples.resize(n * n * n);
+  // Voxels count from the leaf before the chunk's first, samples from the one before the chunk.
+  const auto voxel_of = [&](std::size_t i) {
+    return kEdge + i * static_cast<std::size_t>(step) - static_cast<std::size_t>(step);
+  };
   float* out = samples.data();
-  for (int x = 0; x < n; ++x) {
-    const int vx = voxel_of(x);
-    for (int y = 0; y < n; ++y) {
-      const int vy = voxel_of(y);
-      const LeafValues* row = &leaves[static_cast<std::size_t>(((vx / kLeaf) * kReach + vy / kLeaf) * kReach)];
-      const int within = ((vx % kLeaf) * kLeaf + vy % kLeaf) * kLeaf;
-      for (int z = 0; z < n; ++z) {
-        const int vz = voxel_of(z);
-        const LeafValues& leaf = row[vz / kLeaf];
-        *out++ = leaf.values != nullptr ? leaf.values[within + vz % kLeaf] : leaf.uniform;
+  for (std::size_t x = 0; x < n; ++x) {
+    const std::size_t vx = voxel_of(x);
+    for (std::size_t y = 0; y < n; ++y) {
+      const std::size_t vy = voxel_of(y);
+      const LeafValues* row = &leaves[((vx / kEdge) * kReach + vy / kEdge) * kReach];
+      const std::size_t within = ((vx % kEdge) * kEdge + vy % kEdge) * kEdge;
+      for (std::size_t z = 0; z < n; ++z) {
+        const std::size_t vz = voxel_of(z);
+        const LeafValues& leaf = row[vz / kEdge];
+        *out++ = leaf.values != nullptr ? leaf.values[within + vz % kEdge] : leaf.uniform;
       }
     }
   }
@@ -188,8 +191,9 @@ bool BoneChunks::Next(ChunkMesh& mesh) {
 }
 
 void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
-  if (std::find(kSteps.begin(), kSteps.end(), step) == kSteps.end())
-    throw Error("a chunk is meshed in steps of 1, 2 or 4");
+  if (std::find(kSteps.begin(), kSteps.end(), step) == kSteps.end()) {
+    throw Error("a chunk is meshed in steps of 1, 2, 4 or 8");
+  }
   mesh.index = index;
   mesh.step = step;
   mesh.cut = state_->IsTouched(index);

@@ -22,7 +22,7 @@ struct ChunkVertex {
   std::array<std::uint8_t, 3> unused;
 };
 
-/// The surface within one chunk, at one fineness: `step` 1, 2 or 4 voxels a cell.
+/// The surface within one chunk, at one fineness: `step` 1, 2, 4 or 8 voxels a cell.
 struct ChunkMesh {
   std::array<int, 3> index{};  // of 32 voxels, from the world's origin
   int step = 1;
@@ -39,7 +39,7 @@ struct ChunkMesh {
 class BoneChunks {
  public:
   static constexpr int kVoxels = 32;  // a chunk's edge
-  static constexpr std::array<int, 3> kSteps{4, 2, 1};
+  static constexpr std::array<int, 4> kSteps{8, 4, 2, 1};
 
   /// `bone`: as it is before the cutting; its surface now is what later counts as not cut.
   explicit BoneChunks(Bone bone);
@@ -60,7 +60,8 @@ class BoneChunks {
   std::vector<std::array<int, 3>> TakeDirty(std::size_t at_most);
   /// Meshes one dirty chunk at step 1; false when there is none.
   bool Next(ChunkMesh& mesh);
-  /// Meshes any chunk, empty or not. `step`: 1, 2 or 4. Several threads may do so at once while nobody calls Take().
+  /// Meshes any chunk, empty or not. `step`: one of kSteps. Several threads may do so at once while nobody calls
+  /// Take().
   void Mesh(const std::array<int, 3>& index, int step, ChunkMesh& mesh) const;
 
   std::size_t CalcMemoryBytes() const;  // of the bone, and of what is kept of it uncut

@@ -13,7 +13,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <glm/geometric.hpp>
 #include <map>
+#include <utility>
+#include <vector>
 
 #include "shaders.h"
 #include "view/gl_program.h"
@@ -30,6 +33,7 @@ struct Uploaded {
   GLuint vertices = 0;
   GLuint triangles = 0;
   GLsizei corners = 0;
+  GLenum type = GL_UNSIGNED_SHORT;  // of the triangles' corners
   std::size_t bytes = 0;
 
   void Release() {
@@ -40,16 +44,58 @@ struct Uploaded {
   }
 };
 
+// What was cut is drawn at one of the last two steps.
+constexpr std::size_t kFirstCutStep = BoneChunks::kSteps.size() - 2;
+constexpr double kCutCell_points = 1.6;
+
 struct Chunk {
   std::array<Uploaded, BoneChunks::kSteps.size()> steps;
   std::array<bool, BoneChunks::kSteps.size()> known{};
   bool cut = false;
   Box3 box;
+  // All normals of all steps lie within a cone about this one; a chunk that turns away wholly is not drawn.
+  Vec3 axis{0};
+  double cos_cone = -1;
+  bool has_cone = false;
+
+  void IncludeNormals(const ChunkMesh& mesh) {
+    if (mesh.vertices.empty()) return;
+    const auto normal = [](const ChunkVertex& v) { return Vec3{v.normal[0], v.normal[1], v.normal[2]} / 127.0; };
+    if (cut || mesh.cut) {
+      cos_cone = -1;
+      has_cone = true;
+      return;
+    }
+    if (!has_cone) {
+      Vec3 sum{0};
+      for (const ChunkVertex& v : mesh.vertices) sum += normal(v);
+      axis = CalcDirection(sum).value_or(Vec3{0, 0, 1});
+      cos_cone = 1;
+      has_cone = true;
+    }
+    for (const ChunkVertex& v : mesh.vertices) cos_cone = std::min(cos_cone, glm::dot(axis, normal(v)));
+  }
+  // `eye_W`: where all lines of sight come from; parallel: they run along -toward_eye_W.
+  bool TurnsAway(const Vec3& eye_W, const Vec3& toward_eye_W, bool parallel) const {
+    if (cos_cone <= 0.1) return false;
+    Vec3 to_eye = toward_eye_W;
+    double spread = 0;  // of the lines of sight over the chunk, as a sine
+    if (!parallel) {
+      const Vec3 d = eye_W - box.centre();
+      const double far = glm::length(d);
+      const double radius = 0.5 * glm::length(box.size());
+      if (far <= 2 * radius) return false;
+      to_eye = d / far;
+      spread = radius / far;
+    }
+    // The triangles' own normals are a little off the vertices'.
+    constexpr double kSlack = 0.12;
+    return glm::dot(axis, to_eye) < -std::sqrt(1 - cos_cone * cos_cone) - spread - kSlack;
+  }
 };
 
 void Upload(const ChunkMesh& mesh, Uploaded& to) {
   to.corners = static_cast<GLsizei>(mesh.triangles.size());
-  to.bytes = mesh.CountBytes();
   if (mesh.triangles.empty()) {
     to.Release();
     return;
@@ -64,9 +110,21 @@ void Upload(const ChunkMesh& mesh, Uploaded& to) {
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(ChunkVertex)),
                mesh.vertices.data(), GL_DYNAMIC_DRAW);
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, to.triangles);
-  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(std::uint32_t)),
-               mesh.triangles.data(), GL_DYNAMIC_DRAW);
-  const auto offset = [](std::size_t bytes) { return reinterpret_cast<const void*>(bytes); };
+  // A chunk has a few thousand vertices.
+  if (mesh.vertices.size() <= 0xffff) {
+    thread_local std::vector<std::uint16_t> few;
+    few.assign(mesh.triangles.begin(), mesh.triangles.end());
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(few.size() * sizeof(std::uint16_t)), few.data(),
+                 GL_DYNAMIC_DRAW);
+    to.type = GL_UNSIGNED_SHORT;
+    to.bytes = mesh.vertices.size() * sizeof(ChunkVertex) + few.size() * sizeof(std::uint16_t);
+  } else {
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(std::uint32_t)),
+                 mesh.triangles.data(), GL_DYNAMIC_DRAW);
+    to.type = GL_UNSIGNED_INT;
+    to.bytes = mesh.CountBytes();
+  }
+  const auto offset = [](std::size_t bytes) { return static_cast<const char*>(nullptr) + bytes; };
   constexpr GLsizei kStride = sizeof(ChunkVertex);
   glEnableVertexAttribArray(0);
   glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(ChunkVertex, p_mm)));
@@ -121,13 +179,35 @@ struct BoneProp::State {
   bool translucent = false;
   bool hidden = false;
   double pixel_mm = 0.1;
-  std::size_t wished = BoneChunks::kSteps.size() - 1;
+  double voxel_mm = 0.1;
+  double scale = 1;
+  Fineness fineness;
   Counts counts;
 
-  const Uploaded* Choose(const Chunk& chunk) const {
-    // What was cut is drawn as fine as it is known: a kerf is narrower than a coarse cell.
-    const std::size_t last = chunk.steps.size() - 1;
-    const std::size_t wish = chunk.cut ? last : wished;
+  // The coarsest step whose cells are at most so many pixels wide, from `first` on.
+  std::size_t StepFor(double cell_px, std::size_t first) const {
+    std::size_t i = first;
+    while (i + 1 < BoneChunks::kSteps.size() && BoneChunks::kSteps[i] * voxel_mm > cell_px * scale * pixel_mm) ++i;
+    return i;
+  }
+  // As fine as cells need to be, unless that is too many triangles; `seen`: the chunks in view.
+  std::size_t ChooseStep(const std::vector<const Chunk*>& seen) const {
+    std::size_t step = StepFor(fineness.cell_points, 0);
+    const std::size_t coarsest = StepFor(fineness.coarsest_cell_points, 0);
+    for (; step > coarsest; --step) {
+      std::size_t corners = 0;
+      for (const Chunk* chunk : seen) {
+        const Uploaded* uploaded = Choose(*chunk, step);
+        if (uploaded != nullptr) corners += static_cast<std::size_t>(uploaded->corners);
+      }
+      if (corners <= 3 * fineness.triangles) break;
+    }
+    return step;
+  }
+
+  const Uploaded* Choose(const Chunk& chunk, std::size_t wished) const {
+    // A kerf is narrower than a coarse cell.
+    const std::size_t wish = chunk.cut ? std::max(wished, StepFor(kCutCell_points, kFirstCutStep)) : wished;
     for (std::size_t i = wish; i < chunk.steps.size(); ++i) {
       if (chunk.known[i] && !(i > wish && chunk.known[wish])) return &chunk.steps[i];
     }
@@ -158,7 +238,10 @@ void BoneProp::SetChunk(const ChunkMesh& mesh) {
   state_->counts.bytes -= uploaded.bytes;
   Upload(mesh, uploaded);
   state_->counts.bytes += uploaded.bytes;
+  // The other steps show it as it was before; those that matter come next.
+  if (mesh.cut && mesh.step == 1) chunk.known = {};
   chunk.known[place] = true;
+  chunk.IncludeNormals(mesh);
   chunk.cut = chunk.cut || mesh.cut;
   if (!mesh.triangles.empty()) {
     for (const Vec3& p : {mesh.lower_W, mesh.upper_W}) {
@@ -184,21 +267,31 @@ void BoneProp::SetHidden(bool hidden) {
   state_->hidden = hidden;
 }
 
-void BoneProp::SetPixel(double pixel_mm, double voxel_mm) {
+void BoneProp::SetPixel(double pixel_mm, double scale, double voxel_mm) {
   state_->pixel_mm = pixel_mm;
-  // Cells of up to two and a half pixels look the same as finer ones.
-  state_->wished = BoneChunks::kSteps.size() - 1;
-  for (std::size_t i = 0; i < BoneChunks::kSteps.size(); ++i) {
-    if (BoneChunks::kSteps[i] * voxel_mm <= 2.5 * pixel_mm) {
-      state_->wished = i;
-      break;
-    }
-  }
-  state_->counts.step = BoneChunks::kSteps[state_->wished];
+  state_->scale = scale;
+  state_->voxel_mm = voxel_mm;
+}
+
+void BoneProp::SetFineness(const Fineness& fineness) {
+  state_->fineness = fineness;
 }
 
 const BoneProp::Counts& BoneProp::counts() const {
   return state_->counts;
+}
+
+std::vector<Vec3> BoneProp::ListCorners() const {
+  std::vector<Vec3> corners;
+  for (const auto& [index, chunk] : state_->chunks) {
+    if (chunk.box.empty()) continue;
+    for (int i = 0; i < 8; ++i) {
+      corners.emplace_back((i & 1) != 0 ? chunk.box.upper.x : chunk.box.lower.x,
+                           (i & 2) != 0 ? chunk.box.upper.y : chunk.box.lower.y,
+                           (i & 4) != 0 ? chunk.box.upper.z : chunk.box.lower.z);
+    }
+  }
+  return corners;
 }
 
 int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
@@ -243,14 +336,34 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   glUniform1f(s.program.Uniform("opacity"), s.translucent ? 0.16F : 1.0F);
   glUniform1f(s.program.Uniform("pixel_mm"), static_cast<float>(s.pixel_mm));
 
+  // The nearest first: what lies behind is then not coloured in vain.
+  double eye[3];
+  double toward[3];
+  camera.GetPosition(eye);
+  camera.GetDirectionOfProjection(toward);
+  const Vec3 eye_W{eye[0], eye[1], eye[2]};
+  const Vec3 toward_eye_W{-toward[0], -toward[1], -toward[2]};
+  std::vector<const Chunk*> in_view;
+  for (const auto& [index, chunk] : s.chunks) {
+    if (chunk.box.empty() || !frustum.Sees(chunk.box)) continue;
+    if (!s.translucent && chunk.TurnsAway(eye_W, toward_eye_W, camera.GetParallelProjection() != 0)) continue;
+    in_view.push_back(&chunk);
+  }
+  const std::size_t step = s.ChooseStep(in_view);
+  s.counts.step = BoneChunks::kSteps[step];
+  std::vector<std::pair<double, const Uploaded*>> seen;
+  for (const Chunk* chunk : in_view) {
+    const Uploaded* uploaded = s.Choose(*chunk, step);
+    if (uploaded == nullptr || uploaded->corners == 0) continue;
+    seen.emplace_back(-glm::dot(chunk->box.centre(), toward_eye_W), uploaded);
+  }
+  std::sort(seen.begin(), seen.end());
   const auto draw_all = [&] {
     s.counts.drawn = 0;
     s.counts.triangles = 0;
-    for (const auto& [index, chunk] : s.chunks) {
-      const Uploaded* uploaded = s.Choose(chunk);
-      if (uploaded == nullptr || uploaded->corners == 0 || !frustum.Sees(chunk.box)) continue;
+    for (const auto& [depth, uploaded] : seen) {
       glBindVertexArray(uploaded->vertex_array);
-      glDrawElements(GL_TRIANGLES, uploaded->corners, GL_UNSIGNED_INT, nullptr);
+      glDrawElements(GL_TRIANGLES, uploaded->corners, uploaded->type, nullptr);
       ++s.counts.drawn;
       s.counts.triangles += static_cast<std::size_t>(uploaded->corners) / 3;
     }
@@ -271,7 +384,11 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   } else {
     state.vtkglDisable(GL_BLEND);
     state.vtkglDepthMask(GL_TRUE);
+    // Of a closed surface the back is never seen.
+    state.vtkglEnable(GL_CULL_FACE);
+    state.vtkglCullFace(GL_BACK);
     draw_all();
+    state.vtkglDisable(GL_CULL_FACE);
     state.vtkglEnable(GL_BLEND);
   }
   glBindVertexArray(0);

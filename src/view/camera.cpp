@@ -61,20 +61,24 @@ void ViewCamera::Zoom(double factor, const ScreenPoint& at) {
   target_W_ += before - Unproject(at, target_W_);
 }
 
-void ViewCamera::Fit(const Box3& box_W, double margin) {
-  if (box_W.empty()) return;
-  target_W_ = box_W.centre();
+void ViewCamera::Fit(const std::vector<Vec3>& points_W, double margin) {
+  if (points_W.empty()) return;
+  // Along the picture's right and up and towards the eye.
+  const auto in_view = [&](const Vec3& p) {
+    return Vec3{glm::dot(p, right_W_), glm::dot(p, up_W_), glm::dot(p, toward_eye_W_)};
+  };
+  Box3 box;
+  for (const Vec3& p : points_W) box.Include(in_view(p));
+  const Vec3 middle = box.centre();
+  target_W_ = middle.x * right_W_ + middle.y * up_W_ + middle.z * toward_eye_W_;
   const double share = std::max(0.05, 1 - 2 * margin);
   const double aspect = static_cast<double>(width_) / height_;
   double height = 1;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 p{(corner & 1) != 0 ? box_W.upper.x : box_W.lower.x, (corner & 2) != 0 ? box_W.upper.y : box_W.lower.y,
-                 (corner & 4) != 0 ? box_W.upper.z : box_W.lower.z};
-    const Vec3 d = p - target_W_;
-    const double sides = 2 * std::max(std::abs(glm::dot(d, up_W_)), std::abs(glm::dot(d, right_W_)) / aspect);
-    // What is nearer than the target looks larger.
-    const double nearer = parallel_ ? 0 : glm::dot(d, toward_eye_W_) * 2 * TanHalf();
-    height = std::max(height, sides / share + std::max(0.0, nearer));
+  for (const Vec3& p : points_W) {
+    const Vec3 d = in_view(p) - middle;
+    const double sides = 2 * std::max(std::abs(d.y), std::abs(d.x) / aspect);
+    // What is nearer than the target looks larger, what is farther smaller.
+    height = std::max(height, sides / share + (parallel_ ? 0 : d.z * 2 * TanHalf()));
   }
   set_height_mm(height);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "kerf/geometry.h"
 #include "render/picture.h"
@@ -46,8 +47,8 @@ class ViewCamera {
   void Pan(double dx, double dy);
   /// `factor` > 1 comes nearer; what lies under the pixel in the plane of the target stays there.
   void Zoom(double factor, const ScreenPoint& at);
-  /// All of the box in view, with `margin` of the window free on each side.
-  void Fit(const Box3& box_W, double margin = 0.06);
+  /// All of the points in view and in its middle, with `margin` of the window free on each side.
+  void Fit(const std::vector<Vec3>& points_W, double margin = 0.06);
 
   // Unit vectors of the picture.
   Vec3 right_W() const { return right_W_; }

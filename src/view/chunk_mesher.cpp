@@ -60,12 +60,13 @@ class Mesher {
   }
 
  private:
-  std::uint64_t Row(int x, int y) const { return surface_.signs[static_cast<std::size_t>(x * n_ + y)]; }
-  std::size_t CellAt(int x, int y, int z) const { return static_cast<std::size_t>((x * m_ + y) * m_ + z); }
+  static std::size_t At(int i) { return static_cast<std::size_t>(i); }
+  std::uint64_t Row(int x, int y) const { return surface_.signs[At(x) * At(n_) + At(y)]; }
+  std::size_t CellAt(int x, int y, int z) const { return (At(x) * At(m_) + At(y)) * At(m_) + At(z); }
 
   // A bit for each sample of a row along z: inside.
   void MakeSigns() {
-    surface_.signs.resize(static_cast<std::size_t>(n_ * n_));
+    surface_.signs.resize(At(n_) * At(n_));
     const float* phi = block_.phi.data();
     for (std::uint64_t& row : surface_.signs) {
       row = 0;
@@ -76,7 +77,7 @@ class Mesher {
 
   // Cells that the surface goes through have no vertex yet; of the others nothing is asked.
   void MarkCells() {
-    surface_.vertex_of_cell.resize(static_cast<std::size_t>(m_ * m_ * m_));
+    surface_.vertex_of_cell.resize(At(m_) * At(m_) * At(m_));
     for (int x = 0; x < m_; ++x) {
       for (int y = 0; y < m_; ++y) {
         const std::uint64_t any = Row(x, y) | Row(x + 1, y) | Row(x, y + 1) | Row(x + 1, y + 1);

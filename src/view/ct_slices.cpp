@@ -87,7 +87,7 @@ CtSlices CalcCtSlices(const Bone& bone, const Tool& tool, const Pose& X_WT, doub
   Vec3 up_T{z_T.x, z_T.y, 0};
   up_T = glm::length(up_T) > 0.1 ? glm::normalize(up_T) : Vec3{0, 1, 0};
   const Vec3 side_T = glm::cross(up_T, Vec3{0, 0, 1});
-  return {{make("in the blade's plane", side_T, up_T), make("across, upright", {0, 0, 1}, up_T),
+  return {{make("blade plane", side_T, up_T), make("across, upright", {0, 0, 1}, up_T),
            make("across, level", {0, 0, 1}, side_T)}};
 }
 

@@ -17,7 +17,7 @@ struct CtWindow {
 };
 
 struct CtSlice {
-  std::string name;  // "blade", "across", "along"
+  std::string name;  // "blade plane", "across, upright", "across, level"
   Image image;       // grey, the bone's outline and the tool's cross-section drawn in
   double edge_mm = 0;
   Vec3 right_W{1, 0, 0};  // unit, of the picture

@@ -22,7 +22,7 @@ struct HudValues {
   std::optional<double> nerve_warn_mm = 2;  // nearer than this is marked
 };
 
-struct HudForcePoint {
+struct PlotPoint {
   double time_s = 0;
   double force_N = 0;
 };
@@ -112,8 +112,8 @@ struct HudState {
   bool show_values = true;
   HudValues values;
   bool show_plot = true;
-  std::vector<HudForcePoint> force;  // in order of time; the last 10 s are shown
-  double now_s = 0;                  // the plot's right end
+  std::vector<PlotPoint> force;  // in order of time; the last 10 s are shown
+  double now_s = 0;              // the plot's right end
   std::optional<HudGauge> gauge;
   HudStatus status;
   std::vector<HudPiece> pieces;

@@ -97,7 +97,7 @@ void DrawPlot(const HudState& state, const FlatBox& box, DrawList& list) {
   list.Text({"Force, N", box.left + S::kInset, box.top + 6, S::kSmall, true, false, Align::kLeft, ink::kText});
   const FlatBox plot{box.left + 38, box.top + 28, box.width - 38 - S::kInset, box.height - 28 - 24};
   double largest = 0;
-  for (const HudForcePoint& p : state.force) {
+  for (const PlotPoint& p : state.force) {
     if (p.time_s >= state.now_s - kSpan_s && std::isfinite(p.force_N)) largest = std::max(largest, p.force_N);
   }
   const double top = CalcAxisTop(largest);
@@ -121,7 +121,7 @@ void DrawPlot(const HudState& state, const FlatBox& box, DrawList& list) {
       line.push_back({x, plot.bottom() - std::clamp(f / top, 0.0, 1.0) * plot.height});
     }
   };
-  for (const HudForcePoint& p : state.force) {
+  for (const PlotPoint& p : state.force) {
     const double share = 1 - (state.now_s - p.time_s) / kSpan_s;
     if (share < 0 || share > 1 || !std::isfinite(p.force_N)) continue;
     const long here = std::lround(2 * share * plot.width);
@@ -259,41 +259,43 @@ void DrawStatus(const HudStatus& status, const FlatBox& box, DrawList& list) {
   if (box.empty()) return;
   list.Box(box, {{236, 239, 243}, 1});
   list.Box({box.left, box.top, box.width, 1}, ink::kEdge);
-  double x = box.left + S::kInset;
   const double y = box.top + 6;
-  const auto write = [&](const std::string& text, bool bold, const FlatColour& colour) {
-    list.Text({text, x, y, S::kText, bold, false, Align::kLeft, colour});
-    x += 1.05 * CalcTextWidth(text, S::kText, bold) + 18;
-  };
-  const auto bar = [&] { list.Box({x - 10, box.top + 6, 1, box.height - 12}, ink::kEdge); };
-  // On: a filled disc that stands out; off: a ring.
-  const OverlayPoint lamp{x + 7, box.top + 14};
-  list.Disc(lamp, 14, status.spindle_on ? FlatColour{LevelColour(HudLevel::kBad), 1} : ink::kFaint);
-  if (!status.spindle_on) list.Disc(lamp, 9, {{236, 239, 243}, 1});
-  x += 20;
-  write(status.spindle_on ? "Spindle ON" : "Spindle off", status.spindle_on, ink::kText);
-  for (const std::string& part : {status.saw, status.mode}) {
-    if (part.empty()) continue;
-    bar();
-    write(CutText(part, S::kText, false, 0.24 * box.width), false, ink::kText);
-  }
-  if (status.recording_s) {
-    bar();
-    list.Box({x, box.top + 9, 11, 11}, {LevelColour(HudLevel::kBad), 1});
-    x += 17;
-    const auto s = static_cast<long>(std::max(0.0, *status.recording_s));
-    write(fmt::format("REC {}:{:02}", s / 60, s % 60), true, ink::kText);
-  }
   double right = box.right() - S::kInset;
   if (!status.right.empty()) {
     const std::string text = CutText(status.right, S::kText, false, 0.3 * box.width);
     list.Text({text, right, y, S::kText, false, false, Align::kRight, ink::kFaint});
     right -= 1.05 * CalcTextWidth(text, S::kText, false) + 18;
   }
-  if (!status.message.empty() && right - x > 60) {
-    bar();
-    write(CutText(status.message, S::kText, false, right - x), false, ink::kText);
+  double x = box.left + S::kInset;
+  bool first = true;
+  // From left to right, as far as there is room; `before` is what stands before the words.
+  const auto write = [&](const std::string& text, bool bold, double before, double most) {
+    const double room = std::min(most, right - x - before);
+    if (text.empty() || room < 40) return false;
+    const std::string shown = CutText(text, S::kText, bold, room);
+    list.Text({shown, x + before, y, S::kText, bold, false, Align::kLeft, ink::kText});
+    if (!first) list.Box({x - 10, box.top + 6, 1, box.height - 12}, ink::kEdge);
+    first = false;
+    x += before + 1.05 * CalcTextWidth(shown, S::kText, bold) + 18;
+    return true;
+  };
+  // On: a filled disc that stands out; off: a ring.
+  const OverlayPoint lamp{x + 7, box.top + 14};
+  list.Disc(lamp, 14, status.spindle_on ? FlatColour{LevelColour(HudLevel::kBad), 1} : ink::kFaint);
+  if (!status.spindle_on) list.Disc(lamp, 9, {{236, 239, 243}, 1});
+  x += 20;
+  constexpr double kAny = 1e9;
+  write(status.spindle_on ? "Spindle ON" : "Spindle off", status.spindle_on, 0, kAny);
+  if (status.recording_s) {
+    const double mark = x;
+    const auto s = static_cast<long>(std::max(0.0, *status.recording_s));
+    if (write(fmt::format("REC {}:{:02}", s / 60, s % 60), true, 17, kAny)) {
+      list.Box({mark, box.top + 9, 11, 11}, {LevelColour(HudLevel::kBad), 1});
+    }
   }
+  write(status.saw, false, 0, 0.24 * box.width);
+  write(status.mode, false, 0, 0.24 * box.width);
+  write(status.message, false, 0, kAny);
 }
 
 void DrawBanner(const HudBanner& banner, const FlatBox& box, DrawList& list) {

@@ -49,14 +49,14 @@ FlatBox CalcModal(double width, double height, const HudState& state) {
     w = 520;
     h = 150;
   } else if (state.show_help) {
-    w = std::min(most_width, 1040.0);
+    w = std::min(most_width, 1200.0);
     h = kHelpHead + HelpHeight(state.help, w - 4 * S::kInset) + 2 * S::kInset;
   } else if (state.menu) {
     w = 640;
     h = kMenuHead + kMenuRow * static_cast<double>(state.menu->rows.size()) + kMenuFoot;
   } else if (state.result) {
     w = 700;
-    h = 100 + S::kRow * static_cast<double>(state.result->rows.size()) + 24 + kMenuFoot;
+    h = 96 + S::kRow * static_cast<double>(state.result->rows.size()) + kMenuFoot;
   } else {
     return {};
   }

@@ -47,7 +47,8 @@ void Selected(const FlatBox& row, DrawList& list) {
 namespace {
 
 void DrawTitle(const std::string& title, const FlatBox& box, DrawList& list) {
-  list.Text({CutText(title, S::kTitle, true, box.width - 4 * S::kInset), box.left + 2 * S::kInset, box.top + 14,
+  // The right end is left for what is said of rows that are not shown.
+  list.Text({CutText(title, S::kTitle, true, box.width - 4 * S::kInset - 130), box.left + 2 * S::kInset, box.top + 14,
              S::kTitle, true, false, Align::kLeft, ink::kText});
 }
 
@@ -79,6 +80,7 @@ void DrawHelp(const std::vector<HudKeyGroup>& groups, const FlatBox& box, DrawLi
   for (const HelpPlace& place : PlaceHelp(groups, inside)) {
     const HudKeyGroup& group = groups[place.group];
     double y = place.y;
+    if (y + 26 > box.bottom() - 4) continue;
     list.Text({CutText(group.title, S::kText, true, place.width),
                place.x,
                y,

@@ -173,7 +173,7 @@ int HudProp::RenderOverlay(vtkViewport* viewport) {
     glGenBuffers(1, &s.buffer);
     glBindVertexArray(s.vertex_array);
     glBindBuffer(GL_ARRAY_BUFFER, s.buffer);
-    const auto offset = [](std::size_t bytes) { return reinterpret_cast<const void*>(bytes); };
+    const auto offset = [](std::size_t bytes) { return static_cast<const char*>(nullptr) + bytes; };
     constexpr GLsizei kStride = sizeof(Vertex);
     for (GLuint i = 0; i < 3; ++i) glEnableVertexAttribArray(i);
     glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(Vertex, at_px)));

@@ -12,8 +12,7 @@ namespace kerf {
 class HudProp : public vtkProp {
  public:
   static HudProp* New();
-  vtkTypeMacro(HudProp, vtkProp)
-  HudProp(const HudProp&) = delete;
+  vtkTypeMacro(HudProp, vtkProp) HudProp(const HudProp&) = delete;
   HudProp& operator=(const HudProp&) = delete;
 
   /// To be drawn from now on. `scale`: pixels a point.

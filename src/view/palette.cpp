@@ -18,7 +18,7 @@ Rgb8 UncutColour(Tissue tissue) {
 
 Rgb8 CutColour(Tissue tissue) {
   // A little warmer than the bone's outside, and as light.
-  if (tissue == Tissue::kCortical) return {255, 224, 150};
+  if (tissue == Tissue::kCortical) return {255, 217, 128};
   return TissueColour(tissue);
 }
 

@@ -67,7 +67,9 @@ struct SceneActors::State {
   std::vector<PieceShape> pieces;
   struct PieceActor {
     std::shared_ptr<const TriangleMesh> mesh;
+    std::shared_ptr<const std::vector<Rgb8>> colours;
     vtkSmartPointer<vtkActor> actor;
+    vtkSmartPointer<vtkActor> frame;
     Box3 box;
   };
   std::map<int, PieceActor> piece_actors;
@@ -125,6 +127,7 @@ void SceneActors::SetTool(const Tool& tool) {
   s.toothed = MakeMeshActor(MakeToolMesh(tool), kSteelColour, 1, Finish::kMetal);
   s.ghost = MakeMeshActor(MakeToolMesh(tool), kGhostColour, 0.3, Finish::kMatt);
   s.ghost->SetVisibility(false);
+  s.ghost->GetProperty()->BackfaceCullingOn();
   s.scene.AddActor(s.toothed);
   s.over.AddActor(s.ghost);
   if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
@@ -179,7 +182,8 @@ void SceneActors::SetForce(const std::optional<ForceArrow>& force, double mm_per
   const double N = glm::length(force->f_W_N);
   const double length = std::clamp(8 * N, 26 * mm_per_point, 60.0);
   s.force_tail_W = force->p_W - length / N * force->f_W_N;
-  s.arrow = MakeMeshActor(MakeArrowMesh(s.force_tail_W, force->p_W, 2.6 * mm_per_point), kForceColour, 1, Finish::kMatt);
+  s.arrow =
+      MakeMeshActor(MakeArrowMesh(s.force_tail_W, force->p_W, 2.6 * mm_per_point), kForceColour, 1, Finish::kMatt);
   s.over.AddActor(s.arrow);
 }
 
@@ -189,7 +193,8 @@ void SceneActors::SetPlanes(const std::vector<PlaneOverlay>& planes) {
   s.planes = planes;
   s.Remove(s.scene, s.plane_actors);
   for (const PlaneOverlay& plane : planes) {
-    const std::vector<Vec3> corners = MakeRectangle(plane.p_W, plane.normal_W, plane.up_W, plane.width_mm, plane.height_mm);
+    const std::vector<Vec3> corners =
+        MakeRectangle(plane.p_W, plane.normal_W, plane.up_W, plane.width_mm, plane.height_mm);
     s.Add(s.scene, s.plane_actors,
           MakeLineActor({Closed(corners)}, plane.colour, (plane.selected ? 4.0 : 2.0) * s.scale));
     s.Add(s.scene, s.plane_actors,
@@ -245,22 +250,30 @@ void SceneActors::SetPieces(const std::vector<PieceShape>& pieces) {
     if (piece.mesh_W == nullptr) continue;
     State::PieceActor& to = kept[piece.id];
     const auto at = s.piece_actors.find(piece.id);
-    if (at != s.piece_actors.end() && at->second.mesh == piece.mesh_W) {
+    if (at != s.piece_actors.end() && at->second.mesh == piece.mesh_W && at->second.colours == piece.point_colours) {
       to = at->second;
       s.piece_actors.erase(at);
     } else {
       to.mesh = piece.mesh_W;
-      to.actor = MakeMeshActor(*piece.mesh_W, piece.colour, 1, Finish::kMatt);
+      to.colours = piece.point_colours;
+      to.actor = MakeMeshActor(*piece.mesh_W, piece.colour, 1, Finish::kMatt, piece.point_colours.get());
       Include(piece.mesh_W->points, to.box);
+      to.frame = MakeLineActor(MakeBoxEdges(to.box.Grown(0.4)), kForceColour, 1.6 * s.scale);
       s.scene.AddActor(to.actor);
+      s.scene.AddActor(to.frame);
     }
     const Rgb8 colour = piece.selected ? Lighter(piece.colour, 0.55, {90, 170, 255}) : piece.colour;
     to.actor->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
     to.actor->GetProperty()->SetAmbient(piece.selected ? 0.34 : 0.22);
     to.actor->SetVisibility(!piece.hidden);
+    to.frame->SetVisibility(piece.selected && !piece.hidden);
     SetPose(*to.actor, piece.X_WP);
+    SetPose(*to.frame, piece.X_WP);
   }
-  for (const auto& [id, gone] : s.piece_actors) s.scene.RemoveActor(gone.actor);
+  for (const auto& [id, gone] : s.piece_actors) {
+    s.scene.RemoveActor(gone.actor);
+    s.scene.RemoveActor(gone.frame);
+  }
   s.piece_actors = std::move(kept);
 }
 

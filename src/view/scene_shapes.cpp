@@ -42,9 +42,20 @@ std::array<Vec3, 2> Across(const Vec3& normal) {
 
 }  // namespace
 
-vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& colour, double opacity, Finish finish) {
+vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& colour, double opacity, Finish finish,
+                                        const std::vector<Rgb8>* point_colours) {
   const vtkNew<vtkPolyDataMapper> mapper;
   const auto data = MakePolyData(mesh);
+  const bool by_point = point_colours != nullptr && point_colours->size() == mesh.points.size();
+  if (by_point) {
+    const vtkNew<vtkUnsignedCharArray> colours;
+    colours->SetNumberOfComponents(3);
+    colours->SetNumberOfTuples(static_cast<vtkIdType>(point_colours->size()));
+    for (std::size_t i = 0; i < point_colours->size(); ++i) {
+      colours->SetTypedTuple(static_cast<vtkIdType>(i), (*point_colours)[i].data());
+    }
+    data->GetPointData()->SetScalars(colours);
+  }
   if (finish == Finish::kFlat) {
     mapper->SetInputData(data);
   } else {
@@ -55,7 +66,7 @@ vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& co
     normals->ConsistencyOff();
     mapper->SetInputConnection(normals->GetOutputPort());
   }
-  mapper->SetScalarVisibility(0);
+  mapper->SetScalarVisibility(by_point ? 1 : 0);
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);
   actor->ForceOpaqueOn();
@@ -68,6 +79,20 @@ vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& co
   property.SetSpecular(finish == Finish::kMetal ? 0.4 : finish == Finish::kMatt ? 0.06 : 0);
   property.SetSpecularPower(finish == Finish::kMetal ? 40 : 18);
   return actor;
+}
+
+std::vector<std::vector<Vec3>> MakeBoxEdges(const Box3& box) {
+  const auto corner = [&](int i) {
+    return Vec3{(i & 1) != 0 ? box.upper.x : box.lower.x, (i & 2) != 0 ? box.upper.y : box.lower.y,
+                (i & 4) != 0 ? box.upper.z : box.lower.z};
+  };
+  std::vector<std::vector<Vec3>> edges;
+  for (int i = 0; i < 8; ++i) {
+    for (const int axis : {1, 2, 4}) {
+      if ((i & axis) == 0) edges.push_back({corner(i), corner(i | axis)});
+    }
+  }
+  return edges;
 }
 
 vtkSmartPointer<vtkActor> MakeLineActor(const std::vector<std::vector<Vec3>>& lines, const Rgb8& colour,
@@ -134,10 +159,13 @@ vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw) {
 }
 
 TriangleMesh MakeTurningMesh(const DiscSaw& saw) {
-  DiscSaw round = saw;
-  round.diameter_mm = 2 * (saw.radius_mm() - GulletDepth(saw));
-  round.teeth = 120;  // too small to be seen
-  return MakeToolMesh(round);
+  TriangleMesh mesh = MakeToolMesh(saw);
+  const double round = saw.radius_mm() - GulletDepth(saw);
+  for (Vec3& p : mesh.points) {
+    const double r = std::hypot(p.x, p.y);
+    if (r > round) p = {p.x * round / r, p.y * round / r, p.z};
+  }
+  return mesh;
 }
 
 std::vector<Vec3> MakeRectangle(const Vec3& middle, const Vec3& normal, const Vec3& up, double width, double height) {

@@ -18,7 +18,11 @@ enum class Finish { kMatt, kMetal, kFlat };  // flat: not lit
 
 /// Smooth where the surface is smooth, with creases where it bends by more than 40 degrees. Drawn with the solid things
 /// whatever its opacity, so in the order in which actors are added.
-vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& colour, double opacity, Finish finish);
+/// `point_colours`: one for each point, or null.
+vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& colour, double opacity, Finish finish,
+                                        const std::vector<Rgb8>* point_colours = nullptr);
+/// The twelve edges of a box.
+std::vector<std::vector<Vec3>> MakeBoxEdges(const Box3& box);
 /// `width_px`: of the window.
 vtkSmartPointer<vtkActor> MakeLineActor(const std::vector<std::vector<Vec3>>& lines, const Rgb8& colour,
                                         double width_px);

@@ -34,7 +34,16 @@ struct SurfaceWorker::State {
         has_hu(bone.has_hu()),
         chunks(std::move(bone)),
         origin_W(chunks.origin_W()),
+        first_pass(FindFirstPass(chunks.bone().voxel_mm())),
+        pass(first_pass),
         arena(threads > 0 ? threads : tbb::task_arena::automatic) {}
+
+  // Cells of up to 0.85 mm show a bone well enough to begin with.
+  static std::size_t FindFirstPass(double voxel_mm) {
+    std::size_t i = 0;
+    while (i + 1 < BoneChunks::kSteps.size() && BoneChunks::kSteps[i] * voxel_mm > 0.85) ++i;
+    return i;
+  }
 
   const Box3 bounds_W;
   const bool has_hu;
@@ -66,7 +75,8 @@ struct SurfaceWorker::State {
 
   // The worker's own.
   std::vector<Index> all;
-  std::size_t pass = 0;  // of BoneChunks::kSteps
+  const std::size_t first_pass;
+  std::size_t pass;      // of BoneChunks::kSteps
   std::size_t next = 0;  // of `all`
   tbb::task_arena arena;
   std::thread thread;
@@ -122,13 +132,16 @@ struct SurfaceWorker::State {
     {
       const std::lock_guard lock(mutex);
       wanted = finest;
-      if (pass > 0) std::swap(slice, job);
+      if (pass > first_pass) std::swap(slice, job);
       counts.dirty = chunks.CountDirty();
     }
-    if (pass > 0) {
+    if (pass > first_pass) {
       // What was cut goes first, once there is a picture at all.
       const std::vector<Index> dirty = chunks.TakeDirty(8);
-      if (!dirty.empty()) MeshAll(dirty, 1);
+      if (!dirty.empty()) {
+        MeshAll(dirty, 1);
+        MeshAll(dirty, 2);  // for when it is seen from afar
+      }
       if (slice) {
         CtSlices made;
         {
@@ -150,7 +163,7 @@ struct SurfaceWorker::State {
       next = 0;
     }
     const std::lock_guard lock(mutex);
-    if (pass > 0 && !first_done) {
+    if (pass > first_pass && !first_done) {
       first_done = true;
       idle.notify_all();
     }

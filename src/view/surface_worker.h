@@ -38,7 +38,8 @@ class SurfaceWorker {
   /// Finished chunks, oldest first, at most so many; the newest of each only. Any thread.
   std::vector<ChunkMesh> Fetch(std::size_t at_most = 64);
   SurfaceCounts counts() const;
-  /// The finest step that uncut chunks are meshed at: 4, 2 or 1 (from the start). What was cut is at 1 always.
+  /// The finest step that uncut chunks are meshed at, of BoneChunks::kSteps; 1 from the start. What was cut is at 1
+  /// always.
   void Want(int finest_step);
   /// The first picture's surface (the coarse step of all chunks) has been handed to Fetch().
   bool first_done() const;

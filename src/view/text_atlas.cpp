@@ -79,7 +79,7 @@ TextAtlas::Place TextAtlas::Find(const std::string& text, int size, bool bold, b
   const int rows = extent[3] - extent[2] + 1;
   for (int row = 0; row < place.height; ++row) {
     for (int column = 0; column < place.width; ++column) {
-      alpha[static_cast<std::size_t>(row * place.width + column)] =
+      alpha[static_cast<std::size_t>(row) * static_cast<std::size_t>(place.width) + static_cast<std::size_t>(column)] =
           pixels[(rows - 1 - row) * stride + column * bytes + bytes - 1];
     }
   }

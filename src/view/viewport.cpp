@@ -61,8 +61,9 @@ vtkSmartPointer<vtkAnnotatedCubeActor> MakeCube() {
   cube->GetCubeProperty()->SetColor(0.93, 0.94, 0.96);
   cube->GetCubeProperty()->SetAmbient(0.35);
   cube->GetCubeProperty()->SetDiffuse(0.7);
-  for (vtkProperty* face : {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
-                            cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
+  for (vtkProperty* face :
+       {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
+        cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
     face->SetColor(0.1, 0.12, 0.16);
     face->SetInterpolationToFlat();
   }
@@ -101,6 +102,8 @@ struct Viewport::State {
   ViewCamera camera;
   double scale = 1;
   double voxel_mm = 0;
+  bool knows_fineness = false;       // asked of the driver
+  std::optional<bool> smooth_edges;  // none: as the driver is
 
   MaterialTable materials;
   Box3 bounds_W;
@@ -344,23 +347,25 @@ const ViewCamera& Viewport::camera() const {
 
 void Viewport::FitAll() {
   State& s = *state_;
-  Box3 box = s.bounds_W;
+  std::vector<Vec3> points;
+  if (!s.bone_hidden) points = s.bone->ListCorners();
   for (const PieceShape& piece : s.actors.pieces()) {
     if (piece.hidden || piece.mesh_W == nullptr) continue;
-    for (const Vec3& p : piece.mesh_W->points) box.Include(piece.X_WP.Point(p));
+    for (const Vec3& p : piece.mesh_W->points) points.push_back(piece.X_WP.Point(p));
   }
-  if (box.empty()) return;
+  if (points.empty()) points = {s.bounds_W.lower, s.bounds_W.upper};
+  if (s.bounds_W.empty()) return;
   s.Place();
   // Fitted into a window of the free part's size, then moved to where that is.
   const FlatBox& free = s.layout.scene;
   if (free.empty()) {
-    s.camera.Fit(box);
+    s.camera.Fit(points);
     return;
   }
   const int width = s.camera.width();
   const int height = s.camera.height();
   s.camera.SetSize(static_cast<int>(free.width * s.scale), static_cast<int>(free.height * s.scale));
-  s.camera.Fit(box, 0.04);
+  s.camera.Fit(points, 0.04);
   const double mm_per_pixel = s.camera.height_mm() / s.camera.height();
   s.camera.SetSize(width, height);
   s.camera.set_height_mm(mm_per_pixel * height);
@@ -421,7 +426,16 @@ std::optional<int> Viewport::PickPieceRow(const ScreenPoint& at) const {
 void Viewport::Render() {
   State& s = *state_;
   s.Place();
-  s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.voxel_mm);
+  if (!s.knows_fineness || !s.smooth_edges) {
+    // Without a graphics card triangles cost more than their coarseness does.
+    const std::string name = renderer_name();
+    const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos;
+    if (!s.knows_fineness) s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 9, 150'000} : BoneProp::Fineness{});
+    s.knows_fineness = true;
+    if (!s.smooth_edges) s.smooth_edges = !software;
+    s.scene->SetUseFXAA(*s.smooth_edges);
+  }
+  s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.scale, s.voxel_mm);
   s.actors.SetForce(s.force, s.force ? s.camera.WorldPerPixel(s.force->p_W) * s.scale : 1);
   s.SetCameras();
   std::optional<ScaleBar> bar;
@@ -463,6 +477,16 @@ Image Viewport::Grab() {
 
 const ViewStats& Viewport::stats() const {
   return state_->stats;
+}
+
+void Viewport::set_smooth_edges(bool smooth) {
+  state_->smooth_edges = smooth;
+  state_->scene->SetUseFXAA(smooth);
+}
+
+void Viewport::SetFineness(double cell_points, double coarsest_cell_points, std::size_t triangles) {
+  state_->bone->SetFineness({cell_points, std::max(cell_points, coarsest_cell_points), triangles});
+  state_->knows_fineness = true;
 }
 
 std::string Viewport::renderer_name() const {

@@ -68,7 +68,8 @@ struct PieceShape {
   std::shared_ptr<const TriangleMesh> mesh_W;
   Pose X_WP;
   Rgb8 colour = kBoneColour;
-  bool selected = false;
+  std::shared_ptr<const std::vector<Rgb8>> point_colours;  // one for each point of the mesh; null: `colour` throughout
+  bool selected = false;                                   // framed by a box, and tinted where it has one colour
   bool hidden = false;
 };
 
@@ -83,7 +84,7 @@ struct ViewStats {
   std::size_t drawn = 0;          // of them, in the last picture
   std::size_t triangles = 0;      // likewise
   std::size_t surface_bytes = 0;  // of all chunks held, on the graphics card
-  int step = 1;                   // of uncut chunks in the last picture
+  int step = 1;                   // of uncut chunks in the last picture: what SurfaceWorker::Want() needs at least
 };
 
 /// Draws into a window that somebody else made and gives a size; everything in the thread that owns its OpenGL context.
@@ -160,6 +161,12 @@ class Viewport {
   Image Grab();
   const ViewStats& stats() const;
   std::string renderer_name() const;  // the driver's, "llvmpipe (...)"
+  /// Edges without stairs; by itself only with a graphics card.
+  void set_smooth_edges(bool smooth);
+  /// How fine bone that was not cut is drawn: cells of at least and at most so many points of the screen, and in
+  /// between at most so many triangles in all. By itself: 1.5 to 3 and six million with a graphics card, 1.5 to 9 and
+  /// 150 000 without.
+  void SetFineness(double cell_points, double coarsest_cell_points, std::size_t triangles);
 
  private:
   struct State;

@@ -43,7 +43,7 @@ void Check(const ViewBenchOptions& o) {
 }
 
 // Panels as full as they get in a session.
-HudState MakeHud(const std::vector<HudForcePoint>& force, const Pose& X_WT) {
+HudState MakeHud(const std::vector<PlotPoint>& force, const Pose& X_WT) {
   HudState hud;
   hud.force = force;
   hud.now_s = force.empty() ? 0 : force.back().time_s;
@@ -150,7 +150,7 @@ ViewReport RunViewBench(const ViewBenchOptions& options) {
   BoneChunks chunks{Bone(bone)};
   const std::size_t before_bytes = chunks.CalcMemoryBytes();
   std::vector<double> remesh_us, upload_us, both_us;
-  std::vector<HudForcePoint> force;
+  std::vector<PlotPoint> force;
   const double mm_per_tick = cut.cut.feed_mm_per_s * kTick_s;
   const int first_tick = static_cast<int>(0.6 * cut.cut.warm_up_mm / mm_per_tick);
   const int ticks = static_cast<int>(options.cut_mm / mm_per_tick);

@@ -35,8 +35,8 @@ std::string FormatViewTable(const ViewReport& r) {
                         f.view, 1e-3 * f.times.p50_us, 1e-3 * f.p95_us, 1e-3 * f.times.max_us, f.triangles, f.chunks,
                         f.step);
   }
-  text += fmt::format("  surface         {:.1f} MB in {} chunks; {:.1f} MB kept of what was cut\n", r.surface_MB, r.chunks,
-                      r.uncut_MB);
+  text += fmt::format("  surface         {:.1f} MB in {} chunks; {:.1f} MB kept of what was cut\n", r.surface_MB,
+                      r.chunks, r.uncut_MB);
   text += fmt::format("  bone            {:016x} after the cut\n  {}\n", r.bone_hash, FormatWhere(r));
   return text;
 }
@@ -55,7 +55,8 @@ std::string FormatViewMarkdown(const ViewReport& r) {
                         1e-3 * f.times.p50_us, 1e-3 * f.p95_us, 1e-3 * f.times.max_us, f.times.count, f.triangles);
   }
   text += fmt::format(
-      "\nDefault mandible at {:g} mm; first picture after {}; finer steps {:.2f} s later. The surface takes {:.1f} MB in {} "
+      "\nDefault mandible at {:g} mm; first picture after {}; finer steps {:.2f} s later. The surface takes {:.1f} MB "
+      "in {} "
       "chunks, "
       "and what is kept of {} cut leaves {:.1f} MB. {}.\n",
       r.options.voxel_mm, FormatFirst(r), 1e-3 * r.refining_ms, r.surface_MB, r.chunks, r.cut_leaves, r.uncut_MB,
@@ -73,12 +74,10 @@ std::string FormatViewJson(const ViewReport& r) {
   json["cpu"] = r.machine.cpu;
   json["cores"] = r.machine.cores;
   json["load"] = RoundedJson(r.machine.load);
-  json["first_picture_ms"] = {{"all", RoundedJson(r.first_picture_ms())},
-                              {"bone", RoundedJson(r.bone_ms)},
-                              {"window", RoundedJson(r.window_ms)},
-                              {"coarse_surface", RoundedJson(r.meshing_ms)},
-                              {"upload", RoundedJson(r.upload_ms)},
-                              {"first_frame", RoundedJson(r.first_frame_ms)}};
+  json["first_picture_ms"] = {
+      {"all", RoundedJson(r.first_picture_ms())}, {"bone", RoundedJson(r.bone_ms)},
+      {"window", RoundedJson(r.window_ms)},       {"coarse_surface", RoundedJson(r.meshing_ms)},
+      {"upload", RoundedJson(r.upload_ms)},       {"first_frame", RoundedJson(r.first_frame_ms)}};
   json["refining_ms"] = RoundedJson(r.refining_ms);
   json["chunk"] = {{"both", TimesJson(r.both)}, {"remesh", TimesJson(r.remesh)}, {"upload", TimesJson(r.upload)}};
   json["cut_leaves"] = r.cut_leaves;

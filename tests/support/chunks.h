@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "material/region_table.h"
@@ -62,6 +63,19 @@ inline std::size_t CountUnpaired(const TriangleMesh& mesh) {
   }
   return static_cast<std::size_t>(
       std::count_if(balance.begin(), balance.end(), [](const auto& edge) { return edge.second != 0; }));
+}
+
+/// A cube along the axes.
+inline std::shared_ptr<const TriangleMesh> MakeCube(const Vec3& middle, double edge) {
+  auto mesh = std::make_shared<TriangleMesh>();
+  for (int i = 0; i < 8; ++i) mesh->points.push_back(middle + edge * (Vec3{i & 1, (i >> 1) & 1, i >> 2} - 0.5));
+  const std::array<std::uint32_t, 4> faces[] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                                {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& f : faces) {
+    mesh->triangles.push_back({f[0], f[1], f[2]});
+    mesh->triangles.push_back({f[0], f[2], f[3]});
+  }
+  return mesh;
 }
 
 }  // namespace kerf::test

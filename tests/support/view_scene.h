@@ -53,9 +53,28 @@ inline std::vector<HudKeyGroup> MakeHelp() {
             {"C", "colours: plain, tissue, region"}}},
           {"Plan", {{"P", "plane at the blade"}, {"D", "depth stop here"}, {"G", "guide on, off"}}},
           {"Pieces",
-           {{"left click", "choose"}, {"H", "hide"}, {"Del", "delete"}, {"arrows", "move along an axis"}, {"M", "measure"}}},
+           {{"left click", "choose"},
+            {"H", "hide"},
+            {"Del", "delete"},
+            {"arrows", "move along an axis"},
+            {"M", "measure"}}},
           {"Session",
-           {{"ctrl Z, ctrl Y", "undo, redo"}, {"K", "checkpoint"}, {"F2", "screenshot"}, {"F3", "report"}, {"Esc", "end"}}}};
+           {{"ctrl Z, ctrl Y", "undo, redo"},
+            {"K", "checkpoint"},
+            {"F2", "screenshot"},
+            {"F3", "report"},
+            {"Esc", "end"}}}};
+}
+
+inline HudResult MakeResult() {
+  return {"Groove of a given depth, level 2",
+          "82 of 100",
+          {{"Depth error, mean", "0.21 mm", "goal 0.3 mm", HudLevel::kGood},
+           {"Depth error, p95", "0.48 mm", "goal 0.5 mm", HudLevel::kWarn},
+           {"Plunge past the far side", "1.30 mm", "goal 0.5 mm", HudLevel::kBad},
+           {"Force, mean", "2.1 N", "information", HudLevel::kPlain},
+           {"Time", "38 s", "information", HudLevel::kPlain}},
+          "Enter: again    Esc: back to the list"};
 }
 
 }  // namespace kerf::test

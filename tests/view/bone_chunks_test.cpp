@@ -139,7 +139,7 @@ TEST(BoneChunks, WhatTheSawLaidOpenIsMarkedAndShowsItsTissue) {
   EXPECT_GT(wall[1], 300u);
 }
 
-TEST(BoneChunks, NormalsOfABallPointOutward) {
+TEST(BoneChunks, NormalsPointOutward) {
   // A plate's faces along the axes: its normals are known but at the edges.
   const BoneChunks chunks(MakePlate(0.25));
   std::size_t looked = 0;
