@@ -13,7 +13,7 @@
 namespace kerf {
 
 /// The middle plane of what was removed.
-struct FittedPlane {
+struct MiddlePlane {
   CutPlane plane;           // through the removed volume's centre
   double extent_mm = 0;     // root mean square, along its shorter direction
   double thickness_mm = 0;  // root mean square, across
@@ -23,7 +23,7 @@ struct FittedPlane {
 /// by the middle of what each lost, without the squares along the border, where only a part of the kerf's width is
 /// bone. None where so little was removed, or in such a shape, that it has no plane. Error on a plane kerf of two
 /// voxels' width and 3 mm depth, in any direction: below 0.2 mm and 0.4 degrees (tests/score).
-std::optional<FittedPlane> FitPlane(std::span<const RemovedCell> cells, double voxel_mm);
+std::optional<MiddlePlane> FitMiddlePlane(std::span<const RemovedCell> cells, double voxel_mm);
 
 /// Of the fitted plane against the wanted one.
 struct PlaneError {

@@ -98,7 +98,7 @@ std::optional<CutPlane> Refine(const CutPlane& plane, std::span<const RemovedCel
 
 }  // namespace
 
-std::optional<FittedPlane> FitPlane(std::span<const RemovedCell> cells, double voxel_mm) {
+std::optional<MiddlePlane> FitMiddlePlane(std::span<const RemovedCell> cells, double voxel_mm) {
   double sum = 0;
   Vec3 centre_W{0};
   for (const RemovedCell& cell : cells) {
@@ -122,7 +122,7 @@ std::optional<FittedPlane> FitPlane(std::span<const RemovedCell> cells, double v
   std::array<std::size_t, 3> order{0, 1, 2};
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return eigen.values[a] < eigen.values[b]; });
-  FittedPlane fitted;
+  MiddlePlane fitted;
   fitted.plane = {centre_W, glm::normalize(eigen.vectors[order[0]])};
   fitted.thickness_mm = std::sqrt(std::max(eigen.values[order[0]], 0.0));
   fitted.extent_mm = std::sqrt(std::max(eigen.values[order[1]], 0.0));

@@ -154,12 +154,14 @@ void PiecesMode::TakePoint(const ScreenPoint& at) {
   points_W_.push_back(hit->p_W_mm);
   const std::size_t wanted = asking_ == Asking::kDistance ? 2 : 3;
   if (points_W_.size() == wanted) {
-    Measure measure{.points_W = std::exchange(points_W_, {}), .label = ""};
+    Measure measure{.points_W = std::exchange(points_W_, {}), .value = 0, .label = ""};
     const std::vector<Vec3>& p = measure.points_W;
     if (asking_ == Asking::kDistance) {
-      measure.label = fmt::format("{:.1f} mm", CalcDistance(p[0], p[1]));
-    } else if (const std::optional<double> angle_deg = CalcAngle(p[0], p[1], p[2])) {
-      measure.label = fmt::format("{:.1f}°", *angle_deg);
+      measure.value = CalcDistance(p[0], p[1]);
+      measure.label = fmt::format("{:.1f} mm", measure.value);
+    } else {
+      measure.value = CalcAngle(p[0], p[1], p[2]).value_or(0);
+      measure.label = fmt::format("{:.1f}°", measure.value);
     }
     theatre_.trace().Write("measure", {{"label", measure.label}});
     theatre_.Say(measure.label);
@@ -167,6 +169,18 @@ void PiecesMode::TakePoint(const ScreenPoint& at) {
     asking_ = Asking::kNothing;
   }
   Show();
+}
+
+std::vector<TakenMeasure> PiecesMode::measures() const {
+  std::vector<TakenMeasure> taken;
+  for (const Measure& m : measures_) {
+    const bool distance = m.points_W.size() == 2;
+    taken.push_back({.name = fmt::format("{} {}", distance ? "distance" : "angle", taken.size() + 1),
+                     .unit = distance ? "mm" : "deg",
+                     .value = m.value,
+                     .points_W_mm = m.points_W});
+  }
+  return taken;
 }
 
 void PiecesMode::Drag(const WindowEvent& event) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pieces/piece_set.h"
+#include "takeaway/take_away.h"
 #include "window/menu.h"
 #include "window/theatre.h"
 
@@ -28,6 +29,7 @@ class PiecesMode {
 
   /// Null before they are there.
   const std::shared_ptr<PieceSet>& pieces() const { return pieces_; }
+  std::vector<TakenMeasure> measures() const;
 
  private:
   enum class Asking { kNothing, kDistance, kAngle };
@@ -48,6 +50,7 @@ class PiecesMode {
   };
   struct Measure {
     std::vector<Vec3> points_W;
+    double value = 0;  // mm of two points, degrees of three
     std::string label;
   };
 

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "kerf/error.h"
+#include "plan/plan.h"
 #include "record/recording.h"
 #include "window/beeper.h"
 
@@ -82,6 +84,12 @@ void Practice::ChooseLevel(const Exercise& exercise) {
 void Practice::Start(const std::string& id, int level) {
   exercise_ = &FindExercise(id);
   scene_ = MakeExerciseScene(id, level);
+  if (scene_.exercise.depth_stop) {
+    const WantedCut cut = MakeWantedCut(scene_.exercise, MakeTool(scene_));
+    const DepthStop stop{
+        .name = "goal", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm};
+    scene_.effects.push_back(MakeGuide(nullptr, &stop));
+  }
   options_.level = level;
   gauge_.reset();
   nerve_.reset();
@@ -101,6 +109,11 @@ void Practice::Began() {
                              [bone] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
   if (scene_.exercise.sound) beeper_ = std::make_unique<Beeper>();
   ShowGoal();
+  // From the side and a little from above, the line across the picture; straight cuts are for the blade's plane.
+  const WantedCut& cut = gauge_->cut();
+  theatre_->view().camera().Look(cut.across_W - 0.45 * cut.into_W - 0.25 * cut.along_W, -cut.into_W);
+  theatre_->view().FitAll();
+  theatre_->controls().set_in_blade_plane(true);
   theatre_->Say(exercise_->goal + "  Space: saw, Enter: finished");
 }
 
@@ -239,7 +252,7 @@ HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading) const {
   gauge.upper = std::max(1.0, 1.4 * scene_.exercise.depth_mm);
   gauge.goal = scene_.exercise.depth_mm;
   if (!reading) return gauge;
-  gauge.value = std::clamp(reading->depth_mm, 0.0, gauge.upper);
+  gauge.value = reading->depth_mm;
   gauge.level = LevelOf(reading->to_goal_mm);
   gauge.word = reading->depth_mm < 0                ? "above the bone"
                : reading->to_goal_mm < -kStop_mm    ? "too deep"

@@ -329,6 +329,7 @@ void Rehearsal::TakeAway() {
   order.forces = theatre_->forces();
   order.pictures.emplace_back("The bone at the end", theatre_->GrabScene());
   if (pieces_ && pieces_->pieces()) order.pieces_json = pieces_->pieces()->FormatJson();
+  if (pieces_) order.measures = pieces_->measures();
   order.after = theatre_->session()->AskBone();
   theatre_->Say("Taking away: pieces, planes, report");
   taking_away_ = std::async(std::launch::async,
@@ -485,7 +486,7 @@ void Rehearsal::Fill(HudState& hud) {
       HudGauge gauge;
       gauge.title = plan_.stops.front().name;
       gauge.upper = std::max(1.0, 1.5 * plan_.stops.front().depth_mm);
-      gauge.value = std::clamp(stop.depth_mm, 0.0, gauge.upper);
+      gauge.value = stop.depth_mm;
       gauge.goal = plan_.stops.front().depth_mm;
       gauge.level = stop.left_mm < -0.3 ? HudLevel::kBad : stop.left_mm < 1 ? HudLevel::kWarn : HudLevel::kGood;
       gauge.word = stop.left_mm < -0.3 ? "too deep" : stop.left_mm < 0.3 ? "stop" : stop.left_mm < 1 ? "slow" : "go on";

@@ -11,6 +11,7 @@
 #include "pieces/piece_set.h"
 #include "plan/plan.h"
 #include "scene/scene.h"
+#include "takeaway/take_away.h"
 #include "view/hud.h"
 
 namespace kerf {
@@ -23,6 +24,7 @@ struct TakeAwayOrder {
   std::shared_ptr<const Bone> before;
   std::future<Bone> after;
   std::string pieces_json;  // PieceSet::FormatJson(), of pieces that were moved; empty: they stand where they were cut
+  std::vector<TakenMeasure> measures;
   std::vector<HudForcePoint> forces;
   std::vector<std::pair<std::string, std::string>> pictures;  // what it shows; PNG bytes
 };

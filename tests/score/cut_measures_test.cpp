@@ -185,13 +185,13 @@ TEST(MeasureCut, ASimulatedCutIsMeasuredAsTheExactOne) {
   }
 }
 
-TEST(FitPlane, HasNoneOfALumpOrOfNothing) {
-  EXPECT_FALSE(FitPlane({}, 0.1));
+TEST(FitMiddlePlane, HasNoneOfALumpOrOfNothing) {
+  EXPECT_FALSE(FitMiddlePlane({}, 0.1));
   std::vector<RemovedCell> lump;
   for (int i = 0; i < 1000; ++i) {
     lump.push_back({.p_W = {0.1 * (i % 10), 0.1 * (i / 10 % 10), 0.1 * (i / 100)}, .mm3 = 0.001, .region = 1});
   }
-  EXPECT_FALSE(FitPlane(lump, 0.1));
+  EXPECT_FALSE(FitMiddlePlane(lump, 0.1));
 }
 
 TEST(DepthGauge, KnowsSurfaceFarSideAndGoal) {
