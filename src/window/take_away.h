@@ -25,7 +25,7 @@ struct TakeAwayOrder {
   std::future<Bone> after;
   std::string pieces_json;  // PieceSet::FormatJson(), of pieces that were moved; empty: they stand where they were cut
   std::vector<TakenMeasure> measures;
-  std::vector<HudForcePoint> forces;
+  std::vector<PlotPoint> forces;
   std::vector<std::pair<std::string, std::string>> pictures;  // what it shows; PNG bytes
 };
 

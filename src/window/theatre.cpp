@@ -374,7 +374,7 @@ HudState Theatre::MakeHud() {
   hud.values.force_N = glm::length(figures_.f_hand_N);
   hud.now_s = figures_.time_s;
   const auto recent = std::lower_bound(forces_.begin(), forces_.end(), figures_.time_s - 10.5,
-                                       [](const HudForcePoint& p, double t) { return p.time_s < t; });
+                                       [](const PlotPoint& p, double t) { return p.time_s < t; });
   hud.force.assign(recent, forces_.end());
   hud.status.spindle_on = spindle_on();
   if (session_) hud.status.saw = DescribeTool(session_->scene().tool);

@@ -93,7 +93,7 @@ class Theatre {
   void SetSpindle(bool on);
   bool spindle_on() const;
   /// The curve of the last session, thinned to a point each 20 ms.
-  const std::vector<HudForcePoint>& forces() const { return forces_; }
+  const std::vector<PlotPoint>& forces() const { return forces_; }
   /// As the first session began; null before.
   std::shared_ptr<const Bone> bone_at_start();
 
@@ -153,7 +153,7 @@ class Theatre {
   std::shared_ptr<SurfaceWorker> surface_;
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
-  std::vector<HudForcePoint> forces_;
+  std::vector<PlotPoint> forces_;
   std::string recording_;
   int sessions_ = 0;
   bool began_ = false;  // Activity::Began() of this session was called
