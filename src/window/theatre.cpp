@@ -303,6 +303,7 @@ void Theatre::Take(const WindowEvent& event) {
       break;
   }
   if (entry_) {
+    if (event.kind == Kind::kText && entry_is_new_) return;  // the letter of the key that asked for it
     const TextEntry::State state = entry_->Take(event);
     if (state == TextEntry::State::kOpen) return;
     const std::string text = entry_->text();
@@ -322,7 +323,9 @@ void Theatre::Take(const WindowEvent& event) {
     if (event.key == Key::kEscape) help_ = false;
     if (event.key != Key::kF12) return;
   }
-  if (activity_->Take(event)) return;
+  // Whatever is open, a picture can be taken of it, and the window can be left.
+  const bool always = event.kind == Kind::kKeyDown && (event.key == Key::kF12 || (event.control && event.key == Key::kQ));
+  if (!always && activity_->Take(event)) return;
   if (event.kind == Kind::kKeyDown && TakeKey(event)) return;
   const bool on_panel = event.kind == Kind::kMouseDown && view_->IsOnPanel({event.x, event.y});
   if (is_running() && activity_->cuts() && !on_panel && controls_->Take(event, MakeBasis())) return;
@@ -436,6 +439,7 @@ void Theatre::Run(Activity& activity) {
     const double spent_s = SecondsSince(start) - now_s_;
     const double wait_s = minimised_ ? 0.05 : std::max(0.0, kFrame_s - spent_s);
     for (const WindowEvent& event : window_.Poll(wait_s)) Take(event);
+    entry_is_new_ = false;
     if (options_.interrupt != nullptr && options_.interrupt->load() && !quitting_) Quit();
     now_s_ = SecondsSince(start);
     Update(now_s_ - last_s);
@@ -471,6 +475,7 @@ void Theatre::AskText(const std::string& question, const std::string& preset,
                       std::function<void(std::optional<std::string>)> done) {
   controls_->Release();
   entry_.emplace(question, preset);
+  entry_is_new_ = true;
   entry_done_ = std::move(done);
 }
 

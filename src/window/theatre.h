@@ -176,6 +176,7 @@ class Theatre {
   double now_s_ = 0;
   std::optional<HudProgress> work_;
   std::optional<TextEntry> entry_;
+  bool entry_is_new_ = false;  // of the events that are being taken
   std::function<void(std::optional<std::string>)> entry_done_;
   FrameTimes times_;
 };
