@@ -84,7 +84,8 @@ std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after) {
       const Vec3 p_W = h * (Vec3(c.x(), c.y(), c.z()) + middle);
       cells.push_back({.p_W = p_W,
                        .mm3 = lost * h * h * h,
-                       .region = region.getValue(NearestVoxel(p_W, before.region_voxel_mm()))});
+                       .region = region.getValue(NearestVoxel(p_W, before.region_voxel_mm())),
+                       .in_mm = -Interpolate(was, middle)});
     }
   }
   return cells;

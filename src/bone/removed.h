@@ -10,9 +10,10 @@ namespace kerf {
 
 /// A cell (bone/cell_volume.h) that holds less bone than before.
 struct RemovedCell {
-  Vec3 p_W{0};     // the middle of what it lost
-  double mm3 = 0;  // that it lost; below 0: gained
-  int region = 0;  // at its middle, before
+  Vec3 p_W{0};       // the middle of what it lost
+  double mm3 = 0;    // that it lost; below 0: gained
+  int region = 0;    // at its middle, before
+  double in_mm = 0;  // so deep in the bone as it was, up to the band's width
 };
 
 /// Where `after`, a copy of `before` that was cut, differs from it; their sum is the difference of their volumes. In

@@ -1,7 +1,12 @@
 #include <fmt/format.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -54,23 +59,65 @@ void HandIn(const PractiseOptions& options) {
   fmt::print(stderr, "kerf: {} in {}\n", is_new ? "kept" : "was handed in before; nothing changed", history.file());
 }
 
-void RunAgent(const PractiseOptions& options) {
-  if (options.exercise.empty()) throw CLI::ValidationError("--agent", "needs --exercise ID");
-  const AgentParams params = MakeAgentParams(options.agent, options.seed);
-  const Scene scene = MakeExerciseScene(options.exercise, options.level);
-  const double longest_s = options.seconds > 0 ? options.seconds : CalcAgentTime(params, scene);
-  std::atomic<bool> done{false};
+/// Whether it finished is told in `done`.
+LoopSummary LetDo(const std::string& agent, std::uint64_t seed, const std::string& exercise, int level, double seconds,
+                  const std::string& record, std::atomic<bool>& done) {
+  const AgentParams params = MakeAgentParams(agent, seed);
+  const Scene scene = MakeExerciseScene(exercise, level);
   LoopOptions loop;
   loop.virtual_time = true;
-  loop.seconds = std::min(longest_s, kMostLoop_s);
+  loop.seconds = std::min(seconds > 0 ? seconds : CalcAgentTime(params, scene), kMostLoop_s);
   loop.log = LoopLog::kNowhere;
-  loop.record = options.record;
-  loop.scene_file = FindExercise(options.exercise).file;
+  loop.record = record;
+  loop.scene_file = FindExercise(exercise).file;
   loop.stop = &done;
   loop.make_hand = MakeAgent(params, scene, &done);
-  if (!options.record.empty()) CheckNewRecording(options.record);
+  if (!record.empty()) CheckNewRecording(record);
   StageBars bars;
-  const LoopSummary summary = RunLoop(scene, loop, [&](const std::string& now, double f) { bars.Show(now, f); });
+  return RunLoop(scene, loop, [&](const std::string& now, double f) { bars.Show(now, f); });
+}
+
+/// Of docs/practise.md: every agent at every exercise, the measures that count and the total, means over the seeds.
+void PrintAgents(const PractiseOptions& options) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / fmt::format("kerf_agents_{}", ::getpid());
+  MakeFolder(folder.string());
+  fmt::print("| exercise | agent | total | {} |\n|---|---|---|---|\n", "measures that count");
+  for (const Exercise& exercise : ListExercises()) {
+    if (!options.exercise.empty() && exercise.id != options.exercise) continue;
+    for (const std::string_view agent : AgentNames()) {
+      std::vector<ScoreSheet> sheets;
+      for (int seed = 1; seed <= options.agents; ++seed) {
+        const std::string file = (folder / fmt::format("{}_{}_{}.kerf", exercise.id, agent, seed)).string();
+        std::atomic<bool> done{false};
+        LetDo(std::string(agent), static_cast<std::uint64_t>(seed), exercise.id, options.level, 0, file, done);
+        sheets.push_back(Score(file, ""));
+        std::filesystem::remove(file);
+      }
+      const auto mean = [&](const auto& get) {
+        double sum = 0;
+        for (const ScoreSheet& sheet : sheets) sum += std::abs(get(sheet).value_or(0));
+        return sum / static_cast<double>(sheets.size());
+      };
+      const SceneExercise& e = MakeExerciseScene(exercise.id, 1).exercise;
+      std::string values =
+          fmt::format("cut_share {:.2f}", mean([](const ScoreSheet& s) { return s.Get("cut_share"); }));
+      for (const Goal& goal : GoalsOf(e.kind)) {
+        values += fmt::format(", {} {:.3g}", goal.key, mean([&](const ScoreSheet& s) { return s.Get(goal.key); }));
+      }
+      fmt::print("| {} | {} | {:.1f} | {} |\n", exercise.id, agent, mean([](const ScoreSheet& s) { return s.total; }),
+                 values);
+      std::fflush(stdout);
+    }
+  }
+  std::filesystem::remove_all(folder);
+}
+
+void RunAgent(const PractiseOptions& options) {
+  if (options.exercise.empty()) throw CLI::ValidationError("--agent", "needs --exercise ID");
+  std::atomic<bool> done{false};
+  const LoopSummary summary =
+      LetDo(options.agent, options.seed, options.exercise, options.level, options.seconds, options.record, done);
   if (summary.recorded && !summary.recorded->failure.empty()) throw Error(summary.recorded->failure);
   for (const std::string& warning : summary.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
   if (!done) fmt::print(stderr, "kerf: warning: the agent had not finished after {:.1f} s\n", summary.simulated_s);
@@ -93,6 +140,10 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
       ->capture_default_str();
   CLI::Option* agent = command.add_option(
       "--agent", options.agent, "Let a synthetic novice, intermediate or expert do the exercise, without the clock");
+  command
+      .add_option("--agents", options.agents,
+                  "All three at every exercise, or at --exercise, with so many seeds each: a table, Markdown")
+      ->check(CLI::Range(1, 100));
   command.add_option("--seed", options.seed, "Of the agent's errors and tremor")->needs(agent)->capture_default_str();
   command.add_option("--seconds", options.seconds, "The agent stops after this; 0: when it has finished")
       ->needs(agent)
@@ -104,11 +155,12 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
 
 bool WantsPractiseHistory(const PractiseOptions& options) {
   return options.list || options.history || !options.report.empty() || !options.hand_in.empty() ||
-         !options.agent.empty();
+         !options.agent.empty() || options.agents > 0;
 }
 
 int RunPractiseHistory(const PractiseOptions& options) {
   if (options.list) PrintList(options.json);
+  if (options.agents > 0) PrintAgents(options);
   if (!options.agent.empty()) RunAgent(options);
   if (!options.hand_in.empty()) HandIn(options);
   if (options.history) {

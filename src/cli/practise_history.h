@@ -17,6 +17,7 @@ struct PractiseOptions {
   std::string hand_in;  // a recording
   std::string bone_file;
   std::string agent;
+  int agents = 0;  // all of them, with so many seeds each
   std::string exercise;
   std::string record;
   int level = 1;

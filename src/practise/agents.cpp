@@ -116,13 +116,14 @@ struct Step {
 class Agent final : public BeforeTick {
  public:
   Agent(SimulatedDevice& device, const AgentParams& params, const Scene& scene, const Vec3& p_TC_mm,
-        std::atomic<bool>* done)
+        double felt_stiffness_N_per_mm, std::atomic<bool>* done)
       : device_(device),
         params_(params),
         cut_(Misplace(MakeWantedCut(scene.exercise, MakeTool(scene)), params.offset_mm, params.roll_deg,
                       params.yaw_deg)),
         feed_mm_per_s_(params.feed_share * scene.exercise.feed_mm_per_s),
         p_TC_mm_(p_TC_mm),
+        felt_stiffness_N_per_mm_(felt_stiffness_N_per_mm),
         done_(done),
         tremor_(params.tremor_mm, params.seed),
         memory_(params.delay_s) {
@@ -146,7 +147,8 @@ class Agent final : public BeforeTick {
     turned_ = std::min(turned_ + dt_s / kTurn_s, 1.0);
     const Quat R_WT = glm::slerp(X_start_.R_AB, X_cut_.R_AB, turned_);
     const Vec3 now = ToAim(device_.p_WC_mm(), R_WT);
-    memory_.Put(now, dt_s);
+    // It sees the tool, which the bone holds back from the handle by the spring between them.
+    memory_.Put(ToAim(device_.p_WC_mm() + device_.force_N() / felt_stiffness_N_per_mm_, R_WT), dt_s);
     const Vec3 seen = memory_.Get();
     const Vec3 before = aim_ + correction_;
     if (step_ < steps_.size()) GoOn(now, seen, dt_s);
@@ -171,6 +173,7 @@ class Agent final : public BeforeTick {
   void GoOn(const Vec3& now, const Vec3& seen, double dt_s) noexcept {
     if (pause_s_ > 0) {
       pause_s_ -= dt_s;
+      if (step_ > 0 && steps_[step_ - 1].cuts) Correct(from_ - seen, dt_s);
       return;
     }
     const Step& step = steps_[step_];
@@ -192,10 +195,14 @@ class Agent final : public BeforeTick {
     if (!step.cuts || ahead_mm < lead_mm) aim_ += u * speed_mm_per_s * dt_s;
     // What is off beside its way, as it sees it.
     const Vec3 off = (to - seen) - glm::dot(to - seen, u) * u;
-    const Vec3 corrected = correction_ + params_.correction_Hz * dt_s * off;
-    if (glm::length(corrected) < kMostCorrection_mm) correction_ = corrected;
+    Correct(off, dt_s);
     const bool far = !step.cuts && glm::dot(to - aim_, u) <= 0;
     if (left_mm <= kThere_mm || far || step_s_ > length_mm / (0.5 * speed_mm_per_s * kSlowest) + kPatience_s) Next();
+  }
+
+  void Correct(const Vec3& off, double dt_s) noexcept {
+    const Vec3 corrected = correction_ + params_.correction_Hz * dt_s * off;
+    if (glm::length(corrected) < kMostCorrection_mm) correction_ = corrected;
   }
 
   void Next() noexcept {
@@ -214,6 +221,7 @@ class Agent final : public BeforeTick {
   WantedCut cut_;
   double feed_mm_per_s_;
   Vec3 p_TC_mm_;
+  double felt_stiffness_N_per_mm_;
   std::atomic<bool>* done_;
   Tremor tremor_;
   Memory memory_;
@@ -252,7 +260,7 @@ AgentParams MakeAgentParams(std::string_view name, std::uint64_t seed) {
     p.deeper_mm = 0.8;
     p.pause_s = 2.5;
     p.passes = 3;
-    p.correction_Hz = 0.7;
+    p.correction_Hz = 0.6;
   } else if (name == "intermediate") {
     p.push_N = 3;
     p.feed_share = 1.2;
@@ -265,7 +273,7 @@ AgentParams MakeAgentParams(std::string_view name, std::uint64_t seed) {
     p.deeper_mm = 0.4;
     p.pause_s = 1;
     p.passes = 2;
-    p.correction_Hz = 1.2;
+    p.correction_Hz = 0.8;
   } else if (name == "expert") {
     p.offset_mm = 0.15;
     p.roll_deg = 0.6;
@@ -315,8 +323,8 @@ MakeHand MakeAgent(const AgentParams& params, const Scene& scene, std::atomic<bo
   if (!scene.exercise.given) throw Error(fmt::format("{}: is no exercise: it has no [exercise]", scene.name));
   Check(params);
   return [params, scene, done](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm,
-                               double) -> std::unique_ptr<BeforeTick> {
-    return std::make_unique<Agent>(device, params, scene, p_TC_mm, done);
+                               double felt_stiffness_N_per_mm) -> std::unique_ptr<BeforeTick> {
+    return std::make_unique<Agent>(device, params, scene, p_TC_mm, felt_stiffness_N_per_mm, done);
   };
 }
 

@@ -26,7 +26,7 @@ struct AgentParams {
   double deeper_mm = 0;      // it takes the goal to be so much deeper, -20 to 20
   double pause_s = 0.3;      // before each next step, 0 to 60
   int passes = 1;            // along the line, 1 to 20
-  double correction_Hz = 2;  // how quickly it corrects what it sees to be off, 0 to 5
+  double correction_Hz = 1;  // how quickly it corrects what it sees to be off, 0 to 5
   std::uint64_t seed = 1;    // of tremor and of the errors' signs
 };
 

@@ -111,27 +111,28 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
   state_->db.reset(db);
   if (code != SQLITE_OK) Fail(file, db, code);
   sqlite3_busy_timeout(db, kBusy_ms);
+  // Two programs may begin the same history at the same time: the second finds what the first made.
+  Do(file, db, "BEGIN IMMEDIATE");
   const int application = AskNumber(file, db, "PRAGMA application_id");
   const int version = AskNumber(file, db, "PRAGMA user_version");
-  const int tables = AskNumber(file, db, "SELECT count(*) FROM sqlite_master");
-  if (application != kApplication && tables > 0) {
+  if (application != kApplication && AskNumber(file, db, "SELECT count(*) FROM sqlite_master") > 0) {
     throw Error(fmt::format("{}: is a database of another program, no history of kerf", file));
   }
   if (version > kVersion) {
     throw Error(fmt::format("{}: the history was written by a later kerf (version {}, this one knows {})", file,
                             version, kVersion));
   }
+  if (version < kVersion) {
+    Do(file, db,
+       "CREATE TABLE attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
+       "level INTEGER NOT NULL, taken TEXT NOT NULL, recording TEXT NOT NULL, hash TEXT NOT NULL, total REAL, "
+       "measures TEXT NOT NULL, UNIQUE (student, hash))");
+    Do(file, db, fmt::format("PRAGMA application_id = {}", kApplication).c_str());
+    Do(file, db, fmt::format("PRAGMA user_version = {}", kVersion).c_str());
+  }
+  Do(file, db, "COMMIT");
   // Readers don't wait for a writer, and a program that is killed leaves what was kept before.
   Do(file, db, "PRAGMA journal_mode = WAL");
-  if (version == kVersion) return;
-  Do(file, db, "BEGIN IMMEDIATE");
-  Do(file, db,
-     "CREATE TABLE IF NOT EXISTS attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
-     "level INTEGER NOT NULL, taken TEXT NOT NULL, recording TEXT NOT NULL, hash TEXT NOT NULL, total REAL, "
-     "measures TEXT NOT NULL, UNIQUE (student, hash))");
-  Do(file, db, fmt::format("PRAGMA application_id = {}", kApplication).c_str());
-  Do(file, db, fmt::format("PRAGMA user_version = {}", kVersion).c_str());
-  Do(file, db, "COMMIT");
 }
 
 History::~History() = default;

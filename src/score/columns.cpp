@@ -86,10 +86,12 @@ std::optional<DepthReading> DepthGauge::Calc(const Pose& X_WT) const {
     if (column == nullptr) continue;
     const double depth_mm = p.y - column->near_mm;
     const double beyond_mm = p.y - column->far_mm;
-    if (!reading) reading = {depth_mm, cut_.depth_mm - depth_mm, beyond_mm};
+    if (!reading) reading = {depth_mm, cut_.depth_mm - depth_mm};
     reading->depth_mm = std::max(reading->depth_mm, depth_mm);
     reading->to_goal_mm = std::min(reading->to_goal_mm, cut_.depth_mm - depth_mm);
-    reading->beyond_mm = std::max(reading->beyond_mm, beyond_mm);
+    // Beside the line the bone may end anywhere, as at a round border.
+    const bool on_line = column->s_mm > -0.5 * step_mm_ && column->s_mm < cut_.length_mm + 0.5 * step_mm_;
+    if (on_line) reading->beyond_mm = std::max(reading->beyond_mm, beyond_mm);
   }
   return reading;
 }

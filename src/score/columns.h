@@ -30,9 +30,9 @@ std::vector<CutColumn> FindColumns(const PhiSampler& before, const WantedCut& cu
 
 /// Where the tool stands in the wanted cut.
 struct DepthReading {
-  double depth_mm = 0;    // of the tool's lowest point below the surface as it was; below 0: above it
-  double to_goal_mm = 0;  // that are left to the depth wanted, where that point is
-  double beyond_mm = 0;   // past the far side; below 0: so far before it
+  double depth_mm = 0;            // of the tool's lowest point below the surface as it was; below 0: above it
+  double to_goal_mm = 0;          // that are left to the depth wanted, where that point is
+  double beyond_mm = -kBelow_mm;  // past the far side, along the line itself; below 0: so far before it
 };
 
 /// For a gauge that is shown while one cuts: 10 us a call.

@@ -19,11 +19,11 @@ struct MiddlePlane {
   double thickness_mm = 0;  // root mean square, across
 };
 
-/// The plane from which what was removed has the least mean square distance, by volume; then, in squares of that plane,
-/// by the middle of what each lost, without the squares along the border, where only a part of the kerf's width is
-/// bone. None where so little was removed, or in such a shape, that it has no plane. Error on a plane kerf of two
-/// voxels' width and 3 mm depth, in any direction: below 0.2 mm and 0.4 degrees (tests/score).
-std::optional<MiddlePlane> FitMiddlePlane(std::span<const RemovedCell> cells, double voxel_mm);
+/// The plane from which what was removed has the least mean square distance, by volume; then that half-way between the
+/// kerf's walls, at places a voxel apart, without those by the surface and by the kerf's bottom. None where so little
+/// was removed, or in such a shape, that it has no plane. `cells`: FindRemoved() of the two. Error on a plane kerf of
+/// two voxels' width and 2 mm depth, in any direction: below 0.2 mm and 0.4 degrees (tests/score).
+std::optional<MiddlePlane> FitMiddlePlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells);
 
 /// Of the fitted plane against the wanted one.
 struct PlaneError {

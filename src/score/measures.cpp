@@ -38,9 +38,10 @@ constexpr std::array kMeasures{
     MeasureInfo{"too_deep_mm", "too deep by at most", "mm",
                 "largest over the line of depth reached - depth wanted, 0 where it is not too deep", kPlunge, 1},
     MeasureInfo{"plunge_max_mm", "plunge past the far side, largest", "mm",
-                "furthest that the tool's rim was beyond where the wanted plane leaves the bone", kPlunge, 5},
+                "furthest that the tool's rim was, along the line, beyond where the wanted plane leaves the bone",
+                kPlunge, 5},
     MeasureInfo{"plunge_mean_mm", "plunge past the far side, mean of the passes", "mm",
-                "mean over the times that the rim was beyond by 0.1 mm or more, of the largest in each", kPlunge, 5},
+                "mean over the times that the rim was beyond by 0.1 mm or more, of the largest in each", kNone, 0},
     MeasureInfo{"plunges", "passes beyond the far side", "", "how many such times", kNone, 0},
     MeasureInfo{"plane_offset_mm", "offset of the cut's plane", "mm",
                 "signed distance of the fitted middle plane from the wanted one, where the bone's middle in the wanted "
@@ -72,8 +73,7 @@ constexpr std::array kMeasures{
                 "2012)",
                 kNone, 0},
     MeasureInfo{"jitter_mm", "jitter of the tool", "mm",
-                "root mean square, in contact, of the centre's distance from its own mean over 0.2 s around", kJitter,
-                0.2},
+                "median, in contact, of the centre's distance from its own mean over 0.1 s around", kJitter, 0.1},
     MeasureInfo{"time_total_s", "time", "s", "from the beginning to the end of the recording", kTimePath, 0},
     MeasureInfo{"time_active_s", "time in contact", "s", "time in which the tool touched bone", kNone, 0},
     MeasureInfo{"path_length_mm", "path length", "mm", "of the tool's centre, 50 points a second", kTimePath, 0},
@@ -91,18 +91,16 @@ constexpr std::array kMeasures{
 constexpr std::array kGroove{Goal{"too_deep_mm", 3},   Goal{"plane_offset_mm", 1}, Goal{"plane_angle_deg", 1},
                              Goal{"outside_mm3", 1},   Goal{"jitter_mm", 1},       Goal{"path_length_mm", 0.5},
                              Goal{"time_total_s", 0.5}};
-constexpr std::array kThrough{Goal{"plunge_max_mm", 3},   Goal{"plunge_mean_mm", 1}, Goal{"plane_offset_mm", 1},
-                              Goal{"plane_angle_deg", 1}, Goal{"jitter_mm", 1},      Goal{"path_length_mm", 0.5},
-                              Goal{"time_total_s", 0.5}};
+constexpr std::array kThrough{Goal{"plunge_max_mm", 3}, Goal{"plane_offset_mm", 1},  Goal{"plane_angle_deg", 1},
+                              Goal{"jitter_mm", 1},     Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
 constexpr std::array kCanal{Goal{"near_miss_s", 2}, Goal{"breaches", 1},         Goal{"breach_mm3", 2},
                             Goal{"too_deep_mm", 2}, Goal{"plane_offset_mm", 1},  Goal{"plane_angle_deg", 1},
                             Goal{"jitter_mm", 1},   Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
 constexpr std::array kLine{Goal{"plane_offset_mm", 2}, Goal{"plane_angle_deg", 2}, Goal{"outside_mm3", 2},
                            Goal{"jitter_mm", 2},       Goal{"too_deep_mm", 1},     Goal{"path_length_mm", 0.5},
                            Goal{"time_total_s", 0.5}};
-constexpr std::array kOsteotomy{Goal{"plane_offset_mm", 3}, Goal{"plane_angle_deg", 3}, Goal{"outside_mm3", 1},
-                                Goal{"plunge_max_mm", 1},   Goal{"jitter_mm", 0.5},     Goal{"path_length_mm", 0.5},
-                                Goal{"time_total_s", 0.5}};
+constexpr std::array kOsteotomy{Goal{"plane_offset_mm", 3}, Goal{"plane_angle_deg", 3},  Goal{"outside_mm3", 1},
+                                Goal{"jitter_mm", 0.5},     Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
 
 MeasureRow& FindRow(ScoreSheet& sheet, std::string_view key) {
   const MeasureInfo& info = FindMeasure(key);

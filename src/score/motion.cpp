@@ -16,9 +16,13 @@ constexpr double kApart_s = 0.3;
 /// For path length and speed: encoders' steps are evened out.
 constexpr double kBlock_s = 0.02;
 constexpr double kSmooth_s = 0.2;
+/// A period of tremor: over it, that has a mean of 0.
+constexpr double kJitter_s = 0.1;
 /// A pass beyond the far side begins here and ends at half of it.
 constexpr double kPass_mm = 0.1;
 constexpr double kNear_mm = 2;
+/// The nerve's distance is looked up in one row of so many.
+constexpr std::size_t kNerveRows = 5;
 /// SPARC: up to so many Hz, and no further than where the amplitude falls below that share.
 constexpr double kSparc_Hz = 20;
 constexpr double kSparcShare = 0.05;
@@ -135,17 +139,18 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
 
   for (const Row& row : rows_) places.push_back(row.X_WT.p_AB);
   const std::vector<Vec3> sums = SumPlaces(places);
-  const auto side = static_cast<std::size_t>(std::lround(0.5 * kSmooth_s / kRow_s));
-  double jitter2 = 0;
-  std::size_t count = 0;
+  // As many rows as there are in it, one of them in the middle.
+  const auto side = static_cast<std::size_t>(0.5 * kJitter_s / kRow_s);
+  std::vector<double> jitter_mm;
   for (std::size_t i = side; i + side < rows_.size(); ++i) {
     if (!rows_[i].contact) continue;
     const Vec3 mean_W = (sums[i + side + 1] - sums[i - side]) / static_cast<double>(2 * side + 1);
-    const Vec3 d = places[i] - mean_W;
-    jitter2 += glm::dot(d, d);
-    ++count;
+    jitter_mm.push_back(glm::distance(places[i], mean_W));
   }
-  if (count > 0) SetValue(sheet, "jitter_mm", std::sqrt(jitter2 / static_cast<double>(count)));
+  if (jitter_mm.empty()) return;
+  const auto middle = jitter_mm.begin() + static_cast<std::ptrdiff_t>(jitter_mm.size() / 2);
+  std::nth_element(jitter_mm.begin(), middle, jitter_mm.end());
+  SetValue(sheet, "jitter_mm", *middle);
 }
 
 void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {
@@ -176,11 +181,11 @@ void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) cons
 void MotionMeter::MeasureNerve(const Tool& tool, const RegionDistance& nerve, ScoreSheet& sheet) const {
   double least_mm = 1e9;
   double near_s = 0;
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
+  for (std::size_t i = 0; i < rows_.size(); i += kNerveRows) {
     if (!rows_[i].turns) continue;
     const double distance_mm = nerve.Calc(tool, rows_[i].X_WT);
     least_mm = std::min(least_mm, distance_mm);
-    if (distance_mm < kNear_mm && i > 0) near_s += rows_[i].time_s - rows_[i - 1].time_s;
+    if (distance_mm < kNear_mm && i > 0) near_s += rows_[i].time_s - rows_[i - kNerveRows].time_s;
   }
   if (least_mm < 1e8) SetValue(sheet, "nerve_distance_mm", least_mm);
   SetValue(sheet, "near_miss_s", near_s);

@@ -43,7 +43,9 @@ Case RandomCase(std::mt19937& random, double depth_mm) {
   Case c;
   c.block.size_mm = {16, 10, 8};
   c.block.voxel_mm = 0.25;
-  c.block.X_WB = {RandomTurn(random), Vec3(any(random), any(random), any(random))};
+  // Every fourth stands along the lattice.
+  const Quat turn = random() % 4 == 0 ? Quat(1, 0, 0, 0) : RandomTurn(random);
+  c.block.X_WB = {turn, Vec3(any(random), any(random), any(random))};
   SceneExercise exercise;
   exercise.start_mm = c.block.X_WB.Point({-3, 0, 0});
   exercise.end_mm = c.block.X_WB.Point({3, 0, 0});
@@ -102,7 +104,7 @@ TEST(MeasureCut, APerfectCutIsPerfectInAnyDirectionOfTheLattice) {
     EXPECT_LT(sheet.Get("depth_error_worst_mm").value(), kOffset_mm);
     EXPECT_LT(sheet.Get("too_deep_mm").value(), kOffset_mm);
     EXPECT_GT(sheet.Get("cut_share").value(), 0.97);
-    EXPECT_NEAR(sheet.Get("outside_mm3").value(), 0, 1e-5);  // rounding of floats
+    EXPECT_NEAR(sheet.Get("outside_mm3").value(), 0, 1e-3);  // rounding of floats, by cells
     // Of the area, squares of 0.375 mm: some hundredths of it are uncertain along its border.
     EXPECT_NEAR(sheet.Get("kerf_width_mm").value(), 0.5, 0.05);
     EXPECT_GT(sheet.Get("dice").value(), 0.95);
@@ -112,14 +114,14 @@ TEST(MeasureCut, APerfectCutIsPerfectInAnyDirectionOfTheLattice) {
 TEST(MeasureCut, MisplacedCutsAreMeasuredToAFifthOfAMillimetreAndFourTenthsOfADegree) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> any(-1, 1);
-  for (int i = 0; i < 12; ++i) {
-    const Case c = RandomCase(random, 4);
+  for (int i = 0; i < 24; ++i) {
+    const Case c = RandomCase(random, i % 2 == 0 ? 4 : 2);
     const double offset_mm = 2 * any(random);
     const double roll_deg = 8 * any(random);
     const double yaw_deg = 8 * any(random);
     const WantedCut made = Misplace(c.wanted, offset_mm, roll_deg, yaw_deg, 0);
     const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, made), c.wanted);
-    const PlaneError truth = CalcPlaneError(made.plane(), c.wanted, c.wanted.ToWorld({3, 2, 0}));
+    const PlaneError truth = CalcPlaneError(made.plane(), c.wanted, c.wanted.ToWorld({3, 0.5 * c.wanted.depth_mm, 0}));
     // The middle of the bone in the wanted cut is not quite the point about which it was turned.
     EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), offset_mm, kOffset_mm);
     EXPECT_NEAR(sheet.Get("plane_roll_deg").value(), truth.roll_deg, kAngle_deg);
@@ -186,12 +188,17 @@ TEST(MeasureCut, ASimulatedCutIsMeasuredAsTheExactOne) {
 }
 
 TEST(FitMiddlePlane, HasNoneOfALumpOrOfNothing) {
-  EXPECT_FALSE(FitMiddlePlane({}, 0.1));
+  BlockParams params;
+  params.size_mm = {5, 5, 5};
+  params.voxel_mm = 0.25;
+  const Bone bone = MakeBlock(params, DefaultMandibleTable());
+  EXPECT_FALSE(FitMiddlePlane(bone, bone, {}));
   std::vector<RemovedCell> lump;
   for (int i = 0; i < 1000; ++i) {
-    lump.push_back({.p_W = {0.1 * (i % 10), 0.1 * (i / 10 % 10), 0.1 * (i / 100)}, .mm3 = 0.001, .region = 1});
+    lump.push_back(
+        {.p_W = {0.1 * (i % 10), 0.1 * (i / 10 % 10), 0.1 * (i / 100)}, .mm3 = 0.001, .region = 1, .in_mm = 9});
   }
-  EXPECT_FALSE(FitMiddlePlane(lump, 0.1));
+  EXPECT_FALSE(FitMiddlePlane(bone, bone, lump));
 }
 
 TEST(DepthGauge, KnowsSurfaceFarSideAndGoal) {
