@@ -274,6 +274,10 @@ std::vector<std::string> PieceSet::checkpoints() const {
   return state_->history.checkpoint_names();
 }
 
+void PieceSet::Prepare() const {
+  for (int i = 0; i < size(); ++i) state_->TreeOf(i);
+}
+
 std::optional<PiecePick> PieceSet::Pick(const Vec3& origin_W, const Vec3& direction_W) const {
   const State& s = *state_;
   std::optional<PiecePick> best;
