@@ -51,6 +51,12 @@ Shape MakePlate(const Plate& plate, double half_thickness_mm, double opacity) {
   return shape;
 }
 
+/// A little larger, so that it stands out in front of another of the same size.
+TriangleMesh Stretched(TriangleMesh mesh, const Vec3& about) {
+  for (Vec3& p : mesh.points) p = about + 1.02 * (p - about);
+  return mesh;
+}
+
 std::string ReadPng(const PictureSpec& spec) {
   // Beside nothing of the user's.
   const std::filesystem::path place =
@@ -79,6 +85,11 @@ std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessm
     spec.shapes.push_back(std::move(shape));
   }
   if (spec.shapes.empty()) return {};
+  Box3 bone;
+  for (const Shape& shape : spec.shapes) {
+    for (const Vec3& p : shape.mesh_W.points) bone.Include(p);
+  }
+  const Vec3 middle_of_bone = bone.centre();
   std::vector<Plate> plates;
   for (const PlaneResult& result : assessment.planes) {
     if (!result.cut) continue;
@@ -107,8 +118,14 @@ std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessm
   const Plate& first = plates[1];
   const double height_mm = 2.2 * first.half_v;
   spec.shapes.resize(bone_shapes);
-  for (const Plate& plate : plates) spec.shapes.push_back(MakePlate(plate, height_mm / 500, 1));
-  spec.camera = MakeCamera(first.u, -first.v, first.middle, height_mm);
+  // What was planned is the wider line, so that both are seen where they are one.
+  for (std::size_t i = 0; i < plates.size(); ++i) {
+    spec.shapes.push_back(MakePlate(plates[i], height_mm / (i % 2 == 0 ? 250 : 600), 1));
+    if (i % 2 == 1) spec.shapes.back().mesh_W = Stretched(spec.shapes.back().mesh_W, first.middle);
+  }
+  const Vec3 up = first.v.z > 0.01 ? first.v : -first.v;
+  const Vec3 outwards = first.middle - middle_of_bone;
+  spec.camera = MakeCamera(glm::dot(first.u, outwards) < 0 ? -first.u : first.u, up, first.middle, height_mm);
   pictures.push_back({.name = "cut", .caption = "The cut from near, along the first plane", .png = ReadPng(spec)});
   return pictures;
 }

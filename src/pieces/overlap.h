@@ -14,6 +14,12 @@ namespace kerf {
 /// the cell), in which the larger of both distances is linear on tetrahedra. The error is that of the bones' own
 /// surfaces, second order in the voxel: below 2 % of overlaps two voxels thick and more.
 double CalcOverlap(const Bone& a, const Pose& X_WA, const Bone& b, const Pose& X_WB);
+/// The same of bones whose bounds are known: looking for these takes longer than the overlap.
+struct BoneInBox {
+  const Bone* bone;
+  Box3 bounds;  // of its surface, to a voxel; empty: there is none
+};
+double CalcOverlap(const BoneInBox& a, const Pose& X_WA, const BoneInBox& b, const Pose& X_WB);
 
 /// Between two surfaces that do not overlap.
 struct Gap {

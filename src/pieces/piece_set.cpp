@@ -274,6 +274,10 @@ std::vector<std::string> PieceSet::checkpoints() const {
   return state_->history.checkpoint_names();
 }
 
+void PieceSet::Prepare() const {
+  for (int i = 0; i < size(); ++i) state_->TreeOf(i);
+}
+
 std::optional<PiecePick> PieceSet::Pick(const Vec3& origin_W, const Vec3& direction_W) const {
   const State& s = *state_;
   std::optional<PiecePick> best;
@@ -291,7 +295,8 @@ std::optional<PiecePick> PieceSet::Pick(const Vec3& origin_W, const Vec3& direct
 double PieceSet::CalcOverlapWith(int i, int other) const {
   state_->Check(i);
   state_->Check(other);
-  return CalcOverlap(piece(i).bone, state(i).X_WP, piece(other).bone, state(other).X_WP);
+  const auto in_box = [](const Piece& p) { return BoneInBox{&p.bone, p.bounds_P}; };
+  return CalcOverlap(in_box(piece(i)), state(i).X_WP, in_box(piece(other)), state(other).X_WP);
 }
 
 std::optional<Gap> PieceSet::CalcGapTo(int i, int other, double limit_mm) const {

@@ -333,7 +333,9 @@ std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const 
   const auto phi_at = [&](double way_mm) { return after.SignedDistance(plane.p_W_mm + way_mm * across); };
   const double ahead = phi_at(end_mm);
   const double behind = phi_at(-end_mm);
-  const bool back = behind < ahead || (behind == ahead && across.z > 0);
+  // Of a cut through and through, downwards.
+  const bool through = ahead > 0 && behind > 0;
+  const bool back = through || behind == ahead ? across.z > 0 : behind < ahead;
   plane.depth_W = back ? -across : across;
   // The sides are found only within the bone.
   if (plane.depth_mm + 2 * kLevelVoxels * h < kLeastDepth * plane.width_mm) return {};

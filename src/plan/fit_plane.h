@@ -17,7 +17,8 @@ struct FittedPlane {
   double volume_mm3 = 0;   // that left the bone within the search
   double length_mm = 0;    // of the kerf in the plane, the longer way and
   double depth_mm = 0;     // the shorter way
-  Vec3 depth_W{0, 0, -1};  // the shorter way, unit length: to the side where the kerf ends in bone
+  Vec3 depth_W{0, 0, -1};  // the shorter way, unit length: to the side where the kerf ends in bone; of a cut through
+                           // and through, downwards
   int middles = 0;         // places where both sides of the kerf were found; 0: fitted to the lost volume alone
 };
 

@@ -31,7 +31,9 @@ Bone MakeCutBar() {
       for (int z = -15; z <= 15; ++z) {
         const double off = std::min(std::abs(0.2 * x + 2), std::abs(0.2 * x - 3)) - 0.3;
         const openvdb::Coord at(x, y, z);
-        values.setValue(at, std::max(values.getValue(at), static_cast<float>(std::min(-off, bar.band_mm()))));
+        // A copy: setting a value takes the tile away that a reference would be to.
+        const float cut = std::max(float{values.getValue(at)}, static_cast<float>(std::min(-off, bar.band_mm())));
+        values.setValue(at, cut);
       }
     }
   }
