@@ -33,28 +33,30 @@ struct IndexHash {
   }
 };
 
-// The leaves that the samples of a chunk lie in: its own and one more on each side.
-constexpr std::size_t kReach = kLeavesAcross + 2;
+// The leaves that the samples of a chunk lie in: its own, and as many more on each side as two samples reach.
 struct LeafValues {
   const float* values;  // null: `uniform` throughout
   float uniform;
 };
-using Neighbourhood = std::array<LeafValues, static_cast<std::size_t>(kReach* kReach* kReach)>;
+int Beyond(int step) {
+  return (2 * step + kLeaf - 1) / kLeaf;
+}
 
-void FillSamples(const Neighbourhood& leaves, int step, std::vector<float>& samples) {
+void FillSamples(const std::vector<LeafValues>& leaves, int step, std::vector<float>& samples) {
   constexpr std::size_t kEdge = kLeaf;
-  const std::size_t n = static_cast<std::size_t>(BoneChunks::kVoxels / step) + 2;
+  const auto s = static_cast<std::size_t>(step);
+  const auto beyond = static_cast<std::size_t>(Beyond(step));
+  const std::size_t reach = kLeavesAcross + 2 * beyond;
+  const std::size_t n = static_cast<std::size_t>(BoneChunks::kVoxels / step) + 4;
   samples.resize(n * n * n);
-  // Voxels count from the leaf before the chunk's first, samples from the one before the chunk.
-  const auto voxel_of = [&](std::size_t i) {
-    return kEdge + i * static_cast<std::size_t>(step) - static_cast<std::size_t>(step);
-  };
+  // Voxels count from the first leaf, samples from two before the chunk.
+  const auto voxel_of = [&](std::size_t i) { return kEdge * beyond + i * s - 2 * s; };
   float* out = samples.data();
   for (std::size_t x = 0; x < n; ++x) {
     const std::size_t vx = voxel_of(x);
     for (std::size_t y = 0; y < n; ++y) {
       const std::size_t vy = voxel_of(y);
-      const LeafValues* row = &leaves[((vx / kEdge) * kReach + vy / kEdge) * kReach];
+      const LeafValues* row = &leaves[((vx / kEdge) * reach + vy / kEdge) * reach];
       const std::size_t within = ((vx % kEdge) * kEdge + vy % kEdge) * kEdge;
       for (std::size_t z = 0; z < n; ++z) {
         const std::size_t vz = voxel_of(z);
@@ -65,7 +67,7 @@ void FillSamples(const Neighbourhood& leaves, int step, std::vector<float>& samp
   }
 }
 
-std::int8_t ToByte(float x) {
+std::int8_t ToByte(double x) {
   return static_cast<std::int8_t>(std::lround(127 * x));
 }
 
@@ -199,33 +201,36 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
   mesh.cut = state_->IsTouched(index);
   mesh.vertices.clear();
   mesh.triangles.clear();
+  mesh.skirt.clear();
   mesh.lower_W = mesh.upper_W = Vec3{0};
 
   const Bone::Grids& grids = state_->bone.grids();
   auto phi = grids.phi->getConstAccessor();
-  Neighbourhood leaves;
-  Neighbourhood uncut;
+  thread_local std::vector<LeafValues> leaves;
+  thread_local std::vector<LeafValues> uncut;
+  leaves.clear();
+  uncut.clear();
   bool inside = false;
   bool outside = false;
   bool own = false;
-  std::size_t at = 0;
-  for (int x = -1; x <= kLeavesAcross; ++x) {
-    for (int y = -1; y <= kLeavesAcross; ++y) {
-      for (int z = -1; z <= kLeavesAcross; ++z, ++at) {
+  const int beyond = Beyond(step);
+  for (int x = -beyond; x < kLeavesAcross + beyond; ++x) {
+    for (int y = -beyond; y < kLeavesAcross + beyond; ++y) {
+      for (int z = -beyond; z < kLeavesAcross + beyond; ++z) {
         const Index leaf{kLeavesAcross * index[0] + x, kLeavesAcross * index[1] + y, kLeavesAcross * index[2] + z};
         const openvdb::Coord corner(kLeaf * leaf[0], kLeaf * leaf[1], kLeaf * leaf[2]);
         const auto* values = phi.probeConstLeaf(corner);
         if (values != nullptr) {
-          leaves[at] = {values->buffer().data(), 0};
+          leaves.push_back({values->buffer().data(), 0});
           own = true;
         } else {
-          leaves[at] = {nullptr, phi.getValue(corner)};
-          (leaves[at].uniform < 0 ? inside : outside) = true;
+          leaves.push_back({nullptr, phi.getValue(corner)});
+          (leaves.back().uniform < 0 ? inside : outside) = true;
         }
-        uncut[at] = leaves[at];
         if (!mesh.cut) continue;
+        uncut.push_back(leaves.back());
         const auto before = state_->uncut.find(leaf);
-        if (before != state_->uncut.end()) uncut[at].values = before->second.data();
+        if (before != state_->uncut.end()) uncut.back().values = before->second.data();
       }
     }
   }
@@ -238,7 +243,7 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
   block.uncut.clear();
   if (mesh.cut) FillSamples(uncut, step, block.uncut);
   const double voxel_mm = state_->voxel_mm();
-  MakeCellSurface(block, static_cast<float>(0.15 * step * voxel_mm), surface);
+  MakeCellSurface(block, static_cast<float>(0.15 * step * voxel_mm), step > 1, surface);
   if (surface.vertices.empty()) return;
 
   auto region = grids.region->getConstAccessor();
@@ -248,18 +253,31 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
   const Vec3 origin = origin_W();
   Box3 box;
   mesh.vertices.reserve(surface.vertices.size());
+  // Coarse cells are wider than the narrow band, so their normals come from the level set itself.
+  const double h_vox = mesh.cut ? 0.5 : 1;
+  const auto gradient = [&](const Vec3& p_vox) {
+    Vec3 g{0};
+    for (int i = 0; i < 3; ++i) {
+      Vec3 d{0};
+      d[i] = h_vox;
+      g[i] = SampleTrilinear(phi, p_vox + d) - SampleTrilinear(phi, p_vox - d);
+    }
+    return g;
+  };
   for (const CellVertex& v : surface.vertices) {
     ChunkVertex out{};
-    Vec3 p{0};
+    Vec3 p_vox{0};
     Vec3 normal{0};
     for (int i = 0; i < 3; ++i) {
       const auto k = static_cast<std::size_t>(i);
       const int cell = kVoxels * (index[k] - middle[k]) + step * v.cell[k];
-      p[i] = (cell + step * static_cast<double>(v.within[k])) * voxel_mm;
+      p_vox[i] = cell + step * static_cast<double>(v.within[k]);
       normal[i] = static_cast<double>(v.normal[k]);
-      out.p_mm[k] = static_cast<float>(p[i]);
-      out.normal[k] = ToByte(v.normal[k]);
+      out.p_mm[k] = static_cast<float>(p_vox[i] * voxel_mm);
     }
+    if (step > 1) normal = CalcDirection(gradient(p_vox + origin / voxel_mm)).value_or(normal);
+    for (int i = 0; i < 3; ++i) out.normal[static_cast<std::size_t>(i)] = ToByte(normal[i]);
+    Vec3 p = p_vox * voxel_mm;
     p += origin;
     box.Include(p);
     int id = 0;
@@ -270,6 +288,7 @@ void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
     mesh.vertices.push_back(out);
   }
   mesh.triangles = surface.triangles;
+  mesh.skirt = surface.skirt;
   mesh.lower_W = box.lower;
   mesh.upper_W = box.upper;
 }

@@ -29,9 +29,12 @@ struct ChunkMesh {
   bool cut = false;  // one of its leaves has changed since the beginning
   std::vector<ChunkVertex> vertices;
   std::vector<std::uint32_t> triangles;  // three each, counter-clockwise from outside
-  Vec3 lower_W{0}, upper_W{0};           // holds the vertices; both 0 when there are none
+  std::vector<std::uint32_t> skirt;  // likewise, into the chunks above: to be drawn where those are finer; not step 1
+  Vec3 lower_W{0}, upper_W{0};       // holds the vertices; both 0 when there are none
 
-  std::size_t CountBytes() const { return vertices.size() * sizeof(ChunkVertex) + triangles.size() * 4; }
+  std::size_t CountBytes() const {
+    return vertices.size() * sizeof(ChunkVertex) + (triangles.size() + skirt.size()) * 4;
+  }
 };
 
 /// One thread. The surface is that of dual cells ("surface nets"): a vertex in each cell that the surface goes through,

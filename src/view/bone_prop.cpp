@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <glm/geometric.hpp>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct Uploaded {
   GLuint vertices = 0;
   GLuint triangles = 0;
   GLsizei corners = 0;
+  GLsizei skirt = 0;                // corners of it, after the others
   GLenum type = GL_UNSIGNED_SHORT;  // of the triangles' corners
   std::size_t bytes = 0;
 
@@ -96,7 +98,8 @@ struct Chunk {
 
 void Upload(const ChunkMesh& mesh, Uploaded& to) {
   to.corners = static_cast<GLsizei>(mesh.triangles.size());
-  if (mesh.triangles.empty()) {
+  to.skirt = static_cast<GLsizei>(mesh.skirt.size());
+  if (mesh.triangles.empty() && mesh.skirt.empty()) {
     to.Release();
     return;
   }
@@ -114,13 +117,16 @@ void Upload(const ChunkMesh& mesh, Uploaded& to) {
   if (mesh.vertices.size() <= 0xffff) {
     thread_local std::vector<std::uint16_t> few;
     few.assign(mesh.triangles.begin(), mesh.triangles.end());
+    few.insert(few.end(), mesh.skirt.begin(), mesh.skirt.end());
     glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(few.size() * sizeof(std::uint16_t)), few.data(),
                  GL_DYNAMIC_DRAW);
     to.type = GL_UNSIGNED_SHORT;
     to.bytes = mesh.vertices.size() * sizeof(ChunkVertex) + few.size() * sizeof(std::uint16_t);
   } else {
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(std::uint32_t)),
-                 mesh.triangles.data(), GL_DYNAMIC_DRAW);
+    std::vector<std::uint32_t> all = mesh.triangles;
+    all.insert(all.end(), mesh.skirt.begin(), mesh.skirt.end());
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(all.size() * sizeof(std::uint32_t)), all.data(),
+                 GL_DYNAMIC_DRAW);
     to.type = GL_UNSIGNED_INT;
     to.bytes = mesh.CountBytes();
   }
@@ -191,12 +197,12 @@ struct BoneProp::State {
     return i;
   }
   // As fine as cells need to be, unless that is too many triangles; `seen`: the chunks in view.
-  std::size_t ChooseStep(const std::vector<const Chunk*>& seen) const {
+  std::size_t ChooseStep(const std::vector<std::pair<std::array<int, 3>, const Chunk*>>& seen) const {
     std::size_t step = StepFor(fineness.cell_points, 0);
     const std::size_t coarsest = StepFor(fineness.coarsest_cell_points, 0);
     for (; step > coarsest; --step) {
       std::size_t corners = 0;
-      for (const Chunk* chunk : seen) {
+      for (const auto& [index, chunk] : seen) {
         const Uploaded* uploaded = Choose(*chunk, step);
         if (uploaded != nullptr) corners += static_cast<std::size_t>(uploaded->corners);
       }
@@ -243,7 +249,7 @@ void BoneProp::SetChunk(const ChunkMesh& mesh) {
   chunk.known[place] = true;
   chunk.IncludeNormals(mesh);
   chunk.cut = chunk.cut || mesh.cut;
-  if (!mesh.triangles.empty()) {
+  if (!mesh.vertices.empty()) {
     for (const Vec3& p : {mesh.lower_W, mesh.upper_W}) {
       chunk.box.Include(p);
       state_->box.Include(p);
@@ -343,29 +349,43 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   camera.GetDirectionOfProjection(toward);
   const Vec3 eye_W{eye[0], eye[1], eye[2]};
   const Vec3 toward_eye_W{-toward[0], -toward[1], -toward[2]};
-  std::vector<const Chunk*> in_view;
+  std::vector<std::pair<std::array<int, 3>, const Chunk*>> in_view;
   for (const auto& [index, chunk] : s.chunks) {
     if (chunk.box.empty() || !frustum.Sees(chunk.box)) continue;
     if (!s.translucent && chunk.TurnsAway(eye_W, toward_eye_W, camera.GetParallelProjection() != 0)) continue;
-    in_view.push_back(&chunk);
+    in_view.emplace_back(index, &chunk);
   }
   const std::size_t step = s.ChooseStep(in_view);
   s.counts.step = BoneChunks::kSteps[step];
-  std::vector<std::pair<double, const Uploaded*>> seen;
-  for (const Chunk* chunk : in_view) {
+  // Below a finer chunk the coarser ones need their skirts.
+  std::set<std::array<int, 3>> skirted;
+  for (const auto& [index, chunk] : in_view) {
     const Uploaded* uploaded = s.Choose(*chunk, step);
-    if (uploaded == nullptr || uploaded->corners == 0) continue;
-    seen.emplace_back(-glm::dot(chunk->box.centre(), toward_eye_W), uploaded);
+    if (uploaded == nullptr || uploaded == &chunk->steps[step]) continue;
+    for (int i = 1; i < 8; ++i) skirted.insert({index[0] - (i & 1), index[1] - ((i >> 1) & 1), index[2] - (i >> 2)});
+  }
+  struct ToDraw {
+    double depth;
+    const Uploaded* uploaded;
+    GLsizei corners;
+    bool operator<(const ToDraw& other) const { return depth < other.depth; }
+  };
+  std::vector<ToDraw> seen;
+  for (const auto& [index, chunk] : in_view) {
+    const Uploaded* uploaded = s.Choose(*chunk, step);
+    if (uploaded == nullptr) continue;
+    const GLsizei corners = uploaded->corners + (skirted.count(index) != 0 ? uploaded->skirt : 0);
+    if (corners > 0) seen.push_back(ToDraw{-glm::dot(chunk->box.centre(), toward_eye_W), uploaded, corners});
   }
   std::sort(seen.begin(), seen.end());
   const auto draw_all = [&] {
     s.counts.drawn = 0;
     s.counts.triangles = 0;
-    for (const auto& [depth, uploaded] : seen) {
-      glBindVertexArray(uploaded->vertex_array);
-      glDrawElements(GL_TRIANGLES, uploaded->corners, uploaded->type, nullptr);
+    for (const ToDraw& chunk : seen) {
+      glBindVertexArray(chunk.uploaded->vertex_array);
+      glDrawElements(GL_TRIANGLES, chunk.corners, chunk.uploaded->type, nullptr);
       ++s.counts.drawn;
-      s.counts.triangles += static_cast<std::size_t>(uploaded->corners) / 3;
+      s.counts.triangles += static_cast<std::size_t>(chunk.corners) / 3;
     }
   };
   state.vtkglEnable(GL_DEPTH_TEST);

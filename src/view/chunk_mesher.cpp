@@ -1,5 +1,6 @@
 #include "view/chunk_mesher.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -38,31 +39,59 @@ std::array<float, 3> Gradient(const Corners& v, const std::array<float, 3>& f) {
 class Mesher {
  public:
   Mesher(const SampleBlock& block, float cut_depth, CellSurface& surface)
-      : block_(block), cut_depth_(cut_depth), surface_(surface), n_(block.samples()), m_(block.cells + 1) {}
+      : block_(block), cut_depth_(cut_depth), surface_(surface), n_(block.samples()), m_(block.cells + 2) {}
 
-  void Run() {
+  void Run(bool skirt) {
     MakeSigns();
     MarkCells();
     // Edges by the sample at their lower end, which is one of the block's own.
-    for (int x = 1; x < n_ - 1; ++x) {
-      for (int y = 1; y < n_ - 1; ++y) {
+    for (int x = 2; x < n_ - 2; ++x) {
+      for (int y = 2; y < n_ - 2; ++y) {
         const std::uint64_t row = Row(x, y);
-        const std::uint64_t own = ((std::uint64_t{1} << (n_ - 2)) - 1) << 1;
+        const std::uint64_t own = ((std::uint64_t{1} << (n_ - 4)) - 1) << 2;
         for (int axis = 0; axis < 3; ++axis) {
           const std::uint64_t next = axis == 0 ? Row(x + 1, y) : axis == 1 ? Row(x, y + 1) : row >> 1;
           for (std::uint64_t crossed = (row ^ next) & own; crossed != 0; crossed &= crossed - 1) {
             const int z = std::countr_zero(crossed);
-            AddFace(x, y, z, axis, ((row >> z) & 1) != 0);
+            AddFace(x - 1, y - 1, z - 1, axis, ((row >> z) & 1) != 0, surface_.triangles);
           }
         }
       }
     }
+    if (skirt) AddSkirt();
   }
 
  private:
   static std::size_t At(int i) { return static_cast<std::size_t>(i); }
   std::uint64_t Row(int x, int y) const { return surface_.signs[At(x) * At(n_) + At(y)]; }
   std::size_t CellAt(int x, int y, int z) const { return (At(x) * At(m_) + At(y)) * At(m_) + At(z); }
+
+  std::size_t SampleAt(int x, int y, int z) const { return (At(x) * At(n_) + At(y)) * At(n_) + At(z); }
+
+  // Over two cells, which the eye takes for smoother than the cell's own.
+  std::array<float, 3> WideGradient(const std::vector<float>& values, int x, int y, int z,
+                                    const std::array<float, 3>& f) const {
+    return {Trilinear(CornersOf(values, x + 1, y, z), f) - Trilinear(CornersOf(values, x - 1, y, z), f),
+            Trilinear(CornersOf(values, x, y + 1, z), f) - Trilinear(CornersOf(values, x, y - 1, z), f),
+            Trilinear(CornersOf(values, x, y, z + 1), f) - Trilinear(CornersOf(values, x, y, z - 1), f)};
+  }
+
+  // The faces about edges in the upper sides of the block, between its last cells and the first ones beyond.
+  void AddSkirt() {
+    const int last = n_ - 2;
+    for (int x = 2; x <= last; ++x) {
+      for (int y = 2; y <= last; ++y) {
+        const bool side = x == last || y == last;
+        for (int z = side ? 2 : last; z <= last; ++z) {
+          const bool inside = IsInside(x, y, z);
+          if (x < last && inside != IsInside(x + 1, y, z)) AddFace(x - 1, y - 1, z - 1, 0, inside, surface_.skirt);
+          if (y < last && inside != IsInside(x, y + 1, z)) AddFace(x - 1, y - 1, z - 1, 1, inside, surface_.skirt);
+          if (z < last && inside != IsInside(x, y, z + 1)) AddFace(x - 1, y - 1, z - 1, 2, inside, surface_.skirt);
+        }
+      }
+    }
+  }
+  bool IsInside(int x, int y, int z) const { return ((Row(x, y) >> z) & 1) != 0; }
 
   // A bit for each sample of a row along z: inside.
   void MakeSigns() {
@@ -80,8 +109,10 @@ class Mesher {
     surface_.vertex_of_cell.resize(At(m_) * At(m_) * At(m_));
     for (int x = 0; x < m_; ++x) {
       for (int y = 0; y < m_; ++y) {
-        const std::uint64_t any = Row(x, y) | Row(x + 1, y) | Row(x, y + 1) | Row(x + 1, y + 1);
-        const std::uint64_t all = Row(x, y) & Row(x + 1, y) & Row(x, y + 1) & Row(x + 1, y + 1);
+        const std::uint64_t rows[4] = {Row(x + 1, y + 1) >> 1, Row(x + 2, y + 1) >> 1, Row(x + 1, y + 2) >> 1,
+                                       Row(x + 2, y + 2) >> 1};
+        const std::uint64_t any = rows[0] | rows[1] | rows[2] | rows[3];
+        const std::uint64_t all = rows[0] & rows[1] & rows[2] & rows[3];
         const std::uint64_t cells = (std::uint64_t{1} << m_) - 1;
         for (std::uint64_t crossed = (any | any >> 1) & ~(all & all >> 1) & cells; crossed != 0;
              crossed &= crossed - 1) {
@@ -94,8 +125,7 @@ class Mesher {
   Corners CornersOf(const std::vector<float>& values, int x, int y, int z) const {
     Corners v;
     for (int i = 0; i < 8; ++i) {
-      const int at = ((x + (i >> 2)) * n_ + y + ((i >> 1) & 1)) * n_ + z + (i & 1);
-      v[static_cast<std::size_t>(i)] = values[static_cast<std::size_t>(at)];
+      v[At(i)] = values[SampleAt(x + 1 + (i >> 2), y + 1 + ((i >> 1) & 1), z + 1 + (i & 1))];
     }
     return v;
   }
@@ -122,19 +152,24 @@ class Mesher {
     }
     CellVertex vertex{{x - 1, y - 1, z - 1}, sum, {0, 0, 1}, false};
     for (float& f : vertex.within) f /= static_cast<float>(count);
-    const std::array<float, 3> g = Gradient(v, vertex.within);
-    const float length = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-    if (length > 0) vertex.normal = {g[0] / length, g[1] / length, g[2] / length};
+    bool changed = false;
     if (!block_.uncut.empty()) {
       const Corners before = CornersOf(block_.uncut, x, y, z);
-      vertex.cut = before != v && Trilinear(before, vertex.within) < -cut_depth_;
+      changed = before != v;
+      vertex.cut = changed && Trilinear(before, vertex.within) < -cut_depth_;
     }
+    // The walls of a kerf are nearer to each other than two cells; beside it the surface is as it was.
+    const std::array<float, 3> g =
+        changed ? Gradient(v, vertex.within)
+                : WideGradient(block_.uncut.empty() ? block_.phi : block_.uncut, x, y, z, vertex.within);
+    const float length = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+    if (length > 0) vertex.normal = {g[0] / length, g[1] / length, g[2] / length};
     surface_.vertices.push_back(vertex);
     return id;
   }
 
   // Of the four cells around an edge; seen from the edge's upper end they go round counter-clockwise.
-  void AddFace(int x, int y, int z, int axis, bool inside_first) {
+  void AddFace(int x, int y, int z, int axis, bool inside_first, std::vector<std::uint32_t>& t) {
     std::array<std::uint32_t, 4> id{};
     constexpr int kRound[4][2] = {{1, 1}, {0, 1}, {0, 0}, {1, 0}};
     for (std::size_t i = 0; i < 4; ++i) {
@@ -143,7 +178,6 @@ class Mesher {
       id[i] = axis == 0 ? VertexOf(x, y - u, z - v) : axis == 1 ? VertexOf(x - v, y, z - u) : VertexOf(x - u, y - v, z);
     }
     if (!inside_first) std::swap(id[1], id[3]);
-    auto& t = surface_.triangles;
     // Along the shorter diagonal.
     if (Distance2(id[0], id[2]) <= Distance2(id[1], id[3])) {
       t.insert(t.end(), {id[0], id[1], id[2], id[0], id[2], id[3]});
@@ -167,7 +201,7 @@ class Mesher {
   float cut_depth_;
   CellSurface& surface_;
   int n_;  // samples along an axis
-  int m_;  // cells along an axis, those before too
+  int m_;  // cells along an axis, those before and after too; cell i lies between samples i + 1 and i + 2
 };
 
 }  // namespace
@@ -175,11 +209,12 @@ class Mesher {
 void CellSurface::Clear() {
   vertices.clear();
   triangles.clear();
+  skirt.clear();
 }
 
-void MakeCellSurface(const SampleBlock& block, float cut_depth, CellSurface& surface) {
+void MakeCellSurface(const SampleBlock& block, float cut_depth, bool skirt, CellSurface& surface) {
   surface.Clear();
-  Mesher(block, cut_depth, surface).Run();
+  Mesher(block, cut_depth, surface).Run(skirt);
 }
 
 }  // namespace kerf

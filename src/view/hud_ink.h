@@ -13,7 +13,7 @@ namespace ink {
 
 inline constexpr FlatColour kText{{26, 29, 36}, 1};
 inline constexpr FlatColour kFaint{{88, 96, 108}, 1};
-inline constexpr FlatColour kGround{{250, 251, 252}, 0.93};
+inline constexpr FlatColour kGround{{250, 251, 252}, 0.97};
 inline constexpr FlatColour kEdge{{176, 183, 192}, 1};
 
 /// A shape for each level, so that no colour is needed: disc, triangle, square with a cross. (x, y): its middle.

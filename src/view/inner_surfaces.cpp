@@ -1,5 +1,9 @@
 #include "view/inner_surfaces.h"
 
+#include <algorithm>
+#include <array>
+#include <vector>
+
 #include "bone/grids.h"
 
 namespace kerf {
@@ -44,10 +48,34 @@ TriangleMesh MeshTissue(const Bone& bone, Tissue tissue) {
   return ExtractZeroLevel(*share, 0);
 }
 
+// Taubin's: to the middle of the neighbours and nearly as far back, so that steps go and the size stays.
+void Smooth(TriangleMesh& mesh) {
+  constexpr int kRounds = 10;
+  std::vector<Vec3> sum(mesh.points.size());
+  std::vector<int> count(mesh.points.size());
+  for (int round = 0; round < 2 * kRounds; ++round) {
+    std::fill(sum.begin(), sum.end(), Vec3{0});
+    std::fill(count.begin(), count.end(), 0);
+    for (const auto& t : mesh.triangles) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        sum[t[i]] += mesh.points[t[(i + 1) % 3]];
+        ++count[t[i]];
+      }
+    }
+    const double share = round % 2 == 0 ? 0.5 : -0.53;
+    for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+      if (count[i] > 0) mesh.points[i] += share * (sum[i] / static_cast<double>(count[i]) - mesh.points[i]);
+    }
+  }
+}
+
 }  // namespace
 
 InnerSurfaces MakeInnerSurfaces(const Bone& bone) {
-  return {MeshTissue(bone, Tissue::kCanal), MeshTissue(bone, Tissue::kTooth)};
+  InnerSurfaces surfaces{MeshTissue(bone, Tissue::kCanal), MeshTissue(bone, Tissue::kTooth)};
+  Smooth(surfaces.canal_W);
+  Smooth(surfaces.teeth_W);
+  return surfaces;
 }
 
 }  // namespace kerf

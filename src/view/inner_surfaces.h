@@ -11,7 +11,7 @@ struct InnerSurfaces {
   TriangleMesh teeth_W;
 };
 
-/// From the region grid, smoothed to half a voxel. Empty where the bone has no such region.
+/// From the region grid, its steps smoothed away: true to a voxel. Empty where the bone has no such region.
 InnerSurfaces MakeInnerSurfaces(const Bone& bone);
 
 }  // namespace kerf

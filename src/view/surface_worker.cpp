@@ -106,7 +106,7 @@ struct SurfaceWorker::State {
     }
     // Nothing to hand over where nothing was and nothing is.
     meshes.erase(std::remove_if(meshes.begin(), meshes.end(),
-                                [](const ChunkMesh& mesh) { return mesh.triangles.empty() && !mesh.cut; }),
+                                [](const ChunkMesh& mesh) { return mesh.vertices.empty() && !mesh.cut; }),
                  meshes.end());
     Hand(std::move(meshes));
   }

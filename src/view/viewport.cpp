@@ -430,7 +430,7 @@ void Viewport::Render() {
     // Without a graphics card triangles cost more than their coarseness does.
     const std::string name = renderer_name();
     const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos;
-    if (!s.knows_fineness) s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 9, 150'000} : BoneProp::Fineness{});
+    if (!s.knows_fineness) s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 14, 150'000} : BoneProp::Fineness{});
     s.knows_fineness = true;
     if (!s.smooth_edges) s.smooth_edges = !software;
     s.scene->SetUseFXAA(*s.smooth_edges);

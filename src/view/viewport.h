@@ -164,7 +164,7 @@ class Viewport {
   /// Edges without stairs; by itself only with a graphics card.
   void set_smooth_edges(bool smooth);
   /// How fine bone that was not cut is drawn: cells of at least and at most so many points of the screen, and in
-  /// between at most so many triangles in all. By itself: 1.5 to 3 and six million with a graphics card, 1.5 to 9 and
+  /// between at most so many triangles in all. By itself: 1.5 to 3 and six million with a graphics card, 1.5 to 14 and
   /// 150 000 without.
   void SetFineness(double cell_points, double coarsest_cell_points, std::size_t triangles);
 

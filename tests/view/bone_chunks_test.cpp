@@ -8,6 +8,7 @@
 #include <functional>
 #include <glm/geometric.hpp>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "bone/set_leaf.h"
@@ -88,8 +89,16 @@ TEST(BoneChunks, AChunkKeptUpByLeavesIsTheOneMeshedFromScratch) {
   EXPECT_GT(remeshed, 4u);
   EXPECT_LT(remeshed, drawn.size());
 
+  // From the cut bone, which does not know what was cut; and from the leaves all at once, the last first.
   const BoneChunks fresh(simulation.bone());
   ASSERT_EQ(fresh.origin_W(), kept.origin_W());
+  BoneChunks at_once(MakePlate(0.2));
+  LeafMessage message;
+  for (int i = simulation.changed_count(); i-- > 0;) {
+    message.index = simulation.changed(i).index;
+    std::copy_n(simulation.changed(i).values, 512, message.values.begin());
+    at_once.Take(message);
+  }
   std::size_t cut = 0;
   for (const auto& [index, mesh] : drawn) {
     ChunkMesh scratch;
@@ -100,15 +109,61 @@ TEST(BoneChunks, AChunkKeptUpByLeavesIsTheOneMeshedFromScratch) {
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
       ASSERT_EQ(a[i].p_mm, b[i].p_mm);
-      ASSERT_EQ(a[i].normal, b[i].normal);
-      ASSERT_EQ(a[i].region, b[i].region);
       cut += a[i].cut != 0 ? 1u : 0u;
+    }
+    at_once.Mesh(index, 1, scratch);
+    ASSERT_EQ(mesh.triangles, scratch.triangles);
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+      ASSERT_EQ(mesh.vertices[i].p_mm, scratch.vertices[i].p_mm);
+      ASSERT_EQ(mesh.vertices[i].normal, scratch.vertices[i].normal);
+      ASSERT_EQ(mesh.vertices[i].region, scratch.vertices[i].region);
+      ASSERT_EQ(mesh.vertices[i].cut, scratch.vertices[i].cut);
     }
   }
   EXPECT_GT(cut, 1000u);
   std::vector<ChunkMesh> all;
   for (const auto& [index, mesh] : drawn) all.push_back(mesh);
   EXPECT_EQ(CountUnpaired(JoinChunks(kept, all)), 0u);
+}
+
+TEST(BoneChunks, EachLeafReachesTheChunksThatItBordersOn) {
+  const Bone bone = MakePlate(0.5);
+  std::vector<std::array<int, 3>> leaves;
+  for (int x = -3; x <= 3; ++x) {
+    for (int y = -2; y <= 2; ++y) {
+      for (int z = -4; z <= 1; ++z) leaves.push_back({x, y, z});
+    }
+  }
+  std::size_t changed = 0;
+  for (const auto& index : leaves) {
+    BoneChunks kept(bone);
+    std::map<std::array<int, 3>, ChunkMesh> drawn;
+    for (int i = 0; i < 64; ++i) {
+      const std::array<int, 3> chunk{i % 4 - 2, i / 4 % 4 - 2, i / 16 - 2};
+      kept.Mesh(chunk, 1, drawn[chunk]);
+    }
+    // The surface moves by a fifth of a voxel in this leaf alone.
+    LeafMessage leaf;
+    leaf.index = index;
+    GetLeaf(bone, index, leaf.values);
+    for (float& phi : leaf.values) phi = std::min(phi + 0.1F, 1.5F);
+    kept.Take(leaf);
+    for (ChunkMesh mesh; kept.Next(mesh);) drawn[mesh.index] = mesh;
+    const BoneChunks fresh(kept.bone());
+    ASSERT_EQ(fresh.origin_W(), kept.origin_W());
+    for (const auto& [chunk, mesh] : drawn) {
+      ChunkMesh scratch;
+      fresh.Mesh(chunk, 1, scratch);
+      const auto a = Sorted(mesh);
+      const auto b = Sorted(scratch);
+      ASSERT_EQ(a.size(), b.size());
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        ASSERT_EQ(a[i].p_mm, b[i].p_mm) << index[0] << " " << index[1] << " " << index[2];
+      }
+      changed += mesh.cut ? 1 : 0;
+    }
+  }
+  EXPECT_GT(changed, leaves.size());  // some leaves border on more than one
 }
 
 TEST(BoneChunks, WhatTheSawLaidOpenIsMarkedAndShowsItsTissue) {
@@ -137,6 +192,42 @@ TEST(BoneChunks, WhatTheSawLaidOpenIsMarkedAndShowsItsTissue) {
   }
   EXPECT_GT(wall[0], 500u);
   EXPECT_GT(wall[1], 300u);
+}
+
+TEST(BoneChunks, SkirtsAreThoseFacesOfTheChunksAboveThatTouchTheBorder) {
+  BlockParams params;
+  params.size_mm = {16, 10, 10};
+  params.layers = {{10, 24}};
+  params.voxel_mm = 0.2;
+  params.X_WB.R_AB = glm::angleAxis(0.6, glm::normalize(Vec3{1, 2, 3}));
+  const BoneChunks chunks(MakeBlock(params, DefaultMandibleTable()));
+  const std::vector<ChunkMesh> meshes = MeshAll(chunks, 2);
+  std::map<std::array<float, 3>, ChunkVertex> known;
+  std::set<std::set<std::array<float, 3>>> faces;
+  const auto corners = [](const ChunkMesh& mesh, const std::vector<std::uint32_t>& triangles, std::size_t t) {
+    return std::set<std::array<float, 3>>{mesh.vertices[triangles[t]].p_mm, mesh.vertices[triangles[t + 1]].p_mm,
+                                          mesh.vertices[triangles[t + 2]].p_mm};
+  };
+  for (const ChunkMesh& mesh : meshes) {
+    for (const std::uint32_t i : mesh.triangles) known[mesh.vertices[i].p_mm] = mesh.vertices[i];
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) faces.insert(corners(mesh, mesh.triangles, t));
+  }
+  std::size_t looked = 0;
+  for (const ChunkMesh& mesh : meshes) {
+    for (std::size_t t = 0; t < mesh.skirt.size(); t += 3) {
+      ASSERT_EQ(faces.count(corners(mesh, mesh.skirt, t)), 1u);
+      ++looked;
+    }
+    for (const std::uint32_t i : mesh.skirt) {
+      const ChunkVertex& v = mesh.vertices[i];
+      const ChunkVertex& w = known.at(v.p_mm);
+      // Of a narrower look at the level set: alike but at the block's edges.
+      const double along =
+          (v.normal[0] * w.normal[0] + v.normal[1] * w.normal[1] + v.normal[2] * w.normal[2]) / 127.0 / 127;
+      ASSERT_GT(along, 0.7);
+    }
+  }
+  EXPECT_GT(looked, 200u);
 }
 
 TEST(BoneChunks, NormalsPointOutward) {

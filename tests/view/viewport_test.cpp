@@ -98,6 +98,34 @@ TEST_F(OnePlate, ThePlateCoversItsAreaAndIsSeenThroughNoGap) {
   EXPECT_GT(view.stats().surface_bytes, 10000u);
 }
 
+TEST_F(OnePlate, NothingThatFacesTheEyeIsLeftOut) {
+  // Chunks of 3.2 mm: some lie within a face and all of them turns one way.
+  const Bone fine = test::MakePlate(0.1);
+  SurfaceWorker fine_worker(fine, 2);
+  view.BeginBone(fine.materials(), fine_worker.origin_W(), fine_worker.bounds_W(), fine.voxel_mm());
+  Upload(view, fine_worker);
+  view.camera().set_target_W({0, 0, -5});
+  std::size_t fewest = 1'000'000;
+  for (const bool parallel : {true, false}) {
+    view.camera().set_parallel(parallel);
+    for (const Vec3& toward :
+         {Vec3{0.2, -0.3, 1}, Vec3{1, -0.4, 0.1}, Vec3{0.5, 1, 0.15}, Vec3{-1, 0.05, -0.3}, Vec3{-0.4, -0.5, -1}}) {
+      view.camera().Look(toward, {0.1, 0.2, 0.9});
+      view.set_bone_hidden(false);
+      const Image with = Draw();
+      fewest = std::min(fewest, view.stats().drawn);
+      view.set_bone_hidden(true);
+      const double mm2 = Compare(with, Draw()).count * kMmPerPixel * kMmPerPixel;
+      const Vec3 d = glm::normalize(toward);
+      const double shadow = 160 * std::abs(d.z) + 160 * std::abs(d.y) + 100 * std::abs(d.x);
+      // Along an outline of at most 60 mm a pixel; in perspective what is nearer is up to a fifth larger.
+      EXPECT_GT(mm2, (parallel ? 1.0 : 0.9) * shadow - 60 * kMmPerPixel);
+      EXPECT_LT(mm2, (parallel ? 1.0 : 1.2) * shadow + 60 * kMmPerPixel);
+    }
+  }
+  EXPECT_LT(fewest, view.stats().chunks);
+}
+
 TEST_F(OnePlate, TheDiscStandsWhereItIsProjected) {
   view.set_bone_hidden(true);
   const Image without = Draw();
