@@ -7,6 +7,7 @@ namespace kerf::cli {
 
 // Each adds its sub-command, with options and what to do, to the program.
 // Bad use: throw CLI::ValidationError (exit 2). Failure: throw kerf::Error (exit 1).
+void AddAssessCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
@@ -15,6 +16,8 @@ void AddExportCommand(CLI::App& app);
 void AddPictureCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddPaperCommand(CLI::App& app);
+void AddPractiseCommand(CLI::App& app);
+void AddRehearseCommand(CLI::App& app);
 void AddReplayCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddImportCommand(CLI::App& app);
@@ -23,6 +26,7 @@ void AddLogCommand(CLI::App& app);
 void AddMaterialsCommand(CLI::App& app);
 void AddModelCommand(CLI::App& app);
 void AddSceneCommand(CLI::App& app);
+void AddScoreCommand(CLI::App& app);
 void AddSlabCommand(CLI::App& app);
 void AddStabilityCommand(CLI::App& app);
 void AddStudyCommand(CLI::App& app);

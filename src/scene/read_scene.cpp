@@ -12,6 +12,7 @@
 #include "mesh/meshfile.h"
 #include "scene/path.h"
 #include "scene/path_csv.h"
+#include "scene/plan_section.h"
 #include "scene/scene.h"
 #include "scene/schema.h"
 #include "scene/table_reader.h"
@@ -283,6 +284,22 @@ void ReadDevice(TableReader& root, SceneDevice& device, const std::string& scene
   reader.Finish();
 }
 
+void ReadExercise(TableReader& root, SceneExercise& exercise, const SceneTool& tool, Faults& faults) {
+  const TomlNode* table = root.Table("exercise");
+  if (table == nullptr) return;
+  exercise.given = true;
+  TableReader reader(*table, "[exercise]", faults);
+  Describe(exercise, reader);
+  Scene scene;
+  scene.tool = tool;
+  try {
+    MakeWantedCut(exercise, MakeTool(scene));
+  } catch (const Error& e) {
+    reader.Fault("start_mm", e.what());
+  }
+  reader.Finish();
+}
+
 void ReadSlab(TableReader& root, SceneSlab& slab, Faults& faults) {
   const TomlNode* table = root.Table("slab");
   if (table == nullptr) return;
@@ -404,11 +421,13 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadSlab(root, scene.slab, faults);
   ReadSection(root, "output", scene.output, faults);
   ReadEffects(root, scene.effects, file, faults);
+  const std::vector<PlanFile> plan_files = ReadPlan(root, scene.plan, file, faults);
   RefuseMovedKeys(root);
   ReadGivenSection(root, "coupling", scene.coupling, faults);
   ReadDevice(root, scene.device, file, faults);
   ReadGivenSection(root, "hand", scene.hand, faults);
   ReadGivenSection(root, "loop", scene.loop, faults);
+  ReadExercise(root, scene.exercise, scene.tool, faults);
   if (scene.tool.kind != ToolKind::kDisc && (scene.simulation.mode == SceneMode::kSlab || scene.slab.given)) {
     root.Fault(scene.slab.given ? "slab" : "simulation", "slab mode is for a disc, and [tool] shape is \"ball\"");
   }
@@ -416,6 +435,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   faults.ThrowIfAny();
 
   ReadEffectFiles(scene.effects, document, file);
+  ReadPlanFiles(plan_files, scene.plan);
   if (!scene.path.file.empty()) {
     const TomlNode* at = document.Find("path")->Find("file");
     std::string rows;

@@ -12,6 +12,8 @@
 #include "kerf/slab.h"
 #include "models/block.h"
 #include "models/mandible.h"
+#include "plan/plan.h"
+#include "scene/exercise.h"
 #include "scene/hand_held.h"
 
 namespace kerf {
@@ -127,10 +129,12 @@ struct Scene {
   SceneSlab slab;
   SceneOutput output;
   EffectChoices effects;  // those that the file names, in its order
+  Plan plan;              // what is meant to be cut; a plane that the file takes from another file stands here itself
   SceneCoupling coupling;
   SceneDevice device;
   SceneHand hand;
   SceneLoop loop;
+  SceneExercise exercise;
 };
 
 /// Reads a scene and the path file that it names, if any. Relative file names are relative to the scene file.

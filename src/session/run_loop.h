@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "session/effect_record.h"
 #include "session/force_log.h"
 #include "session/heat_report.h"
+#include "session/loop_peer.h"
 #include "session/loop_setup.h"
 #include "session/loop_undo.h"
 #include "session/loop_watch.h"
@@ -74,6 +76,9 @@ struct LoopRecorded {
 using MakeHand = std::function<std::unique_ptr<BeforeTick>(SimulatedDevice& device, const LoopSetup& setup,
                                                            const Vec3& p_TC_mm, double felt_stiffness_N_per_mm)>;
 
+/// Called in the thread that RunLoop runs in. `channels`: the effects' figures.
+using TakeTick = std::function<void(const LoopSample& sample, std::span<const double> channels)>;
+
 struct LoopOptions {
   double seconds = 10;  // 0.01 to kMostLoop_s
   LoopLog log = LoopLog::kMemory;
@@ -88,8 +93,10 @@ struct LoopOptions {
   LoopReplayOptions replay;
   std::vector<LoopAction> actions;  // checkpoints, undo and redo, in the order of their moments
   double undo_MB = 256;             // kept for them at most: 0.2 to 1e6
+  TakeTick take_tick;               // told each tick that is logged, in order; may be empty
   LoopWatch* watch = nullptr;       // without the clock only; may be null
   MakeHand make_hand;               // empty: the scene's hand along its path
+  LoopPeer* peer = nullptr;         // live only; may be null
 };
 
 struct LoopTimeSummary {

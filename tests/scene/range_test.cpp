@@ -164,6 +164,13 @@ TEST(SceneRange, HandHeldKeysHoldTheirRanges) {
   EXPECT_GT(coupling.tried() + device.tried() + hand.tried() + loop.tried(), 150);
 }
 
+TEST(SceneRange, ExerciseKeysHoldTheirRanges) {
+  RangeTester tester = ForSection("[exercise]");
+  SceneExercise exercise;
+  Describe(exercise, tester);
+  EXPECT_GT(tester.tried(), 100);
+}
+
 TEST(SceneRange, UniformMaterialKeysHoldTheirRanges) {
   RangeTester tester = ForSection("[material]\nkind = \"uniform\"");
   SceneMaterial material;

@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/practise_history.h"
+#include "cli/progress.h"
+#include "cli/signals.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "practise/agents.h"
+#include "practise/exercises.h"
+#include "practise/history.h"
+#include "record/recording.h"
+#include "score/score.h"
+
+namespace kerf::cli {
+namespace {
+
+void PrintList(bool json) {
+  if (json) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const Exercise& e : ListExercises()) {
+      list.push_back({{"id", e.id}, {"difficulty", e.difficulty}, {"title", e.title}, {"goal", e.goal}});
+    }
+    fmt::print("{}\n", list.dump(2));
+    return;
+  }
+  for (const Exercise& e : ListExercises()) fmt::print("{}  {:<16} {}: {}\n", e.difficulty, e.id, e.title, e.goal);
+}
+
+ScoreSheet Score(const std::string& file, const std::string& bone_file) {
+  RecordingReader recording(file);
+  ScoreOptions options;
+  options.bone_file = bone_file;
+  options.stop = &CatchInterrupt();
+  StageBars bars;
+  return ScoreRecording(recording, options, [&](const std::string& now, double f) { bars.Show(now, f); });
+}
+
+void HandIn(const PractiseOptions& options) {
+  if (options.student.empty()) throw CLI::ValidationError("--hand-in", "needs --student NAME");
+  History history(FindHistoryFile());  // before the long work
+  const ScoreSheet sheet = Score(options.hand_in, options.bone_file);
+  for (const std::string& warning : sheet.warnings) {
+    fmt::print(stderr, "kerf: warning: {}: {}\n", options.hand_in, warning);
+  }
+  const bool is_new = history.Add(MakeAttempt(sheet, options.student));
+  fmt::print("{}", options.json ? FormatSheetJson(sheet) : FormatSheet(sheet));
+  fmt::print(stderr, "kerf: {} in {}\n", is_new ? "kept" : "was handed in before; nothing changed", history.file());
+}
+
+/// Whether it finished is told in `done`.
+LoopSummary LetDo(const std::string& agent, std::uint64_t seed, const std::string& exercise, int level, double seconds,
+                  const std::string& record, std::atomic<bool>& done) {
+  const AgentParams params = MakeAgentParams(agent, seed);
+  const Scene scene = MakeExerciseScene(exercise, level);
+  LoopOptions loop;
+  loop.virtual_time = true;
+  loop.seconds = std::min(seconds > 0 ? seconds : CalcAgentTime(params, scene), kMostLoop_s);
+  loop.log = LoopLog::kNowhere;
+  loop.record = record;
+  loop.scene_file = FindExercise(exercise).file;
+  loop.stop = &done;
+  loop.make_hand = MakeAgent(params, scene, &done);
+  if (!record.empty()) CheckNewRecording(record);
+  StageBars bars;
+  return RunLoop(scene, loop, [&](const std::string& now, double f) { bars.Show(now, f); });
+}
+
+/// Of docs/practise.md: every agent at every exercise, the measures that count and the total, means over the seeds.
+void PrintAgents(const PractiseOptions& options) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / fmt::format("kerf_agents_{}", ::getpid());
+  MakeFolder(folder.string());
+  fmt::print("| exercise | agent | total | {} |\n|---|---|---|---|\n", "measures that count");
+  for (const Exercise& exercise : ListExercises()) {
+    if (!options.exercise.empty() && exercise.id != options.exercise) continue;
+    for (const std::string_view agent : AgentNames()) {
+      std::vector<ScoreSheet> sheets;
+      for (int seed = 1; seed <= options.agents; ++seed) {
+        const std::string file = (folder / fmt::format("{}_{}_{}.kerf", exercise.id, agent, seed)).string();
+        std::atomic<bool> done{false};
+        LetDo(std::string(agent), static_cast<std::uint64_t>(seed), exercise.id, options.level, 0, file, done);
+        sheets.push_back(Score(file, ""));
+        std::filesystem::remove(file);
+      }
+      const auto mean = [&](const auto& get) {
+        double sum = 0;
+        for (const ScoreSheet& sheet : sheets) sum += std::abs(get(sheet).value_or(0));
+        return sum / static_cast<double>(sheets.size());
+      };
+      const SceneExercise& e = MakeExerciseScene(exercise.id, 1).exercise;
+      std::string values =
+          fmt::format("cut_share {:.2f}", mean([](const ScoreSheet& s) { return s.Get("cut_share"); }));
+      for (const Goal& goal : GoalsOf(e.kind)) {
+        values += fmt::format(", {} {:.3g}", goal.key, mean([&](const ScoreSheet& s) { return s.Get(goal.key); }));
+      }
+      fmt::print("| {} | {} | {:.1f} | {} |\n", exercise.id, agent, mean([](const ScoreSheet& s) { return s.total; }),
+                 values);
+      std::fflush(stdout);
+    }
+  }
+  std::filesystem::remove_all(folder);
+}
+
+void RunAgent(const PractiseOptions& options) {
+  if (options.exercise.empty()) throw CLI::ValidationError("--agent", "needs --exercise ID");
+  std::atomic<bool> done{false};
+  const LoopSummary summary =
+      LetDo(options.agent, options.seed, options.exercise, options.level, options.seconds, options.record, done);
+  if (summary.recorded && !summary.recorded->failure.empty()) throw Error(summary.recorded->failure);
+  for (const std::string& warning : summary.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
+  if (!done) fmt::print(stderr, "kerf: warning: the agent had not finished after {:.1f} s\n", summary.simulated_s);
+  fmt::print("{} did {} at level {} in {:.1f} s and removed {:.2f} mm3\n", options.agent, options.exercise,
+             options.level, summary.simulated_s, summary.removed_mm3);
+}
+
+}  // namespace
+
+void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
+  command.add_flag("--list", options.list, "List the exercises");
+  command.add_flag("--history", options.history, "List the attempts that were handed in");
+  command.add_option("--student", options.student, "Name of the student");
+  command.add_option("--report", options.report, "Write the teacher's page: curves and attempts (.html)");
+  command.add_option("--hand-in", options.hand_in, "Score a recording and keep it as an attempt of --student");
+  command.add_option("--bone", options.bone_file, "With --hand-in: the bone, where it is not where it was (.vdb)");
+  command.add_option("--exercise", options.exercise, "The exercise, by its id (see --list)");
+  command.add_option("--level", options.level, "Level of the exercise, 1 (all aids) to 5 (none)")
+      ->check(CLI::Range(1, kLevels))
+      ->capture_default_str();
+  CLI::Option* agent = command.add_option(
+      "--agent", options.agent, "Let a synthetic novice, intermediate or expert do the exercise, without the clock");
+  command
+      .add_option("--agents", options.agents,
+                  "All three at every exercise, or at --exercise, with so many seeds each: a table, Markdown")
+      ->check(CLI::Range(1, 100));
+  command.add_option("--seed", options.seed, "Of the agent's errors and tremor")->needs(agent)->capture_default_str();
+  command.add_option("--seconds", options.seconds, "The agent stops after this; 0: when it has finished")
+      ->needs(agent)
+      ->check(CLI::Range(0.0, kMostLoop_s));
+  command.add_option("--record", options.record, "Record the session into this file, which must not be there yet");
+  CLI::Option* json = command.add_flag("--json", options.json, "Print as JSON");
+  command.add_flag("--csv", options.csv, "Print the history as rows")->excludes(json);
+}
+
+bool WantsPractiseHistory(const PractiseOptions& options) {
+  return options.list || options.history || !options.report.empty() || !options.hand_in.empty() ||
+         !options.agent.empty() || options.agents > 0;
+}
+
+int RunPractiseHistory(const PractiseOptions& options) {
+  if (options.list) PrintList(options.json);
+  if (options.agents > 0) PrintAgents(options);
+  if (!options.agent.empty()) RunAgent(options);
+  if (!options.hand_in.empty()) HandIn(options);
+  if (options.history) {
+    const std::vector<Attempt> attempts = History(FindHistoryFile()).List(options.student);
+    fmt::print("{}", options.json  ? FormatHistoryJson(attempts)
+                     : options.csv ? FormatHistoryCsv(attempts)
+                                   : FormatHistory(attempts));
+  }
+  if (!options.report.empty()) {
+    CheckWritable(options.report);
+    WriteTextFile(options.report, FormatTeacherPage(History(FindHistoryFile()).List(options.student)));
+  }
+  return 0;
+}
+
+}  // namespace kerf::cli

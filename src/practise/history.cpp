@@ -1,0 +1,210 @@
+#include "practise/history.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "core/hash.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "practise/exercises.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kApplication = 0x6b657266;  // "kerf"
+constexpr int kVersion = 1;
+constexpr int kBusy_ms = 5000;
+constexpr std::size_t kMostName = 200;
+constexpr std::size_t kMostRecordingBytes = std::size_t{4} << 30;
+
+struct CloseDatabase {
+  void operator()(sqlite3* db) const { sqlite3_close(db); }
+};
+struct EndStatement {
+  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+};
+using Database = std::unique_ptr<sqlite3, CloseDatabase>;
+using Statement = std::unique_ptr<sqlite3_stmt, EndStatement>;
+
+[[noreturn]] void Fail(const std::string& file, sqlite3* db, int code) {
+  switch (code & 0xff) {
+    case SQLITE_NOTADB:
+      throw Error(fmt::format("{}: is no history of kerf; move it away and a new one is begun", file));
+    case SQLITE_CORRUPT:
+      throw Error(fmt::format("{}: the history is damaged; move it away and a new one is begun", file));
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      throw Error(fmt::format("{}: another program has held the history for more than {} s", file, kBusy_ms / 1000));
+    default:
+      throw Error(fmt::format("{}: the history can't be used: {}", file,
+                              db != nullptr ? sqlite3_errmsg(db) : sqlite3_errstr(code)));
+  }
+}
+
+void Do(const std::string& file, sqlite3* db, const char* sql) {
+  const int code = sqlite3_exec(db, sql, nullptr, nullptr, nullptr);
+  if (code != SQLITE_OK) Fail(file, db, code);
+}
+
+Statement Prepare(const std::string& file, sqlite3* db, const char* sql) {
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v2(db, sql, -1, &statement, nullptr);
+  if (code != SQLITE_OK) Fail(file, db, code);
+  return Statement(statement);
+}
+
+int AskNumber(const std::string& file, sqlite3* db, const char* sql) {
+  const Statement statement = Prepare(file, db, sql);
+  const int code = sqlite3_step(statement.get());
+  if (code != SQLITE_ROW) Fail(file, db, code);
+  return sqlite3_column_int(statement.get(), 0);
+}
+
+void Bind(const Statement& statement, int place, const std::string& text) {
+  sqlite3_bind_text(statement.get(), place, text.c_str(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
+}
+
+std::string GetText(const Statement& statement, int column) {
+  const unsigned char* text = sqlite3_column_text(statement.get(), column);
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement.get(), column));
+  std::string copy(size, '\0');
+  for (std::size_t i = 0; i < size; ++i) copy[i] = static_cast<char>(text[i]);
+  return copy;
+}
+
+}  // namespace
+
+struct History::State {
+  std::string file;
+  Database db;
+};
+
+std::optional<double> Attempt::Get(const std::string& key) const {
+  const auto json = nlohmann::json::parse(measures_json, nullptr, false);
+  if (!json.is_object() || !json.contains("measures") || !json["measures"].contains(key)) return {};
+  const auto& measure = json["measures"][key];
+  if (!measure.is_object() || !measure.contains("value") || !measure["value"].is_number()) return {};
+  return measure["value"].get<double>();
+}
+
+std::string FindHistoryFile() {
+  const auto get = [](const char* name) {
+    const char* value = std::getenv(name);
+    return std::string(value == nullptr ? "" : value);
+  };
+  if (const std::string folder = get("KERF_DATA"); !folder.empty()) return folder + "/practise.db";
+  if (const std::string folder = get("XDG_DATA_HOME"); !folder.empty()) return folder + "/kerf/practise.db";
+  if (const std::string folder = get("HOME"); !folder.empty()) return folder + "/.local/share/kerf/practise.db";
+  throw Error("there is no folder for the history: set KERF_DATA to one");
+}
+
+History::History(const std::string& file) : state_(std::make_unique<State>()) {
+  state_->file = file;
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  if (!folder.empty()) MakeFolder(folder.string());
+  sqlite3* db = nullptr;
+  const int code = sqlite3_open_v2(file.c_str(), &db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, nullptr);
+  state_->db.reset(db);
+  if (code != SQLITE_OK) Fail(file, db, code);
+  sqlite3_busy_timeout(db, kBusy_ms);
+  // Two programs may begin the same history at the same time: the second finds what the first made.
+  Do(file, db, "BEGIN IMMEDIATE");
+  const int application = AskNumber(file, db, "PRAGMA application_id");
+  const int version = AskNumber(file, db, "PRAGMA user_version");
+  if (application != kApplication && AskNumber(file, db, "SELECT count(*) FROM sqlite_master") > 0) {
+    throw Error(fmt::format("{}: is a database of another program, no history of kerf", file));
+  }
+  if (version > kVersion) {
+    throw Error(fmt::format("{}: the history was written by a later kerf (version {}, this one knows {})", file,
+                            version, kVersion));
+  }
+  if (version < kVersion) {
+    Do(file, db,
+       "CREATE TABLE attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
+       "level INTEGER NOT NULL, taken TEXT NOT NULL, recording TEXT NOT NULL, hash TEXT NOT NULL, total REAL, "
+       "measures TEXT NOT NULL, UNIQUE (student, hash))");
+    Do(file, db, fmt::format("PRAGMA application_id = {}", kApplication).c_str());
+    Do(file, db, fmt::format("PRAGMA user_version = {}", kVersion).c_str());
+  }
+  Do(file, db, "COMMIT");
+  // Readers don't wait for a writer, and a program that is killed leaves what was kept before.
+  Do(file, db, "PRAGMA journal_mode = WAL");
+}
+
+History::~History() = default;
+History::History(History&&) noexcept = default;
+History& History::operator=(History&&) noexcept = default;
+
+const std::string& History::file() const {
+  return state_->file;
+}
+
+bool History::Add(const Attempt& attempt) {
+  sqlite3* db = state_->db.get();
+  const Statement statement = Prepare(state_->file, db,
+                                      "INSERT OR IGNORE INTO attempts (student, exercise, level, taken, recording, "
+                                      "hash, total, measures) VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  Bind(statement, 1, attempt.student);
+  Bind(statement, 2, attempt.exercise);
+  sqlite3_bind_int(statement.get(), 3, attempt.level);
+  Bind(statement, 4, attempt.taken);
+  Bind(statement, 5, attempt.recording);
+  Bind(statement, 6, attempt.hash);
+  if (attempt.total) sqlite3_bind_double(statement.get(), 7, *attempt.total);
+  Bind(statement, 8, attempt.measures_json);
+  const int code = sqlite3_step(statement.get());
+  if (code != SQLITE_DONE) Fail(state_->file, db, code);
+  return sqlite3_changes(db) > 0;
+}
+
+std::vector<Attempt> History::List(const std::string& student) const {
+  sqlite3* db = state_->db.get();
+  const Statement statement =
+      Prepare(state_->file, db,
+              "SELECT number, student, exercise, level, taken, recording, hash, total, measures "
+              "FROM attempts WHERE ?1 = '' OR student = ?1 ORDER BY number");
+  Bind(statement, 1, student);
+  std::vector<Attempt> attempts;
+  int code = sqlite3_step(statement.get());
+  for (; code == SQLITE_ROW; code = sqlite3_step(statement.get())) {
+    Attempt a;
+    a.number = sqlite3_column_int64(statement.get(), 0);
+    a.student = GetText(statement, 1);
+    a.exercise = GetText(statement, 2);
+    a.level = sqlite3_column_int(statement.get(), 3);
+    a.taken = GetText(statement, 4);
+    a.recording = GetText(statement, 5);
+    a.hash = GetText(statement, 6);
+    if (sqlite3_column_type(statement.get(), 7) != SQLITE_NULL) a.total = sqlite3_column_double(statement.get(), 7);
+    a.measures_json = GetText(statement, 8);
+    attempts.push_back(std::move(a));
+  }
+  if (code != SQLITE_DONE) Fail(state_->file, db, code);
+  return attempts;
+}
+
+Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student) {
+  if (student.empty()) throw Error("the student has no name");
+  if (student.size() > kMostName) throw Error(fmt::format("the student's name is longer than {} bytes", kMostName));
+  Attempt attempt;
+  attempt.student = student;
+  const Exercise* exercise = FindExerciseOf(sheet.scene);
+  attempt.exercise = exercise != nullptr ? exercise->id : sheet.scene;
+  attempt.level = sheet.level;
+  attempt.taken = sheet.created;
+  attempt.recording = std::filesystem::absolute(sheet.recording).lexically_normal().string();
+  std::uint64_t hash = 0;
+  for (const char c : ReadTextFile(sheet.recording, kMostRecordingBytes)) {
+    hash = MixHash(hash ^ static_cast<unsigned char>(c));
+  }
+  attempt.hash = fmt::format("{:016x}", hash);
+  attempt.total = sheet.total;
+  attempt.measures_json = FormatSheetJson(sheet);
+  return attempt;
+}
+
+}  // namespace kerf

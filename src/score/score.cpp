@@ -1,0 +1,150 @@
+#include "score/score.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <optional>
+
+#include "kerf/error.h"
+#include "score/cut_measures.h"
+#include "score/motion.h"
+#include "session/make_bone.h"
+#include "session/run.h"
+#include "session/run_loop.h"
+#include "session/run_tap.h"
+
+namespace kerf {
+namespace {
+
+/// A time and a way that are enough for an exercise: half of the points are left at twice as much.
+constexpr double kReady_s = 5;
+constexpr double kReady_mm = 20;
+
+using Progress = std::function<void(const std::string&, double)>;
+
+struct GoneThrough {
+  Bone before;
+  Bone after;
+  std::vector<std::string> warnings;
+};
+
+void NoteDivergence(const std::optional<Divergence>& divergence, std::vector<std::string>& warnings) {
+  if (!divergence) return;
+  warnings.push_back(fmt::format("gone through again, it comes out other than recorded from {:.3f} s on: {}",
+                                 divergence->time_s, divergence->what));
+}
+
+GoneThrough GoThroughLoop(RecordingReader& recording, const Scene& scene, const ScoreOptions& options,
+                          const Progress& progress, MotionMeter& meter) {
+  LoopOptions loop;
+  loop.virtual_time = true;
+  loop.seconds = std::clamp(recording.duration_s(), 0.01, kMostLoop_s);
+  loop.log = LoopLog::kNowhere;
+  loop.keep_bones = true;
+  loop.stop = options.stop;
+  loop.replay.recording = &recording;
+  double last_s = 0;
+  loop.take_tick = [&](const LoopSample& sample, std::span<const double>) {
+    const CoupledOutput& out = sample.report.out;
+    MotionTick tick;
+    tick.time_s = sample.time_s;
+    tick.dt_s = std::max(sample.time_s - last_s, 0.0);
+    last_s = sample.time_s;
+    tick.X_WT = out.X_WT;
+    tick.force_N = glm::length(out.f_H_W_N);
+    tick.contact = glm::length(out.f_cut_W_N) + glm::length(out.f_face_W_N) > 0 || out.engaged_teeth > 0;
+    tick.turns = std::abs(sample.report.given.rpm) >= 1;
+    tick.regions_cut = out.regions_cut;
+    meter.Take(tick);
+  };
+  LoopSummary summary = RunLoop(scene, loop, progress);
+  if (options.stop != nullptr && options.stop->load()) throw Error("the scoring was interrupted");
+  GoneThrough gone{std::move(summary.before), std::move(summary.after), {}};
+  if (summary.replayed) NoteDivergence(summary.replayed->divergence, gone.warnings);
+  return gone;
+}
+
+GoneThrough GoThroughRun(RecordingReader& recording, const Scene& scene, const Progress& progress, MotionMeter& meter) {
+  RunReplay replay(recording, 1e300, false);
+  Bone before = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
+  CheckBone(replay.head(), before);
+  RunResult result = RunPath(
+      before, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz, scene.tool.rpm,
+      [&](double f) { progress("cutting", f); }, {}, &replay);
+  double last_s = 0;
+  for (const TickRecord& record : result.ticks) {
+    MotionTick tick;
+    tick.time_s = record.time_s;
+    tick.dt_s = std::max(record.time_s - last_s, 0.0);
+    last_s = record.time_s;
+    tick.X_WT = record.X_WT;
+    tick.force_N = glm::length(record.out.f_T_W_N);
+    tick.contact = record.out.engaged_teeth > 0;
+    tick.turns = scene.tool.rpm >= 1;
+    const int id = record.out.main_region;
+    if (id > 0 && id < 256) tick.regions_cut[static_cast<std::size_t>(id) / 64] |= std::uint64_t{1} << (id % 64);
+    meter.Take(tick);
+  }
+  GoneThrough gone{std::move(before), std::move(result.bone), {}};
+  NoteDivergence(replay.MakeReport(gone.after.CalcHash()).divergence, gone.warnings);
+  return gone;
+}
+
+/// What half of the points for time and way are lost at.
+void SetHalves(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& sheet) {
+  const double way_mm = cut.length_mm + 2 * cut.depth_mm + kReady_mm;
+  const double time_s = way_mm / exercise.feed_mm_per_s + kReady_s;
+  for (MeasureRow& row : sheet.rows) {
+    const std::string_view key = row.info->key;
+    if (key == "time_total_s") row.half = 2 * time_s;
+    if (key == "path_length_mm") row.half = 2 * way_mm;
+  }
+}
+
+}  // namespace
+
+ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& options,
+                          const std::function<void(const std::string&, double)>& progress) {
+  const Progress show = [&](const std::string& stage, double fraction) {
+    if (progress) progress(stage, fraction);
+  };
+  const RecordingHead& head = recording.head();
+  if (head.kind == RecordedKind::kSlab) {
+    throw Error(fmt::format("{}: is a recording of slab mode, in which no bone is cut", recording.path()));
+  }
+  const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
+  const Scene& scene = recorded.scene;
+  const SceneExercise& exercise = scene.exercise;
+  ScoreSheet sheet = MakeSheet(exercise.given ? std::optional(exercise.kind) : std::nullopt);
+  sheet.recording = recording.path();
+  sheet.scene = head.scene_name;
+  sheet.title = scene.title;
+  sheet.created = head.created;
+  sheet.level = exercise.given ? exercise.level : 0;
+  if (const std::string damage = recording.DescribeDamage(); !damage.empty()) sheet.warnings.push_back(damage);
+
+  const Tool tool = MakeTool(scene);
+  MotionMeter meter(exercise.given ? exercise.force_limit_N : 0);
+  const GoneThrough gone = head.kind == RecordedKind::kLoop ? GoThroughLoop(recording, scene, options, show, meter)
+                                                            : GoThroughRun(recording, scene, show, meter);
+  sheet.warnings.insert(sheet.warnings.end(), gone.warnings.begin(), gone.warnings.end());
+  show("measuring", 0);
+  std::optional<WantedCut> cut;
+  std::optional<DepthGauge> gauge;
+  if (exercise.given) {
+    cut = MakeWantedCut(exercise, tool);
+    gauge.emplace(gone.before, *cut);
+    SetHalves(*cut, exercise, sheet);
+  }
+  MeasureCut(gone.before, gone.after, cut, sheet);
+  show("measuring", 0.5);
+  const RegionDistance nerve(gone.before, Tissue::kCanal);
+  meter.Finish(tool, gauge ? &*gauge : nullptr, &nerve, FindRegionsOf(gone.before, Tissue::kCanal), sheet);
+  CalcTotal(sheet);
+  show("measuring", 1);
+  return sheet;
+}
+
+}  // namespace kerf

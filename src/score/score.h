@@ -1,0 +1,25 @@
+// A recording, scored.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "record/recording.h"
+#include "scene/scene.h"
+#include "score/measures.h"
+
+namespace kerf {
+
+struct ScoreOptions {
+  std::string bone_file;                    // as OpenRecordedScene's
+  const std::atomic<bool>* stop = nullptr;  // ends it by an Error; may be null
+};
+
+/// Goes through the recording again without the clock, as `kerf replay` does, and measures what it did: the same
+/// recording gives the same sheet, wherever. `progress` gets a stage's name and 0..1; may be empty. Throws Error for a
+/// recording that can't be gone through, or of slab mode, in which nothing is cut.
+ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& options,
+                          const std::function<void(const std::string&, double)>& progress);
+
+}  // namespace kerf

@@ -1,0 +1,111 @@
+// kerf score and the windowless half of kerf practise, from outside.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+using test::ProgramResult;
+using testing::HasSubstr;
+
+constexpr char kBar[] =
+    "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 12.0\nsize_y_mm = 6.0\nsize_z_mm = 6.0\nvoxel_mm = 0.25\n"
+    "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n"
+    "[[path.stroke]]\nstart_mm = [-2.0, 0.0, 6.5]\nend_mm = [-2.0, 0.0, 4.0]\nfeed_mm_per_s = 4.0\n"
+    "disc_normal = [0.0, 1.0, 0.0]\n"
+    "[[path.stroke]]\nend_mm = [2.0, 0.0, 4.0]\nfeed_mm_per_s = 4.0\nretract = false\n[output]\npictures = false\n";
+constexpr char kGroove[] =
+    "[exercise]\nkind = \"groove\"\nstart_mm = [-2.0, 0.0, 0.0]\nend_mm = [2.0, 0.0, 0.0]\ninto = [0.0, 0.0, -1.0]\n"
+    "depth_mm = 2.0\nfeed_mm_per_s = 4.0\n";
+
+class Score : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    Write("bar.toml", kBar);
+    Write("groove.toml", std::string(kBar) + kGroove);
+  }
+  ProgramResult Practise(const std::string& arguments) const {
+    return KerfWithin("export KERF_DATA=data;", "practise " + arguments);
+  }
+};
+
+TEST_F(Score, OfAPerfectRunIsNearlyAHundred) {
+  ASSERT_EQ(Kerf("run groove.toml -o out --record a.kerf").code, 0);
+  const ProgramResult result = Kerf("score a.kerf --json -o a.html");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  const Json json = Json::parse(result.out);
+  EXPECT_EQ(json["exercise"], "groove");
+  EXPECT_GT(json["total"], 90);
+  EXPECT_LT(std::abs(json["measures"]["plane_offset_mm"]["value"].get<double>()), 0.2);
+  EXPECT_LT(json["measures"]["plane_angle_deg"]["value"], 0.4);
+  EXPECT_LT(json["measures"]["depth_error_worst_mm"]["value"], 0.2);
+  EXPECT_TRUE(Exists("a.html"));
+  // The same numbers each time, and as rows.
+  EXPECT_EQ(Kerf("score a.kerf --json").out, result.out);
+  EXPECT_THAT(Kerf("score a.kerf --csv").out, HasSubstr("\ntotal,"));
+  EXPECT_THAT(Kerf("score a.kerf").out, HasSubstr("of 100"));
+}
+
+TEST_F(Score, OfARecordingWithoutExerciseIsWhatNeedsNoPlan) {
+  ASSERT_EQ(Kerf("loop bar.toml --virtual --seconds 1.5 --record a.kerf").code, 0);
+  const ProgramResult result = Kerf("score a.kerf --json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const Json json = Json::parse(result.out);
+  EXPECT_TRUE(json["exercise"].is_null());
+  EXPECT_TRUE(json["total"].is_null());
+  EXPECT_TRUE(json["measures"]["plane_offset_mm"]["value"].is_null());
+  EXPECT_GT(json["measures"]["removed_mm3"]["value"], 0.1);
+  EXPECT_GT(json["measures"]["force_peak_N"]["value"], 0);
+  EXPECT_NEAR(json["measures"]["time_total_s"]["value"].get<double>(), 1.5, 0.002);
+}
+
+TEST_F(Score, RefusesWhatIsNoRecording) {
+  Write("a.kerf", "nothing");
+  EXPECT_EQ(Kerf("score a.kerf").code, 1);
+  EXPECT_EQ(Kerf("score none.kerf").code, 1);
+  EXPECT_EQ(Kerf("score").code, 2);
+  EXPECT_EQ(Kerf("score a.kerf --json --csv").code, 2);
+  EXPECT_THAT(Kerf("score --measures").out, HasSubstr("| `plane_offset_mm` |"));
+}
+
+TEST_F(Score, AnAgentsRecordingIsHandedInAndListed) {
+  ASSERT_EQ(Practise("--list").code, 0);
+  EXPECT_THAT(Practise("--list").out, HasSubstr("stop_before_far"));
+  EXPECT_EQ(Json::parse(Practise("--list --json").out).size(), 6U);
+  const ProgramResult did = Practise("--agent expert --exercise groove --level 3 --seconds 4 --record a.kerf");
+  ASSERT_EQ(did.code, 0) << did.err;
+  EXPECT_THAT(did.err, HasSubstr("had not finished"));
+  ASSERT_EQ(Practise("--hand-in a.kerf --student Ida").code, 0);
+  const ProgramResult again = Practise("--hand-in a.kerf --student Ida");
+  EXPECT_EQ(again.code, 0);
+  EXPECT_THAT(again.err, HasSubstr("before"));
+  const Json history = Json::parse(Practise("--history --json").out);
+  ASSERT_EQ(history.size(), 1U);
+  EXPECT_EQ(history[0]["student"], "Ida");
+  EXPECT_EQ(history[0]["exercise"], "groove");
+  EXPECT_EQ(history[0]["level"], 3);
+  const std::string csv = Practise("--history --student Ole --csv").out;
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1);
+  ASSERT_EQ(Practise("--report page.html").code, 0);
+  EXPECT_TRUE(Exists("page.html"));
+}
+
+TEST_F(Score, PractiseRefusesWhatItCanNotTake) {
+  EXPECT_EQ(Practise("--hand-in a.kerf").code, 2);
+  EXPECT_EQ(Practise("--agent expert").code, 2);
+  EXPECT_EQ(Practise("--agent master --exercise groove").code, 1);
+  EXPECT_EQ(Practise("--agent expert --exercise juggling").code, 1);
+  EXPECT_EQ(Practise("--agent expert --exercise groove --level 6").code, 2);
+  EXPECT_EQ(Practise("--hand-in none.kerf --student Ida").code, 1);
+}
+
+}  // namespace
+}  // namespace kerf

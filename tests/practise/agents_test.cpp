@@ -1,0 +1,149 @@
+// Synthetic surgeons against the scores.
+#include "practise/agents.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "files/files.h"
+#include "kerf/error.h"
+#include "small_exercise.h"
+
+namespace kerf {
+namespace {
+
+class Agents : public test::ResultFolderTest {
+ protected:
+  ScoreSheet Score(const Scene& scene, const AgentParams& params) {
+    MakeFolder(folder_);
+    return test::ScoreAgent(scene, params, fmt::format("{}/{}.kerf", folder_, number_++));
+  }
+
+ private:
+  int number_ = 0;
+};
+
+/// An agent without any error.
+AgentParams Perfect() {
+  AgentParams params;
+  params.name = "perfect";
+  params.tremor_mm = 0;
+  params.pause_s = 2;
+  params.correction_Hz = 0.8;
+  return params;
+}
+
+class Ranking : public Agents, public testing::WithParamInterface<const char*> {};
+
+TEST_P(Ranking, NoviceIntermediateAndExpertAreRankedByEachMeasureThatCounts) {
+  const Scene scene = test::MakeSmallExercise(GetParam());
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    ScoreSheet sheets[3];
+    for (std::size_t i = 0; i < 3; ++i) sheets[i] = Score(scene, MakeAgentParams(AgentNames()[i], seed));
+    for (std::size_t i = 1; i < 3; ++i) {
+      EXPECT_TRUE(sheets[i].warnings.empty());
+      EXPECT_GT(sheets[i].total.value(), sheets[i - 1].total.value()) << AgentNames()[i] << " seed " << seed;
+      for (const Goal& goal : GoalsOf(scene.exercise.kind)) {
+        const double worse = std::abs(sheets[i - 1].Get(goal.key).value());
+        const double better = std::abs(sheets[i].Get(goal.key).value());
+        // Who made no such fault at all can't be bettered.
+        EXPECT_TRUE(better < worse || (better == 0 && worse == 0))
+            << goal.key << ": " << AgentNames()[i] << " " << better << ", " << AgentNames()[i - 1] << " " << worse
+            << ", seed " << seed;
+      }
+    }
+    // The two ends differ in whatever the exercise is about.
+    EXPECT_GT(sheets[2].total.value(), 60);
+    EXPECT_LT(sheets[0].total.value(), 50);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Ranking,
+                         testing::Values("groove", "follow_line", "stop_before_far", "bicortical", "beside_canal",
+                                         "osteotomy"),
+                         [](const auto& of) { return std::string(of.param); });
+
+TEST_F(Agents, TheTotalFallsWithEachErrorThatIsInjected) {
+  struct Injected {
+    const char* what;
+    std::function<void(AgentParams&, double)> set;
+    std::vector<double> values;
+  };
+  const std::vector<Injected> all{
+      {"offset", [](AgentParams& p, double x) { p.offset_mm = x; }, {0.4, 1.2}},
+      {"offset to the other side", [](AgentParams& p, double x) { p.offset_mm = -x; }, {0.4, 1.2}},
+      {"roll", [](AgentParams& p, double x) { p.roll_deg = x; }, {3, 8}},
+      {"yaw", [](AgentParams& p, double x) { p.yaw_deg = x; }, {3, 8}},
+      {"depth", [](AgentParams& p, double x) { p.deeper_mm = x; }, {0.7, 1.4}},
+      {"tremor", [](AgentParams& p, double x) { p.tremor_mm = x; }, {0.1, 0.4}},
+      {"pauses", [](AgentParams& p, double x) { p.pause_s = x; }, {5, 12}},
+  };
+  // In soft bone the tool is where the hand wants it: what is off was injected.
+  Scene scene = test::MakeSmallExercise("groove");
+  scene.bone.block.layers = {{9, 32}};
+  const double perfect = Score(scene, Perfect()).total.value();
+  EXPECT_GT(perfect, 85);
+  for (const Injected& injected : all) {
+    double last = perfect;
+    for (const double value : injected.values) {
+      AgentParams params = Perfect();
+      injected.set(params, value);
+      const double total = Score(scene, params).total.value();
+      EXPECT_LT(total, last) << injected.what << " " << value;
+      last = total;
+    }
+  }
+}
+
+TEST_F(Agents, TheTotalFallsWithReactionAndForceAtBreakthrough) {
+  const Scene scene = test::MakeSmallExercise("bicortical");
+  double last_plunge = -1;
+  double last = 101;
+  for (const double delay_s : {0.05, 0.3, 0.6}) {
+    AgentParams params = Perfect();
+    params.lookahead_mm = 0;
+    params.delay_s = delay_s;
+    const ScoreSheet sheet = Score(scene, params);
+    EXPECT_GT(sheet.Get("plunge_max_mm").value(), last_plunge) << delay_s;
+    EXPECT_LT(sheet.total.value(), last) << delay_s;
+    last_plunge = sheet.Get("plunge_max_mm").value();
+    last = sheet.total.value();
+  }
+  // Whoever slows down before the far side plunges less.
+  AgentParams careful = Perfect();
+  careful.delay_s = 0.6;
+  careful.lookahead_mm = 3;
+  EXPECT_LT(Score(scene, careful).Get("plunge_max_mm").value(), last_plunge);
+}
+
+TEST_F(Agents, TheSameAgentScoresTheSameTwice) {
+  const Scene scene = test::MakeSmallExercise("groove");
+  const AgentParams params = MakeAgentParams("novice", 4);
+  ScoreSheet a = Score(scene, params);
+  ScoreSheet b = Score(scene, params);
+  a.recording = b.recording = "";
+  a.created = b.created = "";
+  EXPECT_EQ(FormatSheetJson(a), FormatSheetJson(b));
+  AgentParams other = params;
+  other.seed = 5;
+  EXPECT_NE(Score(scene, other).Get("jitter_mm"), b.Get("jitter_mm"));
+}
+
+TEST(AgentParams, AreRefusedOutOfRange) {
+  EXPECT_THROW(MakeAgentParams("master", 1), Error);
+  const Scene scene = test::MakeSmallExercise("groove");
+  AgentParams params;
+  params.tremor_mm = -1;
+  EXPECT_THROW(MakeAgent(params, scene), Error);
+  params = {};
+  params.delay_s = NAN;
+  EXPECT_THROW(MakeAgent(params, scene), Error);
+  Scene none = scene;
+  none.exercise.given = false;
+  EXPECT_THROW(MakeAgent({}, none), Error);
+}
+
+}  // namespace
+}  // namespace kerf
