@@ -69,7 +69,12 @@ vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& co
   mapper->SetScalarVisibility(by_point ? 1 : 0);
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);
-  actor->ForceOpaqueOn();
+  // What can be seen through comes after all that stands behind it.
+  if (opacity < 1) {
+    actor->ForceTranslucentOn();
+  } else {
+    actor->ForceOpaqueOn();
+  }
   vtkProperty& property = *actor->GetProperty();
   SetColour(property, colour);
   property.SetOpacity(opacity);

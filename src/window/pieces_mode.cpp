@@ -404,17 +404,21 @@ void PiecesMode::Fill(HudState& hud) {
     row.detail = fmt::format("{:.2f} cm3", 1e-3 * pieces_->piece(i).volume_mm3);
     const double moved_mm = glm::length(pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P);
     const double turned_deg = CalcTurn(state.X_WP);
+    std::string words = fmt::format("{}: {}", row.name, row.detail);
     if (moved_mm > 0.005 || turned_deg > 0.05) {
-      row.detail += fmt::format(", moved {:.1f} mm {:.1f}°", moved_mm, turned_deg);
+      words += fmt::format(", moved {:.1f} mm, turned {:.1f}°", moved_mm, turned_deg);
     }
-    if (contacts_ && contacts_->piece != i) {
+    if (contacts_) {
       for (const PieceContact& contact : contacts_->with) {
-        if (contact.other != i) continue;
-        row.detail += contact.overlap_mm3 > 0 ? fmt::format(", overlap {:.1f} mm3", contact.overlap_mm3)
-                      : contact.gap           ? fmt::format(", gap {:.2f} mm", contact.gap->gap_mm)
-                                              : std::string();
+        if (contacts_->piece != i && contact.other != i) continue;
+        const std::string lies = contact.overlap_mm3 > 0 ? fmt::format("overlap {:.1f} mm3", contact.overlap_mm3)
+                                 : contact.gap           ? fmt::format("gap {:.2f} mm", contact.gap->gap_mm)
+                                                         : std::string("apart");
+        if (contact.other == i) row.detail = lies;
+        if (contacts_->piece == i) words += fmt::format(", {} with {}", lies, pieces_->piece(contact.other).name);
       }
     }
+    if (i == selected_ && hud.status.message.empty()) hud.status.message = words;
     row.colour = ColourOf(i);
     row.selected = i == selected_;
     row.hidden = state.hidden;

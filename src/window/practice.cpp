@@ -111,7 +111,8 @@ void Practice::Began() {
   ShowGoal();
   // From the side and a little from above, the line across the picture; straight cuts are for the blade's plane.
   const WantedCut& cut = gauge_->cut();
-  theatre_->view().camera().Look(cut.across_W - 0.45 * cut.into_W - 0.25 * cut.along_W, -cut.into_W);
+  const Vec3 side_W = glm::cross(cut.along_W, -cut.into_W);  // the line goes to the right
+  theatre_->view().camera().Look(side_W - 0.45 * cut.into_W, -cut.into_W);
   theatre_->view().FitAll();
   theatre_->controls().set_in_blade_plane(true);
   theatre_->Say(exercise_->goal + "  Space: saw, Enter: finished");
