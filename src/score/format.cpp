@@ -41,6 +41,16 @@ std::string Escape(const std::string& text) {
   return escaped;
 }
 
+/// A bar would end the cell of a table.
+std::string ForTable(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (c == '|') escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
 std::string DescribeExercise(const ScoreSheet& sheet) {
   if (!sheet.kind) return "no exercise: what needs no plan is measured";
   return fmt::format("{}, level {}", kExerciseKindWords[static_cast<std::size_t>(*sheet.kind)], sheet.level);
@@ -130,7 +140,7 @@ std::string FormatSheetHtml(const ScoreSheet& sheet) {
 std::string FormatMeasuresMarkdown() {
   std::string text = "| key | measure | unit | formula | evidence |\n|---|---|---|---|---|\n";
   for (const MeasureInfo& info : Measures()) {
-    text += fmt::format("| `{}` | {} | {} | {} | {} |\n", info.key, info.name, info.unit, info.formula,
+    text += fmt::format("| `{}` | {} | {} | {} | {} |\n", info.key, info.name, info.unit, ForTable(info.formula),
                         info.scored() ? info.evidence : "information only");
   }
   return text;

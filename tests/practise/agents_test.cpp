@@ -78,7 +78,7 @@ TEST_F(Agents, TheTotalFallsWithEachErrorThatIsInjected) {
       {"yaw", [](AgentParams& p, double x) { p.yaw_deg = x; }, {3, 8}},
       {"depth", [](AgentParams& p, double x) { p.deeper_mm = x; }, {0.7, 1.4}},
       {"tremor", [](AgentParams& p, double x) { p.tremor_mm = x; }, {0.1, 0.4}},
-      {"pauses", [](AgentParams& p, double x) { p.pause_s = x; }, {5, 12}},
+      {"pauses", [](AgentParams& p, double x) { p.pause_s = x; }, {4, 8}},
   };
   // In soft bone the tool is where the hand wants it: what is off was injected.
   Scene scene = test::MakeSmallExercise("groove");

@@ -27,7 +27,7 @@ inline Scene MakeSmallExercise(std::string_view id) {
   e.into = {0, 0, -1};
   e.depth_mm = 2;
   e.feed_mm_per_s = 4;
-  scene.loop.rate_hz = 500;
+  scene.loop.rate_hz = 250;  // a quarter of the usual ticks
   scene.tool.diameter_mm = 14;
   scene.tool.thickness_mm = 0.5;
   switch (e.kind) {
