@@ -111,10 +111,10 @@ std::string FormatTransformFile(const Pose& X_WP) {
   const Pose X_PW{glm::conjugate(X_WP.R_AB), X_WP.InversePoint(Vec3(0))};
   const std::array<double, 16> m = MakeMatrix(X_PW);
   std::string parameters;
-  for (const int row : {0, 1, 2}) {
-    for (const int column : {0, 1, 2}) parameters += fmt::format(" {}", m[static_cast<std::size_t>(4 * row + column)]);
+  for (const std::size_t row : {0u, 1u, 2u}) {
+    for (const std::size_t column : {0u, 1u, 2u}) parameters += fmt::format(" {}", m[4 * row + column]);
   }
-  for (const int row : {0, 1, 2}) parameters += fmt::format(" {}", m[static_cast<std::size_t>(4 * row + 3)]);
+  for (const std::size_t row : {0u, 1u, 2u}) parameters += fmt::format(" {}", m[4 * row + 3]);
   return fmt::format(
       "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters:{}\n"
       "FixedParameters: 0 0 0\n",
