@@ -7,6 +7,7 @@
 #include "files/files.h"
 #include "files/markups.h"
 #include "kerf/error.h"
+#include "mesh/decimate.h"
 #include "mesh/meshfile.h"
 #include "takeaway/contacts.h"
 
@@ -73,7 +74,8 @@ void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const 
     if (piece.mesh.triangles.empty()) continue;
     const std::string name = MakeFileName(piece.name, names);
     const std::string file = fmt::format("{}.{}", name, extension);
-    folder.Mesh(file, Moved(piece.mesh, state.X_WP));
+    const TriangleMesh mesh = options.triangles > 0 ? Decimate(piece.mesh, options.triangles) : piece.mesh;
+    folder.Mesh(file, Moved(mesh, state.X_WP));
     const Vec3 centre = set.CalcCentroid(i);
     Json entry{{"name", piece.name},
                {"file", file},
@@ -84,7 +86,7 @@ void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const 
     if (!(state.X_WP.p_AB == Vec3(0) && std::abs(state.X_WP.R_AB.w) == 1)) {
       entry["origin_file"] = fmt::format("{}_origin.{}", name, extension);
       entry["transform_file"] = name + ".tfm";
-      folder.Mesh(fmt::format("{}_origin.{}", name, extension), piece.mesh);
+      folder.Mesh(fmt::format("{}_origin.{}", name, extension), mesh);
       folder.Text(name + ".tfm", FormatTransformFile(state.X_WP));
     }
     list.push_back(entry);
