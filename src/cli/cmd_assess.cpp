@@ -42,6 +42,7 @@ struct Options {
   std::optional<double> blade_mm;
   double reach_mm = 5;
   double smallest_mm3 = 1;
+  std::size_t triangles = 0;
   bool obj = false;
   bool no_pictures = false;
   bool json = false;
@@ -225,7 +226,7 @@ void Run(const Options& options) {
       bars.Show("drawing", 0);
       taken.pictures = DrawAssessment(subject.title, assessment, *pieces, subject.of_patient);
     }
-    WriteTakeAway(taken, options.folder, {.obj = options.obj},
+    WriteTakeAway(taken, options.folder, {.obj = options.obj, .triangles = options.triangles},
                   [&](double fraction) { bars.Show("writing", fraction); });
   }
   if (options.json) {
@@ -263,6 +264,10 @@ void AddAssessCommand(CLI::App& app) {
   command->add_option("--smallest-piece", options->smallest_mm3, "Smaller ones are left out, mm3")
       ->capture_default_str()
       ->check(NumberWithin(0, 1e6, "mm3"));
+  command
+      ->add_option("--triangles", options->triangles,
+                   "Each piece's file with at most so many triangles, 4 to 1e9; else with all")
+      ->check(CLI::Range(std::size_t{4}, std::size_t{1'000'000'000}).description(""));
   command->add_flag("--obj", options->obj, "Pieces as OBJ instead of STL");
   command->add_flag("--no-pictures", options->no_pictures, "Draw nothing");
   command->add_flag("--json", options->json, "Print the figures as JSON");

@@ -101,7 +101,9 @@ class Lattice {
 
  private:
   static constexpr std::size_t Place(int x, int y, int z) {
-    return static_cast<std::size_t>((x * (N + 1) + y) * (N + 1) + z);
+    constexpr std::size_t kEdge = N + 1;
+    const auto at = [](int i) { return static_cast<std::size_t>(i); };
+    return (at(x) * kEdge + at(y)) * kEdge + at(z);
   }
   template <typename T>
   static std::array<T, 8> Corners(const std::array<T, (N + 1) * (N + 1) * (N + 1)>& v, int x, int y, int z) {

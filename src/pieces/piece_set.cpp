@@ -157,7 +157,8 @@ std::vector<int> PieceSet::Recut(int i, const Bone& now, double min_mm3) {
   std::vector<Bone> parts = SplitPieces(now, min_mm3).pieces;
   std::vector<int> indices{i};
   State::Part& first = s.parts[static_cast<std::size_t>(i)];
-  s.Fill(first.piece, parts.empty() ? now : std::move(parts.front()));
+  Bone rest = parts.empty() ? now : Bone(std::move(parts.front()));
+  s.Fill(first.piece, std::move(rest));
   first.tree.reset();
   for (std::size_t k = 1; k < parts.size(); ++k) {
     indices.push_back(s.Add(std::move(parts[k]), ""));

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <set>
 
 #include "bone/cell_block.h"
@@ -72,7 +71,7 @@ Loss FindLoss(const Bone& before, const Bone& after, const std::optional<Box3>& 
     }
     a.Load(old_values, origin);
     b.Load(new_values, origin);
-    if (std::memcmp(a.data(), b.data(), sizeof(float) * CellBlock::kCount) == 0) continue;
+    if (std::equal(a.data(), a.data() + CellBlock::kCount, b.data())) continue;
     for (int x = 0; x < kLeaf; ++x) {
       for (int y = 0; y < kLeaf; ++y) {
         for (int z = 0; z < kLeaf; ++z) {

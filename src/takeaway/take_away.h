@@ -58,8 +58,9 @@ struct TakeAway {
 };
 
 struct TakeAwayOptions {
-  bool obj = false;          // pieces as OBJ, else as STL
-  double gap_limit_mm = 50;  // gaps beyond are not looked for
+  bool obj = false;           // pieces as OBJ, else as STL
+  double gap_limit_mm = 50;   // gaps beyond are not looked for
+  std::size_t triangles = 0;  // of a piece's file, at most (4 or more; Decimate()); 0: all
 };
 
 /// Writes into the folder, made when missing, each file through a temporary; files of the same names are replaced:

@@ -7,6 +7,7 @@
 #include "files/files.h"
 #include "files/markups.h"
 #include "kerf/error.h"
+#include "mesh/decimate.h"
 #include "mesh/meshfile.h"
 #include "takeaway/contacts.h"
 
@@ -73,7 +74,8 @@ void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const 
     if (piece.mesh.triangles.empty()) continue;
     const std::string name = MakeFileName(piece.name, names);
     const std::string file = fmt::format("{}.{}", name, extension);
-    folder.Mesh(file, Moved(piece.mesh, state.X_WP));
+    const TriangleMesh mesh = options.triangles > 0 ? Decimate(piece.mesh, options.triangles) : piece.mesh;
+    folder.Mesh(file, Moved(mesh, state.X_WP));
     const Vec3 centre = set.CalcCentroid(i);
     Json entry{{"name", piece.name},
                {"file", file},
@@ -84,7 +86,7 @@ void WritePieces(const PieceSet& set, const takeaway::Prepared& prepared, const 
     if (!(state.X_WP.p_AB == Vec3(0) && std::abs(state.X_WP.R_AB.w) == 1)) {
       entry["origin_file"] = fmt::format("{}_origin.{}", name, extension);
       entry["transform_file"] = name + ".tfm";
-      folder.Mesh(fmt::format("{}_origin.{}", name, extension), piece.mesh);
+      folder.Mesh(fmt::format("{}_origin.{}", name, extension), mesh);
       folder.Text(name + ".tfm", FormatTransformFile(state.X_WP));
     }
     list.push_back(entry);
@@ -111,10 +113,10 @@ std::string FormatTransformFile(const Pose& X_WP) {
   const Pose X_PW{glm::conjugate(X_WP.R_AB), X_WP.InversePoint(Vec3(0))};
   const std::array<double, 16> m = MakeMatrix(X_PW);
   std::string parameters;
-  for (const int row : {0, 1, 2}) {
-    for (const int column : {0, 1, 2}) parameters += fmt::format(" {}", m[static_cast<std::size_t>(4 * row + column)]);
+  for (const std::size_t row : {0u, 1u, 2u}) {
+    for (const std::size_t column : {0u, 1u, 2u}) parameters += fmt::format(" {}", m[4 * row + column]);
   }
-  for (const int row : {0, 1, 2}) parameters += fmt::format(" {}", m[static_cast<std::size_t>(4 * row + 3)]);
+  for (const std::size_t row : {0u, 1u, 2u}) parameters += fmt::format(" {}", m[4 * row + 3]);
   return fmt::format(
       "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters:{}\n"
       "FixedParameters: 0 0 0\n",

@@ -127,6 +127,17 @@ TEST(TakeAway, WritesObjAndNothingThatIsNotThere) {
   EXPECT_THAT(WriteTakeAway(nothing, folder.file("none")), UnorderedElementsAre("measures.csv", "report.html"));
 }
 
+TEST(TakeAway, WritesFewerTriangles) {
+  const Session session;
+  const Folder folder;
+  TakeAway taken;
+  taken.pieces = &session.pieces;
+  WriteTakeAway(taken, folder.file("out"), {.triangles = 200});
+  const TriangleMesh ball = ReadMesh(folder.file("out/right_origin.stl"));
+  EXPECT_LE(ball.triangles.size(), 200u);
+  EXPECT_NEAR(CalcEnclosedVolume(ball), session.pieces.piece(1).volume_mm3, 0.05 * 33);
+}
+
 TEST(TakeAway, TransformFileIsTheInverseInLps) {
   const Pose X{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), {4, 5, 6}};
   std::istringstream text(FormatTransformFile(X));
