@@ -353,8 +353,12 @@ void Viewport::FitAll() {
     if (piece.hidden || piece.mesh_W == nullptr) continue;
     for (const Vec3& p : piece.mesh_W->points) points.push_back(piece.X_WP.Point(p));
   }
-  if (points.empty()) points = {s.bounds_W.lower, s.bounds_W.upper};
   if (s.bounds_W.empty()) return;
+  for (int i = 0; i < 8 && (i > 0 || points.empty()); ++i) {
+    points.emplace_back((i & 1) != 0 ? s.bounds_W.upper.x : s.bounds_W.lower.x,
+                        (i & 2) != 0 ? s.bounds_W.upper.y : s.bounds_W.lower.y,
+                        (i & 4) != 0 ? s.bounds_W.upper.z : s.bounds_W.lower.z);
+  }
   s.Place();
   // Fitted into a window of the free part's size, then moved to where that is.
   const FlatBox& free = s.layout.scene;
