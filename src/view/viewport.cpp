@@ -207,9 +207,8 @@ Viewport::~Viewport() {
 }
 
 void Viewport::Resize(int width, int height, double scale) {
-  if (width < 1 || height < 1 || !(scale >= 1 && scale <= 4)) {
-    throw Error("the window's picture needs at least a pixel, and a scale of 1 to 4");
-  }
+  if (!(scale >= 1 && scale <= 4)) throw Error("the display's scale is to be 1 to 4");
+  if (width < 1 || height < 1) return;  // minimised
   State& s = *state_;
   s.camera.SetSize(width, height);
   s.scale = scale;
