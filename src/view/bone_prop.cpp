@@ -374,7 +374,9 @@ int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
   for (const auto& [index, chunk] : in_view) {
     const Uploaded* uploaded = s.Choose(*chunk, step);
     if (uploaded == nullptr) continue;
-    const GLsizei corners = uploaded->corners + (skirted.count(index) != 0 ? uploaded->skirt : 0);
+    // Where bone is glass, what is drawn twice is seen more than a narrow gap.
+    const bool skirt = !s.translucent && skirted.count(index) != 0;
+    const GLsizei corners = uploaded->corners + (skirt ? uploaded->skirt : 0);
     if (corners > 0) seen.push_back(ToDraw{-glm::dot(chunk->box.centre(), toward_eye_W), uploaded, corners});
   }
   std::sort(seen.begin(), seen.end());

@@ -35,8 +35,9 @@ class SurfaceWorker {
   bool has_hu() const;
   /// Any thread.
   void Offer(const LeafMessage& leaf);
-  /// Finished chunks, oldest first, at most so many; the newest of each only. Any thread.
-  std::vector<ChunkMesh> Fetch(std::size_t at_most = 64);
+  /// Finished chunks, oldest first, at most so many (an upload takes about 10 us); the newest of each only. Any
+  /// thread.
+  std::vector<ChunkMesh> Fetch(std::size_t at_most = 1024);
   SurfaceCounts counts() const;
   /// The finest step that uncut chunks are meshed at, of BoneChunks::kSteps; 1 from the start. What was cut is at 1
   /// always.

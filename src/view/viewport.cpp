@@ -207,9 +207,8 @@ Viewport::~Viewport() {
 }
 
 void Viewport::Resize(int width, int height, double scale) {
-  if (width < 1 || height < 1 || !(scale >= 1 && scale <= 4)) {
-    throw Error("the window's picture needs at least a pixel, and a scale of 1 to 4");
-  }
+  if (!(scale >= 1 && scale <= 4)) throw Error("the display's scale is to be 1 to 4");
+  if (width < 1 || height < 1) return;  // minimised
   State& s = *state_;
   s.camera.SetSize(width, height);
   s.scale = scale;
@@ -353,8 +352,12 @@ void Viewport::FitAll() {
     if (piece.hidden || piece.mesh_W == nullptr) continue;
     for (const Vec3& p : piece.mesh_W->points) points.push_back(piece.X_WP.Point(p));
   }
-  if (points.empty()) points = {s.bounds_W.lower, s.bounds_W.upper};
   if (s.bounds_W.empty()) return;
+  for (int i = 0; i < 8 && (i > 0 || points.empty()); ++i) {
+    points.emplace_back((i & 1) != 0 ? s.bounds_W.upper.x : s.bounds_W.lower.x,
+                        (i & 2) != 0 ? s.bounds_W.upper.y : s.bounds_W.lower.y,
+                        (i & 4) != 0 ? s.bounds_W.upper.z : s.bounds_W.lower.z);
+  }
   s.Place();
   // Fitted into a window of the free part's size, then moved to where that is.
   const FlatBox& free = s.layout.scene;

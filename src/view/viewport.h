@@ -96,7 +96,8 @@ class Viewport {
   Viewport(const Viewport&) = delete;
   Viewport& operator=(const Viewport&) = delete;
 
-  /// In framebuffer pixels; `scale`: of words and lines, 1 to 4, 2 on a display of twice the density.
+  /// In framebuffer pixels; of none, as of a minimised window, nothing changes. `scale`: of words and lines, 1 to 4, 2
+  /// on a display of twice the density. Throws Error for another scale.
   void Resize(int width, int height, double scale);
   int width() const;
   int height() const;

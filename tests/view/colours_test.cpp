@@ -90,7 +90,7 @@ TEST(Colours, WordsStandOutFromTheirGround) {
 }
 
 TEST(Palette, PlainBoneShowsTissueOnlyWhereItWasCut) {
-  const MaterialTable table = DefaultMandibleTable();
+  const MaterialTable& table = DefaultMandibleTable();
   const BonePalette plain = MakePalette(table, ColourBy::kPlain);
   const auto rgb = [](const std::array<std::uint8_t, 4>& c) { return Rgb8{c[0], c[1], c[2]}; };
   EXPECT_EQ(rgb(plain[24]), kBoneColour);
@@ -104,7 +104,7 @@ TEST(Palette, PlainBoneShowsTissueOnlyWhereItWasCut) {
 }
 
 TEST(Palette, TheLegendNamesWhatIsSeen) {
-  const MaterialTable table = DefaultMandibleTable();
+  const MaterialTable& table = DefaultMandibleTable();
   PaletteCounts counts{};
   counts[24] = 5000;
   EXPECT_TRUE(MakeLegend(table, ColourBy::kPlain, counts).empty());

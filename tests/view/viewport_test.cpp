@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "bone/ct_modulus.h"
+#include "kerf/error.h"
 #include "kerf/simulation.h"
 #include "render/offscreen.h"
 #include "support/chunks.h"
@@ -250,6 +251,9 @@ TEST_F(OnePlate, PiecesArePickedWhereTheyAreDrawn) {
 TEST_F(OnePlate, ThePictureDoesNotChangeWhenNothingDoes) {
   const Image once = Draw();
   EXPECT_EQ(Compare(Draw(), once).count, 0);
+  view.Resize(0, 0, 1);  // minimised
+  EXPECT_EQ(Compare(Draw(), once).count, 0);
+  EXPECT_THROW(view.Resize(800, 500, 0.5), Error);
   view.Resize(800, 500, 1);
   EXPECT_EQ(Draw().width, 800);
   view.Resize(kWidth, kHeight, 1);
