@@ -162,6 +162,12 @@ void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad) {
   s.ShowTool();
 }
 
+void SceneActors::SetToolColour(const Rgb8& colour) {
+  for (auto* actor : {&state_->toothed, &state_->turning}) {
+    if (*actor != nullptr) (*actor)->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+  }
+}
+
 void SceneActors::SetGhost(const std::optional<Pose>& X_WH) {
   State& s = *state_;
   if (s.ghost == nullptr) return;

@@ -26,6 +26,7 @@ class SceneActors {
   void SetTool(const Tool& tool);
   void ClearTool();
   void SetToolPose(const Pose& X_WT, double rpm, double angle_rad);
+  void SetToolColour(const Rgb8& colour);
   void SetGhost(const std::optional<Pose>& X_WH);
   /// `mm_per_point`: at the arrow; it is as thick at every zoom.
   void SetForce(const std::optional<ForceArrow>& force, double mm_per_point);

@@ -293,6 +293,9 @@ void Viewport::SetTool(const Tool& tool) {
 void Viewport::ClearTool() {
   state_->actors.ClearTool();
 }
+void Viewport::SetToolColour(const Rgb8& colour) {
+  state_->actors.SetToolColour(colour);
+}
 void Viewport::SetToolPose(const Pose& X_WT, double rpm, double angle_rad) {
   state_->actors.SetToolPose(X_WT, rpm, angle_rad);
 }

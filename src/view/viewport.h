@@ -122,6 +122,8 @@ class Viewport {
   void ClearTool();
   /// `angle_rad`: how far it has turned; teeth are drawn one by one below a speed at which they could be seen.
   void SetToolPose(const Pose& X_WT, double rpm, double angle_rad);
+  /// Of the tool that is there now: steel until it is told so.
+  void SetToolColour(const Rgb8& colour);
   /// The handle's own place where it leads the tool; none: not shown.
   void SetGhost(const std::optional<Pose>& X_WH);
   void SetForce(const std::optional<ForceArrow>& force);

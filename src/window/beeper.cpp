@@ -39,9 +39,9 @@ struct Beeper::State {
 
   void Play() {
     std::array<std::int16_t, kBlock> block{};
-    double phase = 0;      // of the tone, cycles
-    double beat = 0;       // of the beeps, likewise
-    double loudness = 0;   // follows in a few ms: no clicks
+    double phase = 0;     // of the tone, cycles
+    double beat = 0;      // of the beeps, likewise
+    double loudness = 0;  // follows in a few ms: no clicks
     double pitch_Hz = 880;
     while (!stop.load()) {
       const double now_mm = to_goal_mm.load();
@@ -68,8 +68,8 @@ Beeper::Beeper() : state_(std::make_unique<State>()) {
     return;
   }
   constexpr unsigned kLatency_us = 50'000;
-  if (snd_pcm_set_params(state_->out, SND_PCM_FORMAT_S16, SND_PCM_ACCESS_RW_INTERLEAVED, 1, kRate_Hz, 1,
-                         kLatency_us) != 0) {
+  if (snd_pcm_set_params(state_->out, SND_PCM_FORMAT_S16, SND_PCM_ACCESS_RW_INTERLEAVED, 1, kRate_Hz, 1, kLatency_us) !=
+      0) {
     snd_pcm_close(state_->out);
     state_->out = nullptr;
     return;

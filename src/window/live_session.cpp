@@ -1,7 +1,6 @@
 #include "window/live_session.h"
 
 #include <algorithm>
-#include <cmath>
 #include <exception>
 #include <utility>
 
@@ -94,7 +93,6 @@ void LiveSession::TakeTick(const LoopSample& sample, std::span<const double> cha
   figures_.missed += static_cast<std::uint64_t>(sample.skipped);
   figures_.status = out.status;
   figures_.channels.assign(channels.begin(), channels.end());
-  lateness_.Add(std::llround(1e3 * static_cast<double>(sample.late_us)));
 
   places_.push_back({sample.time_s, out.X_WT.p_AB});
   while (places_.size() > 2 && sample.time_s - places_.front().time_s > kFeedOver_s) places_.pop_front();
@@ -161,11 +159,6 @@ void LiveSession::SetSpindle(double rpm) {
 std::future<Bone> LiveSession::AskBone() {
   const std::lock_guard lock(mutex_);
   return bones_asked_.emplace_back().get_future();
-}
-
-double LiveSession::CalcLateness_us(double share) const {
-  const std::lock_guard lock(mutex_);
-  return lateness_.CalcPercentile_us(share);
 }
 
 LoopSummary LiveSession::TakeSummary() {

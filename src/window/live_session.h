@@ -14,7 +14,6 @@
 #include <thread>
 #include <vector>
 
-#include "core/log_histogram.h"
 #include "session/run_loop.h"
 #include "window/mouse_hand.h"
 
@@ -86,8 +85,6 @@ class LiveSession final : private LoopPeer {
   /// A copy of the bone as it is now.
   std::future<Bone> AskBone();
   const Scene& scene() const { return scene_; }
-  /// Lateness of ticks so far, as the loop measured it.
-  double CalcLateness_us(double share) const;
 
   /// The loop ends; stage() says when it has.
   void Stop() { stop_.store(true); }
@@ -127,7 +124,6 @@ class LiveSession final : private LoopPeer {
   std::deque<LoopAction> asked_;
   std::vector<Answer> answers_;
   std::vector<std::promise<Bone>> bones_asked_;
-  LogHistogram lateness_;
 
   std::thread thread_;
 };

@@ -26,10 +26,24 @@ bool IsReady(const std::future<T>& future) {
 }
 
 HudLevel LevelOf(double to_goal_mm) {
-  return to_goal_mm < -kStop_mm   ? HudLevel::kBad
-         : to_goal_mm < kStop_mm  ? HudLevel::kGood
+  return to_goal_mm < -kStop_mm  ? HudLevel::kBad
+         : to_goal_mm < kStop_mm ? HudLevel::kGood
          : to_goal_mm < kSlow_mm ? HudLevel::kWarn
-                                  : HudLevel::kPlain;
+                                 : HudLevel::kPlain;
+}
+
+/// Of the blade. Told apart by people who confuse red and green too.
+Rgb8 ColourOf(HudLevel level) {
+  switch (level) {
+    case HudLevel::kGood:
+      return {0, 158, 115};
+    case HudLevel::kWarn:
+      return {230, 159, 0};
+    case HudLevel::kBad:
+      return {170, 40, 60};
+    default:
+      return kSteelColour;
+  }
 }
 
 }  // namespace
@@ -60,17 +74,16 @@ void Practice::Choose() {
   state_ = State::kChoosing;
   std::vector<MenuItem> items;
   for (const Exercise& exercise : ListExercises()) {
-    items.push_back({.name = exercise.title,
-                     .detail = exercise.goal,
-                     .enabled = true,
-                     .choose = [this, &exercise] { ChooseLevel(exercise); }});
+    items.push_back({.name = exercise.title, .detail = exercise.goal, .enabled = true, .choose = [this, &exercise] {
+                       ChooseLevel(exercise);
+                     }});
   }
   menu_.emplace("Exercises, easy to hard", std::move(items), "Up, Down: choose   Enter: do   Ctrl+Q: end");
 }
 
 void Practice::ChooseLevel(const Exercise& exercise) {
-  static constexpr std::array<const char*, kLevels> kAids{
-      "all aids", "no depth stop", "no stop, no tone", "the gauge alone", "no aids"};
+  static constexpr std::array<const char*, kLevels> kAids{"all aids", "no depth stop", "no stop, no tone",
+                                                          "the gauge alone", "no aids"};
   std::vector<MenuItem> items;
   for (int level = 1; level <= kLevels; ++level) {
     items.push_back({.name = fmt::format("Level {}", level),
@@ -86,8 +99,7 @@ void Practice::Start(const std::string& id, int level) {
   scene_ = MakeExerciseScene(id, level);
   if (scene_.exercise.depth_stop) {
     const WantedCut cut = MakeWantedCut(scene_.exercise, MakeTool(scene_));
-    const DepthStop stop{
-        .name = "goal", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm};
+    const DepthStop stop{.name = "goal", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm};
     scene_.effects.push_back(MakeGuide(nullptr, &stop));
   }
   options_.level = level;
@@ -105,8 +117,8 @@ void Practice::Start(const std::string& id, int level) {
 void Practice::Began() {
   const std::shared_ptr<const Bone> bone = theatre_->bone_at_start();
   gauge_ = std::make_unique<DepthGauge>(*bone, MakeWantedCut(scene_.exercise, MakeTool(scene_)));
-  making_nerve_ = std::async(std::launch::async,
-                             [bone] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
+  making_nerve_ =
+      std::async(std::launch::async, [bone] { return std::make_unique<RegionDistance>(*bone, Tissue::kCanal); });
   if (scene_.exercise.sound) beeper_ = std::make_unique<Beeper>();
   ShowGoal();
   // From the side and a little from above, the line across the picture; straight cuts are for the blade's plane.
@@ -200,8 +212,9 @@ bool Practice::Take(const WindowEvent& event) {
   using Kind = WindowEvent::Kind;
   if (menu_) {
     if (event.control) return false;
-    const Menu::State state =
-        menu_->Take(event, [this](double x, double y) { return theatre_->view().PickMenuRow({x, y}); });
+    const Menu::State state = menu_->Take(event, [this](double x, double y) {
+      return theatre_->view().PickMenuRow({x, y});
+    });
     if (state == Menu::State::kOpen) return event.kind != Kind::kKeyUp && event.key != Key::kF12;
     const Menu done = *std::exchange(menu_, std::nullopt);
     if (state == Menu::State::kChosen) {
@@ -231,10 +244,11 @@ void Practice::Update(double /*dt_s*/) {
       theatre_->Say("The time is over");
       Finish(true);
     }
-    if (beeper_) {
-      const std::optional<DepthReading> reading = Read();
-      const bool in_bone = reading && reading->depth_mm > 0;
-      beeper_->Set(in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
+    const std::optional<DepthReading> reading = Read();
+    const bool in_bone = reading && reading->depth_mm > 0;
+    if (beeper_) beeper_->Set(in_bone ? std::optional(reading->to_goal_mm) : std::nullopt);
+    if (scene_.exercise.colour) {
+      theatre_->view().SetToolColour(in_bone ? ColourOf(LevelOf(reading->to_goal_mm)) : kSteelColour);
     }
   }
   if (!IsReady(scoring_)) return;
@@ -255,11 +269,11 @@ HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading) const {
   if (!reading) return gauge;
   gauge.value = reading->depth_mm;
   gauge.level = LevelOf(reading->to_goal_mm);
-  gauge.word = reading->depth_mm < 0                ? "above the bone"
-               : reading->to_goal_mm < -kStop_mm    ? "too deep"
-               : reading->to_goal_mm < kStop_mm     ? "stop: deep enough"
-               : reading->to_goal_mm < kSlow_mm     ? "slow down"
-                                                    : "go on";
+  gauge.word = reading->depth_mm < 0             ? "above the bone"
+               : reading->to_goal_mm < -kStop_mm ? "too deep"
+               : reading->to_goal_mm < kStop_mm  ? "stop: deep enough"
+               : reading->to_goal_mm < kSlow_mm  ? "slow down"
+                                                 : "go on";
   return gauge;
 }
 

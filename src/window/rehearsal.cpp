@@ -488,7 +488,10 @@ void Rehearsal::Fill(HudState& hud) {
       gauge.upper = std::max(1.0, 1.5 * plan_.stops.front().depth_mm);
       gauge.value = stop.depth_mm;
       gauge.goal = plan_.stops.front().depth_mm;
-      gauge.level = stop.left_mm < -0.3 ? HudLevel::kBad : stop.left_mm < 0.3 ? HudLevel::kGood : stop.left_mm < 1 ? HudLevel::kWarn : HudLevel::kPlain;
+      gauge.level = stop.left_mm < -0.3  ? HudLevel::kBad
+                    : stop.left_mm < 0.3 ? HudLevel::kGood
+                    : stop.left_mm < 1   ? HudLevel::kWarn
+                                         : HudLevel::kPlain;
       gauge.word = stop.left_mm < -0.3 ? "too deep" : stop.left_mm < 0.3 ? "stop" : stop.left_mm < 1 ? "slow" : "go on";
       hud.gauge = gauge;
     }

@@ -166,9 +166,22 @@ void Theatre::FollowSession() {
     }
   } else if (stage == LiveStage::kEnded) {
     const std::string failure = session_->failure();
-    trace_.Write("ended", {{"failure", failure}, {"recording", recording_}});
-    if (!failure.empty()) throw Error(failure);
+    if (!failure.empty()) {
+      trace_.Write("ended", {{"failure", failure}, {"recording", recording_}});
+      throw Error(failure);
+    }
     LoopSummary summary = session_->TakeSummary();
+    trace_.Write("ended", {{"failure", ""},
+                           {"recording", recording_},
+                           {"ticks", summary.counts.ticks},
+                           {"missed", summary.counts.missed},
+                           {"scheduling", summary.grants.scheduling},
+                           {"lateness_p50_us", summary.lateness.p50_us},
+                           {"lateness_p99_us", summary.lateness.p99_us},
+                           {"lateness_p999_us", summary.lateness.p999_us},
+                           {"lateness_max_us", summary.lateness.max_us},
+                           {"tick_p50_us", summary.tick.p50_us},
+                           {"tick_p99_us", summary.tick.p99_us}});
     // A later session goes on with the surface; this one's thread is gone.
     const LiveSession* over = session_.get();
     activity_->Ended(std::move(summary));
@@ -324,7 +337,8 @@ void Theatre::Take(const WindowEvent& event) {
     if (event.key != Key::kF12) return;
   }
   // Whatever is open, a picture can be taken of it, and the window can be left.
-  const bool always = event.kind == Kind::kKeyDown && (event.key == Key::kF12 || (event.control && event.key == Key::kQ));
+  const bool always =
+      event.kind == Kind::kKeyDown && (event.key == Key::kF12 || (event.control && event.key == Key::kQ));
   if (!always && activity_->Take(event)) return;
   if (event.kind == Kind::kKeyDown && TakeKey(event)) return;
   const bool on_panel = event.kind == Kind::kMouseDown && view_->IsOnPanel({event.x, event.y});
@@ -456,6 +470,10 @@ void Theatre::Run(Activity& activity) {
                           {"p50_ms", 1e-3 * times_.frame.CalcPercentile_us(0.5)},
                           {"p95_ms", 1e-3 * times_.frame.CalcPercentile_us(0.95)},
                           {"max_ms", 1e-3 * times_.frame.max_us()},
+                          {"upload_p50_ms", 1e-3 * times_.upload.CalcPercentile_us(0.5)},
+                          {"upload_p99_ms", 1e-3 * times_.upload.CalcPercentile_us(0.99)},
+                          {"upload_max_ms", 1e-3 * times_.upload.max_us()},
+                          {"uploads", times_.upload.total()},
                           {"renderer", view_->renderer_name()}});
 }
 

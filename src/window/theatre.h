@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/log_histogram.h"
 #include "scene/saws.h"
 #include "scene/scene.h"
 #include "view/surface_worker.h"

@@ -41,6 +41,25 @@ class Display:
         self.server.wait()
 
 
+# A client message WM_DELETE_WINDOW to the window in argv[1].
+ASK_TO_CLOSE = """
+import ctypes, sys
+x = ctypes.CDLL("libX11.so.6")
+x.XOpenDisplay.restype = ctypes.c_void_p
+x.XInternAtom.restype = ctypes.c_ulong
+d = ctypes.c_void_p(x.XOpenDisplay(None))
+class Event(ctypes.Structure):
+    _fields_ = [("type", ctypes.c_int), ("serial", ctypes.c_ulong), ("send_event", ctypes.c_int), ("display", ctypes.c_void_p),
+                ("window", ctypes.c_ulong), ("message_type", ctypes.c_ulong), ("format", ctypes.c_int), ("data", ctypes.c_long * 5),
+                ("pad", ctypes.c_long * 24)]
+e = Event(type=33, send_event=1, window=int(sys.argv[1]), format=32)
+e.message_type = x.XInternAtom(d, b"WM_PROTOCOLS", 0)
+e.data[0] = x.XInternAtom(d, b"WM_DELETE_WINDOW", 0)
+x.XSendEvent(d, ctypes.c_ulong(e.window), 0, ctypes.c_long(0), ctypes.byref(e))
+x.XSync(d, 0)
+"""
+
+
 class Window:
     """`kerf` with a window, its log read as it grows. Positions are pixels from the window's top left."""
 
@@ -95,13 +114,6 @@ class Window:
     def focus(self):
         self._xdotool("windowfocus", "--sync", self.id)
 
-    def lose_focus(self):
-        root = self._xdotool("search", "--maxdepth", "0", "--name", "").split()
-        other = subprocess.Popen(["xmessage", "other"], env=self.env) if shutil.which("xmessage") else None
-        if other is None:
-            self._xdotool("windowfocus", root[0])
-        return other
-
     def key(self, *names):
         for name in names:
             self._xdotool("key", "--clearmodifiers", name)
@@ -145,7 +157,7 @@ class Window:
 
     def close(self):
         """As the cross in a window's frame does: by the message that a window manager sends."""
-        self._xdotool("windowquit", self.id)
+        subprocess.run([sys.executable, "-c", ASK_TO_CLOSE, self.id], env=self.env, check=True)
 
     # ---- what it answers
     def wait_event(self, name, seconds=60, after=0, **wanted):
