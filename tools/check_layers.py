@@ -26,6 +26,8 @@ LIBRARIES = [
     ("embree", re.compile(r"^embree3/")),
     ("sndfile", re.compile(r"^sndfile\.h")),
     ("json", re.compile(r"^nlohmann/")),
+    ("glfw", re.compile(r"^GLFW/")),
+    ("alsa", re.compile(r"^alsa/")),
     ("sqlite", re.compile(r"^sqlite3\.h")),
     ("zstd", re.compile(r"^zstd\.h")),
     ("sleef", re.compile(r"^sleef\.h")),

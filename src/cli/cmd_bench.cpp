@@ -18,6 +18,7 @@
 #include "removal/carve.h"
 #include "scene/scene.h"
 #include "session/hour.h"
+#include "viewbench/view_bench.h"
 
 namespace kerf::cli {
 namespace {
@@ -165,11 +166,69 @@ void AddHourCommand(CLI::App& group) {
 
 }  // namespace
 
+namespace {
+
+struct ViewCommand {
+  ViewBenchOptions bench;
+  std::string output;
+  bool json = false;
+  bool markdown = false;
+};
+
+void RunView(ViewCommand& command) {
+  if (!command.output.empty()) CheckWritable(command.output);
+  ViewReport report;
+  {
+    StageBars bars;
+    command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+    report = RunViewBench(command.bench);
+  }
+  const std::string text = command.json       ? FormatViewJson(report)
+                           : command.markdown ? FormatViewMarkdown(report)
+                                              : FormatViewTable(report);
+  if (command.output.empty()) {
+    fmt::print("{}", text);
+  } else {
+    WriteTextFile(command.output, text);
+  }
+}
+
+void AddViewBench(CLI::App& group) {
+  const auto options = std::make_shared<ViewCommand>();
+  CLI::App* command = group.add_subcommand(
+      "view", "Time the picture of the default mandible while it is cut: the first one, changed chunks, frames");
+  command->add_option("--voxel", options->bench.voxel_mm, "Voxels of the mandible, mm, 0.1 to 1")
+      ->check(CLI::Range(0.1, 1.0))
+      ->capture_default_str();
+  command->add_option("--width", options->bench.width, "Of the picture, pixels, 320 to 4096")
+      ->check(CLI::Range(320, 4096))
+      ->capture_default_str();
+  command->add_option("--height", options->bench.height, "Of the picture, pixels, 240 to 4096")
+      ->check(CLI::Range(240, 4096))
+      ->capture_default_str();
+  command->add_option("--scale", options->bench.scale, "Of words and lines, 1 to 4")
+      ->check(CLI::Range(1.0, 4.0))
+      ->capture_default_str();
+  command->add_option("--frames", options->bench.frames, "Frames drawn of each view, 5 to 100000")
+      ->check(CLI::Range(5, 100000))
+      ->capture_default_str();
+  command->add_option("--cut", options->bench.cut_mm, "How far the disc goes, mm, 1 to 40")
+      ->check(CLI::Range(1.0, 40.0))
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
+  command->add_flag("--markdown", options->markdown, "Report as the table of docs/window.md")->excludes(json);
+  command->callback([options] { RunView(*options); });
+}
+
+}  // namespace
+
 void AddBenchCommand(CLI::App& app) {
   CLI::App* group = app.add_subcommand("bench", "Measure how fast kerf is, beside baselines of the same run");
   group->require_subcommand(1);
   AddUndoBench(*group);
   AddHourCommand(*group);
+  AddViewBench(*group);
   const auto options = std::make_shared<Options>();
   CLI::App* command = group->add_subcommand(
       "tick",

@@ -1,16 +1,25 @@
 // kerf practise: the student's exercises.
+#include <fmt/format.h>
+
 #include <memory>
+#include <string>
 
 #include "cli/commands.h"
 #include "cli/practise_history.h"
-#include "kerf/error.h"
+#include "cli/window_options.h"
+#include "window/practice.h"
 
 namespace kerf::cli {
 namespace {
 
-/// What is done when nothing else is asked for: the window.
-void OpenWindow(const PractiseOptions&) {
-  throw Error("kerf practise: this build has no window; --list, --agent, --hand-in, --history and --report need none");
+void OpenWindow(const PractiseOptions& options, const WindowOptions& window) {
+  PracticeOptions practice;
+  practice.theatre = MakeTheatreOptions(window, "kerf practise", "practice");
+  practice.exercise = options.exercise;
+  practice.level = options.level;
+  practice.student = options.student;
+  Practice theatre(practice);
+  for (const std::string& recording : theatre.Run()) fmt::print("recording  {}\n", recording);
 }
 
 }  // namespace
@@ -19,12 +28,14 @@ void AddPractiseCommand(CLI::App& app) {
   const auto options = std::make_shared<PractiseOptions>();
   CLI::App* command =
       app.add_subcommand("practise", "Exercises for students, their scores and their history (docs/practise.md)");
+  const auto window = std::make_shared<WindowOptions>();
   AddPractiseHistoryOptions(*command, *options);
-  command->callback([options] {
+  AddWindowOptions(*command, *window);
+  command->callback([options, window] {
     if (WantsPractiseHistory(*options)) {
       RunPractiseHistory(*options);
     } else {
-      OpenWindow(*options);
+      OpenWindow(*options, *window);
     }
   });
 }

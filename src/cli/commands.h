@@ -7,6 +7,7 @@ namespace kerf::cli {
 
 // Each adds its sub-command, with options and what to do, to the program.
 // Bad use: throw CLI::ValidationError (exit 2). Failure: throw kerf::Error (exit 1).
+void AddAssessCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
@@ -16,6 +17,7 @@ void AddPictureCommand(CLI::App& app);
 void AddInfoCommand(CLI::App& app);
 void AddPaperCommand(CLI::App& app);
 void AddPractiseCommand(CLI::App& app);
+void AddRehearseCommand(CLI::App& app);
 void AddReplayCommand(CLI::App& app);
 void AddRunCommand(CLI::App& app);
 void AddImportCommand(CLI::App& app);

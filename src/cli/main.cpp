@@ -59,6 +59,7 @@ int RunProgram(int argc, char** argv, double free_bytes) {
     return fmt::format("kerf {} (commit {}; {})\nbuilt with {}", kerf::VersionString(), kerf::CommitString(),
                        kerf::CompilerString(), kerf::LibrariesString());
   });
+  kerf::cli::AddAssessCommand(app);
   kerf::cli::AddBenchCommand(app);
   kerf::cli::AddCheckCommand(app);
   kerf::cli::AddCompareCommand(app);
@@ -69,6 +70,7 @@ int RunProgram(int argc, char** argv, double free_bytes) {
   kerf::cli::AddPaperCommand(app);
   kerf::cli::AddRunCommand(app);
   kerf::cli::AddLoopCommand(app);
+  kerf::cli::AddRehearseCommand(app);
   kerf::cli::AddReplayCommand(app);
   kerf::cli::AddScoreCommand(app);
   kerf::cli::AddPractiseCommand(app);

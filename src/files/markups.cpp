@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
+#include <set>
 
 #include "core/symmetric_eigen.h"
 #include "files/files.h"
@@ -212,6 +213,33 @@ CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path) {
     }
   }
   return plane ? ReadPlane(*plane, path) : FitPlane(points, path);
+}
+
+std::vector<PlaneMarkup> ParsePlaneMarkupList(const std::string& text, const std::string& path) {
+  std::vector<PlaneMarkup> planes;
+  std::vector<Vec3> points;
+  for (const Json& markup : ParseMarkupList(text, path)) {
+    if (markup.value("type", Json()) != "Plane") {
+      AddPoints(markup, path, points);
+      continue;
+    }
+    const Json name = markup.value("name", Json());
+    planes.push_back({.name = name.is_string() ? name.get<std::string>() : "", .plane = ReadPlane(markup, path)});
+  }
+  if (planes.empty()) planes.push_back({.name = "", .plane = FitPlane(points, path)});
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    const std::string given = planes[i].name.empty() ? fmt::format("plane {}", i + 1) : planes[i].name;
+    planes[i].name = given;
+    for (int again = 2; !taken.insert(planes[i].name).second; ++again) {
+      planes[i].name = fmt::format("{} {}", given, again);
+    }
+  }
+  return planes;
+}
+
+std::vector<PlaneMarkup> ReadPlaneMarkupList(const std::string& path) {
+  return ParsePlaneMarkupList(ReadTextFile(path, kMaxMarkupBytes), path);
 }
 
 std::vector<Vec3> ReadMarkups(const std::string& path) {

@@ -29,9 +29,26 @@ std::vector<Markup> ReadCurveMarkups(const std::string& path);
 /// other.
 CutPlane ReadPlaneMarkups(const std::string& path);
 
+/// A plane of 3D Slicer with its name there.
+struct PlaneMarkup {
+  std::string name;
+  CutPlane plane;  // LPS mm
+};
+
+/// Each markup of type Plane of a .mrk.json file, by the rules of ReadPlaneMarkups(); of a file without any the plane
+/// of its points. Who has no name is called "plane 1" and so on; a name that comes again gets a number. Throws Error as
+/// ReadPlaneMarkups(), but for several planes.
+std::vector<PlaneMarkup> ReadPlaneMarkupList(const std::string& path);
+
+/// As 3D Slicer 5 writes planes: point and normal, `size_mm` wide each way, all in one file. Read back they are the
+/// same to the last digit but for a rounding. Through a temporary. Throws Error.
+void WritePlaneMarkups(const std::string& path, const std::vector<PlaneMarkup>& planes, double size_mm = 40);
+std::string FormatPlaneMarkups(const std::vector<PlaneMarkup>& planes, double size_mm = 40);
+
 /// The same from a file's text; `path` names it in messages.
 std::vector<Vec3> ParseMarkups(const std::string& text, const std::string& path);
 std::vector<Markup> ParseCurveMarkups(const std::string& text, const std::string& path);
 CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path);
+std::vector<PlaneMarkup> ParsePlaneMarkupList(const std::string& text, const std::string& path);
 
 }  // namespace kerf

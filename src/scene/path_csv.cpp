@@ -167,4 +167,14 @@ std::vector<TimedPose> ParsePathCsv(const std::string& text, const std::string& 
   return parser.Finish(std::max(number, 1));
 }
 
+std::string FormatPathCsv(const std::vector<TimedPose>& poses) {
+  std::string text = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
+  for (const TimedPose& pose : poses) {
+    const Vec3& p = pose.X_WT.p_AB;
+    const Quat& q = pose.X_WT.R_AB;
+    text += fmt::format("{},{},{},{},{},{},{},{}\n", pose.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z);
+  }
+  return text;
+}
+
 }  // namespace kerf

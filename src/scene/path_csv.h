@@ -15,4 +15,7 @@ namespace kerf {
 /// ...` for each fault.
 std::vector<TimedPose> ParsePathCsv(const std::string& text, const std::string& file);
 
+/// The same as text, that reads back: quaternions to their last bits, the rest exactly.
+std::string FormatPathCsv(const std::vector<TimedPose>& poses);
+
 }  // namespace kerf

@@ -12,6 +12,7 @@
 #include "mesh/meshfile.h"
 #include "scene/path.h"
 #include "scene/path_csv.h"
+#include "scene/plan_section.h"
 #include "scene/scene.h"
 #include "scene/schema.h"
 #include "scene/table_reader.h"
@@ -420,6 +421,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   ReadSlab(root, scene.slab, faults);
   ReadSection(root, "output", scene.output, faults);
   ReadEffects(root, scene.effects, file, faults);
+  const std::vector<PlanFile> plan_files = ReadPlan(root, scene.plan, file, faults);
   RefuseMovedKeys(root);
   ReadGivenSection(root, "coupling", scene.coupling, faults);
   ReadDevice(root, scene.device, file, faults);
@@ -433,6 +435,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
   faults.ThrowIfAny();
 
   ReadEffectFiles(scene.effects, document, file);
+  ReadPlanFiles(plan_files, scene.plan);
   if (!scene.path.file.empty()) {
     const TomlNode* at = document.Find("path")->Find("file");
     std::string rows;

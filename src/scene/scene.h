@@ -12,6 +12,7 @@
 #include "kerf/slab.h"
 #include "models/block.h"
 #include "models/mandible.h"
+#include "plan/plan.h"
 #include "scene/exercise.h"
 #include "scene/hand_held.h"
 
@@ -128,6 +129,7 @@ struct Scene {
   SceneSlab slab;
   SceneOutput output;
   EffectChoices effects;  // those that the file names, in its order
+  Plan plan;              // what is meant to be cut; a plane that the file takes from another file stands here itself
   SceneCoupling coupling;
   SceneDevice device;
   SceneHand hand;

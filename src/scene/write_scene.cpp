@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "scene/plan_section.h"
 #include "scene/scene.h"
 #include "scene/schema.h"
 
@@ -182,6 +183,20 @@ void WriteDevice(TomlWriter& write, SceneDevice device) {
   Describe(device, write);
 }
 
+void WritePlan(TomlWriter& write, Plan plan) {
+  for (std::size_t i = 0; i < plan.planes.size(); ++i) {
+    write.SetTerse(i > 0);
+    write.Header("[[plan.plane]]", i > 0 ? "" : "What is meant to be cut (docs/planning.md).");
+    Describe(plan.planes[i], write);
+  }
+  for (std::size_t i = 0; i < plan.stops.size(); ++i) {
+    write.SetTerse(i > 0);
+    write.Header("[[plan.stop]]", i > 0 ? "" : "Depths that are meant.");
+    Describe(plan.stops[i], write);
+  }
+  write.SetTerse(false);
+}
+
 std::string WriteScene(const Scene& scene, const std::string& heading) {
   TomlWriter write;
   write.Comment(heading);
@@ -197,6 +212,7 @@ std::string WriteScene(const Scene& scene, const std::string& heading) {
   if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) WriteSection(write, "slab", scene.slab);
   WriteSection(write, "output", scene.output);
   for (const EffectChoice& effect : scene.effects) WriteEffect(write, effect);
+  WritePlan(write, scene.plan);
   if (scene.coupling.given) WriteSection(write, "coupling", scene.coupling);
   if (scene.device.given) WriteDevice(write, scene.device);
   if (scene.hand.given) WriteSection(write, "hand", scene.hand);
@@ -296,6 +312,11 @@ std::string DefaultSceneToml() {
   }
   TomlWriter effects;
   for (const EffectInfo* info : Effects()) WriteEffect(effects, EffectChoice(info->name));
+  TomlWriter plan;
+  WritePlan(plan, {.planes = {{.name = "plane 1", .plane = {{25.2, 32.3, -9}, {0.438, 0.899, 0}}, .margin_mm = 1}},
+                   .stops = {{.name = "stop 1", .p_W_mm = {25.2, 32.3, 5}, .direction_W = {0, 0, -1}, .depth_mm = 8}}});
+  text += "\n# A plan; a plane may be file = \"plane.mrk.json\" of 3D Slicer in place of point_mm and normal:\n#\n";
+  text += CommentedOut(plan.text());
   TomlWriter exercise;
   WriteSection(exercise, "exercise", SceneExercise{});
   text += "\n# What makes a scene an exercise ('kerf practise', docs/practise.md):\n#\n";

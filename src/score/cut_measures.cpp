@@ -191,7 +191,7 @@ void MeasureCut(const Bone& before, const Bone& after, const std::optional<Wante
     // A quarter of the wanted cut's volume.
     if (std::string_view(row.info->key) == "outside_mm3") row.half = std::max(0.25 * planned_mm3, 1e-3);
   }
-  if (const std::optional<FittedPlane> fitted = FitPlane(before, after, cells)) {
+  if (const std::optional<MiddlePlane> fitted = FitMiddlePlane(before, after, cells)) {
     const PlaneError error = CalcPlaneError(fitted->plane, *cut, area.middle_W());
     SetValue(sheet, "plane_offset_mm", error.offset_mm);
     SetValue(sheet, "plane_roll_deg", error.roll_deg);

@@ -13,7 +13,7 @@
 namespace kerf {
 
 /// The middle plane of what was removed.
-struct FittedPlane {
+struct MiddlePlane {
   CutPlane plane;           // through the removed volume's centre
   double extent_mm = 0;     // root mean square, along its shorter direction
   double thickness_mm = 0;  // root mean square, across
@@ -23,7 +23,7 @@ struct FittedPlane {
 /// kerf's walls, at places a voxel apart, without those by the surface and by the kerf's bottom. None where so little
 /// was removed, or in such a shape, that it has no plane. `cells`: FindRemoved() of the two. Error on a plane kerf of
 /// two voxels' width and 2 mm depth, in any direction: below 0.2 mm and 0.4 degrees (tests/score).
-std::optional<FittedPlane> FitPlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells);
+std::optional<MiddlePlane> FitMiddlePlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells);
 
 /// Of the fitted plane against the wanted one.
 struct PlaneError {

@@ -142,7 +142,7 @@ std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after
 
 }  // namespace
 
-std::optional<FittedPlane> FitPlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells) {
+std::optional<MiddlePlane> FitMiddlePlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells) {
   double sum = 0;
   Vec3 centre_W{0};
   for (const RemovedCell& cell : cells) {
@@ -166,7 +166,7 @@ std::optional<FittedPlane> FitPlane(const Bone& before, const Bone& after, std::
   std::array<std::size_t, 3> order{0, 1, 2};
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return eigen.values[a] < eigen.values[b]; });
-  FittedPlane fitted;
+  MiddlePlane fitted;
   fitted.plane = {centre_W, glm::normalize(eigen.vectors[order[0]])};
   fitted.thickness_mm = std::sqrt(std::max(eigen.values[order[0]], 0.0));
   fitted.extent_mm = std::sqrt(std::max(eigen.values[order[1]], 0.0));

@@ -19,6 +19,7 @@
 #include "session/force_noise.h"
 #include "session/hand_motion.h"
 #include "session/live_pieces.h"
+#include "session/loop_actions.h"
 #include "session/loop_replay.h"
 #include "session/make_bone.h"
 #include "session/session_recorder.h"
@@ -84,7 +85,6 @@ class Recorder {
   }
 
   void set_recording(SessionRecorder* recording) { recording_ = recording; }
-
   void set_take_tick(const TakeTick& take_tick) { take_tick_ = take_tick; }
 
   void Drain(HapticLoop& loop) {
@@ -254,6 +254,7 @@ void TakeApart(Bone bone, const Scene& scene, const LoopOptions& options,
 
 /// A history of the bone is kept only where somebody may go back.
 bool WantsUndo(const LoopOptions& options) {
+  if (options.peer != nullptr) return true;
   const auto goes_back = [](const LoopAction& a) { return a.kind != LoopAction::Kind::kSpindle; };
   if (std::any_of(options.actions.begin(), options.actions.end(), goes_back)) return true;
   if (options.replay.recording == nullptr) return false;
@@ -381,11 +382,16 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   FragmentsDriver fragments(simulation.effects());
   PieceExchange exchange;
   LivePieces pieces(fragments, loop, exchange, mirror, CalcReach(params.tool));
-  if (fragments.is_on()) {
+  if (fragments.is_on() || options.peer != nullptr) {
     mirror.set_listener([&](const LeafMessage& leaf) {
+      if (options.peer != nullptr) options.peer->TakeLeaf(leaf);
+      if (!fragments.is_on()) return;
       fragments.Change(leaf.index, leaf.values);
       pieces.Take(leaf);
     });
+  }
+  if (options.peer != nullptr) {
+    options.peer->Begin({mirror.bone(), params, s.setup, simulation.effects(), X_WT_start});
   }
   if (fragments.takes_out()) step_body.set_pieces(&exchange);
   if (recording) {
@@ -402,31 +408,11 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   };
   double line_at_s = 0;
-  std::size_t next_action = 0;
-  double asked_at_s = 0;
   const auto tell = [&](const std::string& what, const std::string& name, std::uint32_t number) {
     recorder.Drain(loop);
     if (recording) recording->AddEvent(what, name, number);
   };
-  // What is due by then, one after the other.
-  const auto act = [&](double now_s) {
-    try {
-      if (undo && undo->Poll()) s.undone->longest_ms = std::max(s.undone->longest_ms, 1e3 * (elapsed_s() - asked_at_s));
-      while (next_action < options.actions.size() && options.actions[next_action].at_s <= now_s + 1e-9) {
-        asked_at_s = elapsed_s();
-        if (undo && !undo->is_idle()) break;
-        const LoopAction& action = options.actions[next_action++];
-        if (action.kind == LoopAction::Kind::kSpindle) {
-          tell("rpm", action.name, 0);
-          step_body.set_rpm(action.rpm);
-        } else {
-          undo->Do(action, tell);
-        }
-      }
-    } catch (const Error& e) {
-      s.warnings.push_back(fmt::format("at {:.3f} s: {}", now_s, e.what()));
-    }
-  };
+  LoopActions actions(options.actions, step_body, undo ? &*undo : nullptr, options.peer, tell);
   const auto read = [&](double share) {
     recorder.Drain(loop);
     if (recording) recording->FlushAt(elapsed_s());
@@ -479,10 +465,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     while (loop.SendRest()) read(1);
     s.replayed = replay.MakeReport();
     gone_through_s = s.replayed->time_s;
-    while (next_action < options.actions.size() && options.actions[next_action].at_s < gone_through_s - 1e-6) {
-      s.warnings.push_back(fmt::format("the action at {:g} s is before the moment that is gone on from, {:.3f} s",
-                                       options.actions[next_action++].at_s, gone_through_s));
-    }
+    actions.SkipTo(gone_through_s, s.warnings);
     if (options.replay.goes_on) device.Trip();  // whoever goes on feels nothing at first
     s.replayed->bone_hash = simulation.bone().CalcHash();
     CheckEnd(*options.replay.recording, *s.replayed);
@@ -497,9 +480,9 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     const std::int64_t end_ns = std::llround(1e9 * options.seconds);
     using Clock = std::chrono::steady_clock;
     Clock::time_point tick_began = Clock::now();
-    act(gone_through_s);
+    actions.Act(gone_through_s, s.warnings);
     loop.RunHere(ticks, [&] {
-      act(gone_through_s + static_cast<double>(done + 1) * period_s);
+      actions.Act(gone_through_s + static_cast<double>(done + 1) * period_s, s.warnings);
       if (options.watch != nullptr) {
         const double wall_us = std::chrono::duration<double, std::micro>(Clock::now() - tick_began).count();
         loop.state().Update();
@@ -521,7 +504,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
       if (fragments.is_on()) loop.state().Update();  // what had been sent by then is read now
       read(elapsed_s() / options.seconds);
-      act(gone_through_s + elapsed_s());
+      actions.Act(gone_through_s + elapsed_s(), s.warnings);
       pieces.Poll();
       if (!fragments.is_on() || elapsed_s() < look_at_s || pieces.is_leaving()) continue;
       look_at_s = elapsed_s() + fragments.every_s();
@@ -546,14 +529,15 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   }
   pieces.Finish(simulation, s.simulated_s, send_rest);
 
-  if (next_action < options.actions.size()) {
+  if (actions.left() > 0) {
     s.warnings.push_back(fmt::format("the loop ended before {} of the actions asked for, the first at {:g} s",
-                                     options.actions.size() - next_action, options.actions[next_action].at_s));
+                                     actions.left(), actions.next_s()));
   }
   if (undo) {
     undo->Poll();
     if (!undo->is_idle()) s.warnings.emplace_back("the loop ended while an action was under way");
     s.undone->restores = undo->restores();
+    s.undone->longest_ms = actions.longest_ms();
     s.undone->checkpoints = undo->journal().checkpoints().size();
     s.undone->kept_MB = 1e-6 * static_cast<double>(undo->journal().CalcMemoryBytes());
   }

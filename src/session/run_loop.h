@@ -20,6 +20,7 @@
 #include "session/effect_record.h"
 #include "session/force_log.h"
 #include "session/heat_report.h"
+#include "session/loop_peer.h"
 #include "session/loop_setup.h"
 #include "session/loop_undo.h"
 #include "session/loop_watch.h"
@@ -95,6 +96,7 @@ struct LoopOptions {
   TakeTick take_tick;               // told each tick that is logged, in order; may be empty
   LoopWatch* watch = nullptr;       // without the clock only; may be null
   MakeHand make_hand;               // empty: the scene's hand along its path
+  LoopPeer* peer = nullptr;         // live only; may be null
 };
 
 struct LoopTimeSummary {

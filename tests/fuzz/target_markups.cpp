@@ -8,6 +8,7 @@ KERF_FUZZ_TARGET(markups) {
   Takes([&] { ParseMarkups(text, "fuzz.mrk.json"); });
   Takes([&] { ParseCurveMarkups(text, "fuzz.mrk.json"); });
   Takes([&] { ParsePlaneMarkups(text, "fuzz.mrk.json"); });
+  Takes([&] { ParsePlaneMarkupList(text, "fuzz.mrk.json"); });
 }
 
 }  // namespace kerf::fuzz

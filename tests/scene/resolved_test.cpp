@@ -6,6 +6,7 @@
 #include <random>
 
 #include "scene/path.h"
+#include "scene/plan_section.h"
 #include "scene/schema.h"
 #include "scene_text.h"
 
@@ -27,6 +28,9 @@ class Randomizer {
   void operator()(const char*, Quat& value, const char*) {
     value = glm::normalize(Quat(Draw({-1, 1}), Draw({-1, 1}), Draw({-1, 1}), Draw({0.1, 1})));
   }
+  void operator()(const char*, std::string& value, TextLimit, const char*) {
+    value = fmt::format("name \"{}\"", ++names_);
+  }
   void operator()(const char*, std::string& value, const Choices& choices, const char*) {
     value = std::string(choices.words[random_() % choices.words.size()]);
   }
@@ -34,6 +38,7 @@ class Randomizer {
  private:
   double Draw(Range range) { return std::uniform_real_distribution<double>(range.lower, range.upper)(random_); }
   std::mt19937& random_;
+  int names_ = 0;
 };
 
 /// All values of a description as text, with all digits.
@@ -49,6 +54,9 @@ class Printer {
     text += fmt::format("{} {:a} {:a} {:a} {:a}\n", key, q.w, q.x, q.y, q.z);
   }
   void operator()(const char* key, std::string& value, const Choices&, const char*) {
+    text += fmt::format("{} {}\n", key, value);
+  }
+  void operator()(const char* key, std::string& value, TextLimit, const char*) {
     text += fmt::format("{} {}\n", key, value);
   }
   std::string text;
@@ -76,6 +84,8 @@ std::string Print(Scene scene) {
   Describe(scene.simulation, printer);
   if (scene.slab.given || scene.simulation.mode == SceneMode::kSlab) Describe(scene.slab, printer);
   Describe(scene.output, printer);
+  for (PlannedPlane& plane : scene.plan.planes) Describe(plane, printer);
+  for (DepthStop& stop : scene.plan.stops) Describe(stop, printer);
   // Of a section that the file leaves out, the defaults count.
   if (scene.coupling.given) Describe(scene.coupling, printer);
   if (scene.device.given) {
@@ -132,6 +142,16 @@ Scene RandomScene(std::mt19937& random) {
     scene.simulation.mode = SceneMode::kVoxel;
   }
   Describe(scene.output, randomize);
+  scene.plan.planes.resize(random() % 3);
+  for (PlannedPlane& plane : scene.plan.planes) {
+    Describe(plane, randomize);
+    plane.plane.normal_W = glm::normalize(plane.plane.normal_W);
+  }
+  scene.plan.stops.resize(random() % 3);
+  for (DepthStop& stop : scene.plan.stops) {
+    Describe(stop, randomize);
+    stop.direction_W = glm::normalize(stop.direction_W);
+  }
   scene.coupling.given = random() % 2 == 0;
   Describe(scene.coupling, randomize);
   scene.device.given = random() % 2 == 0;
@@ -206,6 +226,9 @@ TEST(DefaultScene, NamesEveryKey) {
                           "law = ",
                           "rate_hz = ",
                           "forces_every_ticks = ",
+                          "[[plan.plane]]",
+                          "margin_mm = ",
+                          "[[plan.stop]]",
                           "[coupling]",
                           "stiffness_N_per_mm = ",
                           "[device]",

@@ -187,18 +187,18 @@ TEST(MeasureCut, ASimulatedCutIsMeasuredAsTheExactOne) {
   }
 }
 
-TEST(FitPlane, HasNoneOfALumpOrOfNothing) {
+TEST(FitMiddlePlane, HasNoneOfALumpOrOfNothing) {
   BlockParams params;
   params.size_mm = {5, 5, 5};
   params.voxel_mm = 0.25;
   const Bone bone = MakeBlock(params, DefaultMandibleTable());
-  EXPECT_FALSE(FitPlane(bone, bone, {}));
+  EXPECT_FALSE(FitMiddlePlane(bone, bone, {}));
   std::vector<RemovedCell> lump;
   for (int i = 0; i < 1000; ++i) {
     lump.push_back(
         {.p_W = {0.1 * (i % 10), 0.1 * (i / 10 % 10), 0.1 * (i / 100)}, .mm3 = 0.001, .region = 1, .in_mm = 9});
   }
-  EXPECT_FALSE(FitPlane(bone, bone, lump));
+  EXPECT_FALSE(FitMiddlePlane(bone, bone, lump));
 }
 
 TEST(DepthGauge, KnowsSurfaceFarSideAndGoal) {

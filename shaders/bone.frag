@@ -1,0 +1,55 @@
+#version 330 core
+// Lit from the camera's upper left, edges a little darker, cancellous faces with pores: told apart without colour too.
+in vec3 at_view;
+in vec3 normal_view;
+in vec3 at_bone;
+in vec4 tint;
+
+uniform vec3 to_eye;       // in view space, where the projection is parallel
+uniform float parallel;    // 1 or 0
+uniform float opacity;     // 1: solid; else the least that a face turned to the eye has
+uniform float pixel_mm;    // at the target
+
+layout(location = 0) out vec4 pixel;
+
+float Hash(vec3 cell) {
+  uvec3 u = uvec3(ivec3(cell) + 4096);
+  uint h = u.x * 1664525u + u.y * 22695477u + u.z * 1103515245u;
+  h ^= h >> 15;
+  h *= 2246822519u;
+  h ^= h >> 13;
+  return float(h & 0xffffu) / 65535.0;
+}
+
+float Noise(vec3 p) {
+  vec3 cell = floor(p);
+  vec3 f = p - cell;
+  f = f * f * (3.0 - 2.0 * f);
+  vec4 near = vec4(Hash(cell), Hash(cell + vec3(1, 0, 0)), Hash(cell + vec3(0, 1, 0)), Hash(cell + vec3(1, 1, 0)));
+  vec4 far = vec4(Hash(cell + vec3(0, 0, 1)), Hash(cell + vec3(1, 0, 1)), Hash(cell + vec3(0, 1, 1)),
+                  Hash(cell + vec3(1, 1, 1)));
+  vec4 z = mix(near, far, f.z);
+  return mix(mix(z.x, z.y, f.x), mix(z.z, z.w, f.x), f.y);
+}
+
+void main() {
+  vec3 eye = parallel > 0.5 ? to_eye : normalize(-at_view);
+  vec3 n = normalize(normal_view);
+  if (dot(n, eye) < 0.0) n = -n;
+  vec3 colour = tint.rgb;
+  if (tint.a > 0.5 && pixel_mm < 0.5) {
+    float pores = smoothstep(0.52, 0.40, Noise(at_bone * 1.9));
+    colour *= 1.0 - 0.42 * pores * (1.0 - smoothstep(0.2, 0.5, pixel_mm));
+  }
+  const vec3 kLamps[4] = vec3[](vec3(-0.338, 0.474, 0.812), vec3(0.669, 0.0, 0.743), vec3(0.0, 0.0, 1.0),
+                                vec3(0.206, -0.927, 0.309));
+  const float kPower[4] = float[](0.62, 0.30, 0.20, 0.10);
+  float light = 0.22;
+  for (int i = 0; i < 4; ++i) light += 0.86 * kPower[i] * max(0.0, dot(n, kLamps[i]));
+  float facing = max(0.0, dot(n, eye));
+  float edge = mix(0.68, 1.0, smoothstep(0.0, 0.45, facing));
+  vec3 half_way = normalize(kLamps[0] + eye);
+  float shine = 0.07 * pow(max(0.0, dot(n, half_way)), 18.0);
+  float alpha = opacity >= 1.0 ? 1.0 : mix(0.75, opacity, smoothstep(0.0, 0.7, facing));
+  pixel = vec4(colour * light * edge + shine, alpha);
+}

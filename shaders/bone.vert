@@ -1,0 +1,26 @@
+#version 330 core
+// The bone's surface. A vertex knows which region lies below it and whether the bone was cut there; what colour that
+// means is in the palette, so that another way of colouring needs no other vertices.
+layout(location = 0) in vec3 p_mm;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in uvec2 region_cut;
+
+layout(std140) uniform Palette {
+  vec4 colour[512];  // by region; from 256 on where it was cut. a: how spongy it looks
+};
+uniform mat4 view_from_bone;
+uniform mat4 clip_from_view;
+
+out vec3 at_view;
+out vec3 normal_view;
+out vec3 at_bone;
+out vec4 tint;
+
+void main() {
+  vec4 at = view_from_bone * vec4(p_mm, 1.0);
+  at_view = at.xyz;
+  normal_view = mat3(view_from_bone) * normal;
+  at_bone = p_mm;
+  tint = colour[region_cut.x + (region_cut.y > 127u ? 256u : 0u)];
+  gl_Position = clip_from_view * at;
+}

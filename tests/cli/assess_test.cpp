@@ -1,0 +1,133 @@
+// kerf assess, as a user types it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using test::ProgramResult;
+using test::Slurp;
+using testing::HasSubstr;
+
+/// A bar that is cut in two, 0.1 mm beside the plan and 1.1458 degrees (a slope of 0.02) off it.
+constexpr char kScene[] = R"(title = "bar"
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 12.0
+size_y_mm = 4.0
+size_z_mm = 3.0
+voxel_mm = 0.2
+[tool]
+diameter_mm = 14.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.1, 0.0, 8.5]
+end_mm = [0.1, 0.0, 2.5]
+feed_mm_per_s = 6.0
+disc_normal = [1.0, 0.02, 0.0]
+[[plan.plane]]
+name = "middle"
+point_mm = [0, 0, -1.5]
+normal = [1, 0, 0]
+[[plan.stop]]
+name = "through"
+point_mm = [0, 0, 0]
+direction = [0, 0, -1]
+depth_mm = 2.5
+[output]
+pictures = false
+)";
+
+class AssessCommand : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    Write("s.toml", kScene);
+  }
+  void RunScene() {
+    const ProgramResult run = Kerf("run s.toml -o run");
+    ASSERT_EQ(run.code, 0) << run.err;
+  }
+  static void ExpectCut(const nlohmann::json& json) {
+    const auto& plane = json["planes"][0];
+    EXPECT_NEAR(plane["offset_mm"].get<double>(), 0.1, 0.1);
+    EXPECT_NEAR(plane["angle_deg"].get<double>(), 1.1458, 0.1);
+    EXPECT_TRUE(plane["within_margin"].get<bool>());
+    EXPECT_NEAR(plane["cut"]["width_mm"].get<double>(), 0.5, 0.02);
+    EXPECT_NEAR(json["stops"][0]["reached_mm"].get<double>(), 3, 0.05);
+    EXPECT_NEAR(json["removed_mm3"].get<double>(), 0.5 * 4 * 3, 0.3);
+  }
+};
+
+TEST_F(AssessCommand, HoldsABoneAgainstTheScenesPlan) {
+  RunScene();
+  const ProgramResult result = Kerf("assess s.toml --after run/bone.vdb -o out");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("within 1 mm"));
+  EXPECT_THAT(result.out, HasSubstr("pieces            2"));
+  ExpectCut(nlohmann::json::parse(Slurp(folder_ / "out/assessment.json")));
+  for (const char* file : {"report.html", "measures.csv", "planned.mrk.json", "achieved.mrk.json", "piece_1.stl",
+                           "piece_2.stl", "transforms.json", "pieces.json", "overview.png", "cut.png"}) {
+    EXPECT_TRUE(Exists(std::string("out/") + file)) << file;
+  }
+  // The achieved planes are a plan: by them the cut is where it should be.
+  const ProgramResult again = Kerf("assess out/achieved.mrk.json --before run/bone.vdb --after run/bone.vdb --json");
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_TRUE(nlohmann::json::parse(again.out)["planes"][0]["cut"].is_null());  // nothing was cut between these two
+  const ProgramResult own = Kerf("assess s.toml --plan out/achieved.mrk.json --after run/bone.vdb --json");
+  ASSERT_EQ(own.code, 0) << own.err;
+  EXPECT_NEAR(nlohmann::json::parse(own.out)["planes"][0]["offset_mm"].get<double>(), 0, 1e-6);
+  EXPECT_NEAR(nlohmann::json::parse(own.out)["planes"][0]["angle_deg"].get<double>(), 0, 1e-5);
+}
+
+TEST_F(AssessCommand, GoesThroughARecording) {
+  const ProgramResult made = Kerf("loop s.toml --virtual --seconds 4 --record a.kerf");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const ProgramResult result = Kerf("assess a.kerf --no-pictures -o out --json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  ExpectCut(nlohmann::json::parse(result.out));
+  EXPECT_EQ(result.out, Slurp(folder_ / "out/assessment.json"));
+  const std::string html = Slurp(folder_ / "out/report.html");
+  EXPECT_THAT(html, HasSubstr("Force on the hand"));
+  EXPECT_THAT(html, HasSubstr("a.kerf"));
+  EXPECT_FALSE(Exists("out/overview.png"));
+}
+
+TEST_F(AssessCommand, PutsPiecesWhereTheyWere) {
+  RunScene();
+  ASSERT_EQ(Kerf("assess s.toml --after run/bone.vdb -o out --no-pictures").code, 0);
+  auto json = nlohmann::json::parse(Slurp(folder_ / "out/pieces.json"));
+  json["pieces"][1]["transform"][11] = 5.0;
+  Write("moved.json", json.dump());
+  const ProgramResult moved =
+      Kerf("assess s.toml --after run/bone.vdb --pieces moved.json -o out2 --obj --no-pictures");
+  ASSERT_EQ(moved.code, 0) << moved.err;
+  EXPECT_TRUE(Exists("out2/piece_2_origin.obj"));
+  EXPECT_TRUE(Exists("out2/piece_2.tfm"));
+  EXPECT_THAT(Slurp(folder_ / "out2/measures.csv"), HasSubstr("piece 2,moved,mm,5\n"));
+}
+
+TEST_F(AssessCommand, SaysWhatIsMissing) {
+  EXPECT_EQ(Kerf("assess").code, 2);
+  EXPECT_EQ(Kerf("assess s.toml").code, 2);
+  EXPECT_EQ(Kerf("assess s.toml --after x.vdb --margin 0").code, 2);
+  const ProgramResult none = Kerf("assess s.toml --after none.vdb");
+  EXPECT_EQ(none.code, 1);
+  EXPECT_EQ(none.out, "");
+  EXPECT_EQ(std::count(none.err.begin(), none.err.end(), '\n'), 1) << none.err;
+  ASSERT_EQ(Kerf("run s.toml -o run --record r.kerf").code, 0);
+  const ProgramResult run = Kerf("assess r.kerf");
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("is of a run along a path"));
+}
+
+}  // namespace
+}  // namespace kerf

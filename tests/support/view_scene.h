@@ -1,0 +1,80 @@
+// A window's contents with everything in it, for tests and for pictures to look at.
+#pragma once
+
+#include <cmath>
+#include <string>
+
+#include "view/hud.h"
+
+namespace kerf::test {
+
+inline HudState MakeFullHud() {
+  HudState hud;
+  hud.values = {3.42, 5.1, 7500, 2.31, 1.4, 2.7, 0.38, 2};
+  hud.now_s = 14;
+  for (int i = 0; i < 14000; i += 5) {
+    const double t = 0.001 * i;
+    hud.force.push_back({t, 1.6 + 0.9 * std::sin(1.3 * t) + 0.25 * std::sin(61 * t)});
+  }
+  HudGauge gauge;
+  gauge.title = "Depth";
+  gauge.value = 3.42;
+  gauge.goal = 4;
+  gauge.upper = 8;
+  gauge.level = HudLevel::kWarn;
+  gauge.word = "slow down";
+  hud.gauge = gauge;
+  hud.status.spindle_on = true;
+  hud.status.saw = "disc 22 x 0.25 mm, 24 teeth";
+  hud.status.mode = "Rehearse";
+  hud.status.message = "checkpoint \"before second cut\" made";
+  hud.status.recording_s = 83;
+  hud.status.right = "F1 help";
+  hud.pieces = {{"ramus, left", "12 480 mm\xc2\xb3", {86, 180, 233}, false, false},
+                {"body", "31 020 mm\xc2\xb3, moved 4.2 mm", {230, 159, 0}, true, false},
+                {"splinter", "38 mm\xc2\xb3", {0, 158, 115}, false, true}};
+  return hud;
+}
+
+inline std::vector<HudKeyGroup> MakeHelp() {
+  return {{"Move the saw",
+           {{"mouse", "in the picture's plane"},
+            {"wheel", "towards and away"},
+            {"right button + mouse", "turn the blade"},
+            {"Q E", "roll about the spindle"},
+            {"shift", "ten times finer"}}},
+          {"Spindle and saw", {{"space", "spindle on, off"}, {"[ ]", "saw before, after"}, {"1 to 9", "speed"}}},
+          {"Look",
+           {{"middle button + mouse", "turn the view"},
+            {"shift + middle button", "move the view"},
+            {"F", "all in view"},
+            {"numbers of the pad", "front, left, top, ..."},
+            {"T", "translucent"},
+            {"C", "colours: plain, tissue, region"}}},
+          {"Plan", {{"P", "plane at the blade"}, {"D", "depth stop here"}, {"G", "guide on, off"}}},
+          {"Pieces",
+           {{"left click", "choose"},
+            {"H", "hide"},
+            {"Del", "delete"},
+            {"arrows", "move along an axis"},
+            {"M", "measure"}}},
+          {"Session",
+           {{"ctrl Z, ctrl Y", "undo, redo"},
+            {"K", "checkpoint"},
+            {"F2", "screenshot"},
+            {"F3", "report"},
+            {"Esc", "end"}}}};
+}
+
+inline HudResult MakeResult() {
+  return {"Groove of a given depth, level 2",
+          "82 of 100",
+          {{"Depth error, mean", "0.21 mm", "goal 0.3 mm", HudLevel::kGood},
+           {"Depth error, p95", "0.48 mm", "goal 0.5 mm", HudLevel::kWarn},
+           {"Plunge past the far side", "1.30 mm", "goal 0.5 mm", HudLevel::kBad},
+           {"Force, mean", "2.1 N", "information", HudLevel::kPlain},
+           {"Time", "38 s", "information", HudLevel::kPlain}},
+          "Enter: again    Esc: back to the list"};
+}
+
+}  // namespace kerf::test

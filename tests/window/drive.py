@@ -1,0 +1,210 @@
+"""Drives the real window of kerf by real key and mouse events, on a display of its own (Xvfb), as a person would."""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+PROGRAMS = ("Xvfb", "xdotool")
+
+
+def skip_without_display_programs():
+    missing = [p for p in PROGRAMS if shutil.which(p) is None]
+    if missing:
+        print("Skipped:", ", ".join(missing), "not installed (apt-get install xvfb xdotool)")
+        sys.exit(77)
+
+
+class Display:
+    """An X server on no screen."""
+
+    def __init__(self, width=1600, height=1000):
+        read, write = os.pipe()
+        self.server = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp"],
+            pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as pipe:
+            self.name = ":" + pipe.readline().strip()
+        if self.name == ":":
+            raise RuntimeError("Xvfb did not start")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.server.terminate()
+        self.server.wait()
+
+
+# A client message WM_DELETE_WINDOW to the window in argv[1].
+ASK_TO_CLOSE = """
+import ctypes, sys
+x = ctypes.CDLL("libX11.so.6")
+x.XOpenDisplay.restype = ctypes.c_void_p
+x.XInternAtom.restype = ctypes.c_ulong
+d = ctypes.c_void_p(x.XOpenDisplay(None))
+class Event(ctypes.Structure):
+    _fields_ = [("type", ctypes.c_int), ("serial", ctypes.c_ulong), ("send_event", ctypes.c_int), ("display", ctypes.c_void_p),
+                ("window", ctypes.c_ulong), ("message_type", ctypes.c_ulong), ("format", ctypes.c_int), ("data", ctypes.c_long * 5),
+                ("pad", ctypes.c_long * 24)]
+e = Event(type=33, send_event=1, window=int(sys.argv[1]), format=32)
+e.message_type = x.XInternAtom(d, b"WM_PROTOCOLS", 0)
+e.data[0] = x.XInternAtom(d, b"WM_DELETE_WINDOW", 0)
+x.XSendEvent(d, ctypes.c_ulong(e.window), 0, ctypes.c_long(0), ctypes.byref(e))
+x.XSync(d, 0)
+"""
+
+
+class Window:
+    """`kerf` with a window, its log read as it grows. Positions are pixels from the window's top left."""
+
+    def __init__(self, display, kerf, arguments, folder, environment=None, title="kerf"):
+        self.folder = pathlib.Path(folder)
+        self.log = self.folder / "log.jsonl"
+        self.log.unlink(missing_ok=True)
+        self.env = dict(os.environ, DISPLAY=display.name, **(environment or {}))
+        self.env.setdefault("LP_NUM_THREADS", "2")
+        self.out = open(self.folder / "out.txt", "w+")
+        self.process = subprocess.Popen([kerf, *arguments, "--log", str(self.log)], cwd=self.folder, env=self.env,
+                                        stdout=self.out, stderr=self.out, stdin=subprocess.DEVNULL)
+        self.seen = 0
+        self.events = []
+        self.state = {}
+        self.id = None
+        deadline = time.monotonic() + 60
+        while self.id is None:
+            self._check(deadline, "no window came up")
+            found = self._xdotool("search", "--name", title, check=False).split()
+            self.id = found[0] if found else None
+            time.sleep(0.1)
+        self.focus()
+
+    def _xdotool(self, *arguments, check=True):
+        done = subprocess.run(["xdotool", *map(str, arguments)], env=self.env, capture_output=True, text=True)
+        if check and done.returncode != 0:
+            raise RuntimeError(f"xdotool {arguments}: {done.stderr}")
+        return done.stdout
+
+    def _check(self, deadline, what):
+        if self.process.poll() is not None:
+            self.out.seek(0)
+            raise AssertionError(f"{what}: kerf ended with {self.process.returncode}:\n{self.out.read()}")
+        if time.monotonic() > deadline:
+            raise AssertionError(f"{what}; state {self.state}; last events {self.events[-8:]}")
+
+    def read(self):
+        if not self.log.exists():
+            return
+        text = self.log.read_text()
+        lines = text[:text.rfind("\n") + 1].splitlines()
+        for line in lines[self.seen:]:
+            event = json.loads(line)
+            if event["event"] == "state":
+                self.state = event
+            else:
+                self.events.append(event)
+        self.seen = len(lines)
+
+    # ---- what a person does
+    def focus(self):
+        self._xdotool("windowfocus", "--sync", self.id)
+
+    def key(self, *names):
+        for name in names:
+            self._xdotool("key", "--clearmodifiers", name)
+            time.sleep(0.05)
+
+    def hold(self, name, seconds):
+        self._xdotool("keydown", name)
+        time.sleep(seconds)
+        self._xdotool("keyup", name)
+
+    def type(self, text):
+        self._xdotool("type", "--delay", "20", text)
+
+    def move(self, x, y):
+        self._xdotool("mousemove", "--window", self.id, int(x), int(y))
+
+    def click(self, x, y, button=1):
+        self.move(x, y)
+        time.sleep(0.05)
+        self._xdotool("click", button)
+
+    def drag(self, start, end, button=1, modifier=None, steps=20, pace_s=0.02):
+        self.move(*start)
+        if modifier:
+            self._xdotool("keydown", modifier)
+        self._xdotool("mousedown", button)
+        for i in range(1, steps + 1):
+            share = i / steps
+            self.move(start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1]))
+            time.sleep(pace_s)
+        self._xdotool("mouseup", button)
+        if modifier:
+            self._xdotool("keyup", modifier)
+
+    def scroll(self, x, y, notches):
+        self.move(x, y)
+        self._xdotool("click", "--repeat", abs(notches), 4 if notches > 0 else 5)
+
+    def resize(self, width, height):
+        self._xdotool("windowsize", self.id, width, height)
+
+    def close(self):
+        """As the cross in a window's frame does: by the message that a window manager sends."""
+        subprocess.run([sys.executable, "-c", ASK_TO_CLOSE, self.id], env=self.env, check=True)
+
+    # ---- what it answers
+    def wait_event(self, name, seconds=60, after=0, **wanted):
+        deadline = time.monotonic() + seconds
+        while True:
+            self.read()
+            for event in self.events[after:]:
+                if event["event"] == name and all(event.get(k) == v for k, v in wanted.items()):
+                    return event
+            self._check(deadline, f"no event {name} {wanted}") if not self._over() else self._fail(name)
+            time.sleep(0.05)
+
+    def wait_state(self, what, test, seconds=60):
+        deadline = time.monotonic() + seconds
+        while True:
+            self.read()
+            if self.state and test(self.state):
+                return self.state
+            self._check(deadline, f"never so: {what}")
+            time.sleep(0.05)
+
+    def _over(self):
+        return self.process.poll() is not None
+
+    def _fail(self, name):
+        self.read()
+        for event in self.events:
+            if event["event"] == name:
+                return
+        raise AssertionError(f"kerf ended before {name}")
+
+    def mark(self):
+        self.read()
+        return len(self.events)
+
+    def picture(self):
+        """F12; the file."""
+        after = self.mark()
+        self.key("F12")
+        return pathlib.Path(self.wait_event("picture", after=after)["file"])
+
+    def wait_end(self, seconds=120):
+        code = self.process.wait(timeout=seconds)
+        self.read()
+        self.out.seek(0)
+        return code, self.out.read()
+
+
+def workspace():
+    return pathlib.Path(tempfile.mkdtemp(prefix="kerf_window_"))

@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""What may happen to a window: resized, minimised, without the focus in mid-cut, closed in mid-cut, killed, no display at all.
+
+    lifecycle_test.py KERF
+
+Exit code 77: skipped, with the reason."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+from drive import Display, Window, skip_without_display_programs, workspace
+from rehearse_test import SCENE
+
+
+def begin_cut(w):
+    w.wait_event("running")
+    w.wait_event("first_picture")
+    w.key("v", "l", "space")
+    w.wait_state("the spindle turns", lambda s: s["spindle"])
+    w._xdotool("keydown", "Down")
+    w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)
+
+
+def check_recording(kerf, folder, recording="out/session.kerf"):
+    done = subprocess.run([kerf, "replay", recording, "--verify"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, (done.stdout, done.stderr)
+    return done.stdout + done.stderr
+
+
+def start(display, kerf, name):
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    return Window(display, kerf, ["rehearse", "bar.toml", "-o", "out"], folder, title="kerf rehearse"), folder
+
+
+def main():
+    kerf = sys.argv[1]
+    skip_without_display_programs()
+
+    # No display: one clear sentence, and nothing left behind.
+    folder = workspace()
+    env = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    for command in ("rehearse", "practise"):
+        done = subprocess.run([kerf, command, "-o", "out"], cwd=folder, env=env, capture_output=True, text=True, timeout=60)
+        assert done.returncode == 1 and done.stderr.count("\n") == 1 and "display" in done.stderr, done
+    done = subprocess.run([kerf, "rehearse", "none.toml", "-o", "out"], cwd=folder, env=env, capture_output=True, text=True)
+    assert done.returncode == 1 and "none.toml" in done.stderr, done
+    assert not (folder / "out").exists() or not any((folder / "out").iterdir())
+    shutil.rmtree(folder)
+
+    with Display() as display:
+        # Resized, minimised and back, then the focus lost in mid-cut: the spindle stops and the saw with it.
+        w, folder = start(display, kerf, "focus")
+        begin_cut(w)
+        w.resize(900, 600)
+        w.wait_event("resized", width=900, height=600)
+        assert w.picture().name.endswith(".png")
+        w._xdotool("windowunmap", w.id)
+        w.wait_state("the spindle stands", lambda s: not s["spindle"])  # hiding takes the focus along
+        w._xdotool("keyup", "Down")
+        w._xdotool("windowmap", w.id)
+        w.focus()
+        w.key("space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w._xdotool("keydown", "Down")
+        w.wait_state("cutting on", lambda s: s["force_N"] > 0.1)
+        other = subprocess.Popen([sys.executable, "-c", OTHER_WINDOW], env=w.env, stdout=subprocess.PIPE, text=True)
+        other.stdout.readline()
+        w.wait_event("focus", on=False)
+        w.wait_state("the spindle stands", lambda s: not s["spindle"])
+        removed = w.state["removed_mm3"]
+        time.sleep(1)
+        w.read()
+        assert w.state["removed_mm3"] == removed
+        other.terminate()
+        w._xdotool("keyup", "Down")
+        w.focus()
+
+        # Closed by its frame in mid-cut: the recording is whole and verifies.
+        w.key("space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w._xdotool("keydown", "Down")
+        w.wait_state("cutting on", lambda s: s["removed_mm3"] > removed + 1)
+        w.close()
+        code, out = w.wait_end()
+        assert code == 0, (code, out)
+        check_recording(kerf, folder)
+        w._xdotool("keyup", "Down")
+        shutil.rmtree(folder)
+
+        # Told to end by the system in mid-cut: likewise.
+        w, folder = start(display, kerf, "term")
+        begin_cut(w)
+        w.process.send_signal(signal.SIGTERM)
+        code, out = w.wait_end()
+        assert code == 0, (code, out)
+        check_recording(kerf, folder)
+        w._xdotool("keyup", "Down")
+        shutil.rmtree(folder)
+
+        # Killed: what was written by then opens and comes out the same.
+        w, folder = start(display, kerf, "kill")
+        begin_cut(w)
+        time.sleep(1)
+        w.process.kill()
+        w.process.wait()
+        w._xdotool("keyup", "Down")
+        check_recording(kerf, folder)
+        shutil.rmtree(folder)
+    print("resized, hidden, without focus, closed, ended and killed: all recordings whole")
+
+
+# A window that takes the focus.
+OTHER_WINDOW = """
+import ctypes, time
+x = ctypes.CDLL("libX11.so.6")
+x.XOpenDisplay.restype = ctypes.c_void_p
+d = ctypes.c_void_p(x.XOpenDisplay(None))
+x.XDefaultRootWindow.restype = ctypes.c_ulong
+root = ctypes.c_ulong(x.XDefaultRootWindow(d))
+x.XCreateSimpleWindow.restype = ctypes.c_ulong
+w = ctypes.c_ulong(x.XCreateSimpleWindow(d, root, 1000, 700, 100, 100, 0, 0, 0))
+x.XMapWindow(d, w)
+x.XSync(d, 0)
+time.sleep(0.3)
+x.XSetInputFocus(d, w, 1, 0)
+x.XSync(d, 0)
+print("focus", flush=True)
+time.sleep(60)
+"""
+
+if __name__ == "__main__":
+    main()

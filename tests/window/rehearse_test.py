@@ -1,0 +1,242 @@
+#!/usr/bin/env python3
+"""A whole rehearsal in the real window, by real keys and mouse: plan, cut through, undo, pieces, measures, another saw, take away.
+
+    rehearse_test.py KERF [--pictures FOLDER] [--scale 2]
+
+--pictures keeps the pictures that it takes on its way. Exit code 77: skipped, with the reason."""
+
+import argparse
+import json
+import shutil
+import subprocess
+import time
+
+from drive import Display, Window, skip_without_display_programs, workspace
+
+# A bar across the patient, cut in two by a stroke of some seconds; the disc stands above its middle.
+SCENE = """title = "Bar of cortical and cancellous bone"
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 30.0
+size_y_mm = 10.0
+size_z_mm = 10.0
+voxel_mm = 0.2
+[[bone.block.layer]]
+thickness_mm = 2.0
+region = 24
+[[bone.block.layer]]
+thickness_mm = 8.0
+region = 32
+[tool]
+diameter_mm = 22.0
+thickness_mm = 0.5
+[force]
+law = "hertz_chip"
+[effects.kerf_friction]
+coefficient = 0.2
+[hand]
+model = "H4"
+[[plan.plane]]
+name = "cut"
+point_mm = [0.0, 0.0, -5.0]
+normal = [1.0, 0.0, 0.0]
+margin_mm = 0.5
+[[path.stroke]]
+start_mm = [0.0, 0.0, 13.0]
+end_mm = [0.0, 0.0, 12.0]
+feed_mm_per_s = 3.0
+disc_normal = [1.0, 0.0, 0.0]
+"""
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("kerf")
+    parser.add_argument("--pictures")
+    parser.add_argument("--scale", type=int, default=1)
+    options = parser.parse_args()
+    skip_without_display_programs()
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE)
+    size = (1280 * options.scale, 720 * options.scale)
+    arguments = ["rehearse", "bar.toml", "-o", "out", "--size", f"{size[0]}x{size[1]}", "--scale", str(options.scale), "--json"]
+    kept = []
+
+    with Display(size[0] + 200, size[1] + 200) as display:
+        w = Window(display, options.kerf, arguments, folder, title="kerf rehearse")
+
+        def picture(name):
+            file = folder / w.picture()
+            assert file.stat().st_size > 10_000, file
+            kept.append((name, file))
+
+        centre = (size[0] // 2, size[1] // 2)
+        w.wait_event("running")
+        w.wait_event("first_picture")
+        assert w.state["planes"] == 1, "the scene's plan is there"
+
+        # Help, and the view turned by the mouse.
+        w.key("F1")
+        w.wait_state("help", lambda s: s["help"])
+        picture("help")
+        w.key("question")
+        w.wait_state("no help", lambda s: not s["help"])
+        w.drag((centre[0], centre[1] + 150), (centre[0] - 60, centre[1] + 120), button=3)
+        w.scroll(*centre, 2)
+        picture("begin")
+
+        # A cut half through by keys, held by bone: the saw goes down in the blade's plane and the force shows.
+        w.key("v")  # from the front: down in the picture is down in the bone
+        w.key("l")
+        w.key("bracketleft", "bracketleft", "bracketleft")  # 2 mm/s
+        w.key("space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w._xdotool("keydown", "Down")
+        w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2, 60)
+        force = w.state["force_N"]
+        w.wait_state("half through", lambda s: s["saw_mm"][2] < 9.5, 60)
+        w._xdotool("keyup", "Down")
+        time.sleep(0.5)
+        w.read()
+        assert force > 0.1 or w.state["force_N"] > 0.1, "the bone resists"
+        removed = w.state["removed_mm3"]
+        picture("cutting")
+        w.key("t")
+        picture("translucent")
+        w.key("t", "m", "m")
+        picture("regions")
+        w.key("m")
+
+        # Out of the cut, undo, redo. The spindle stops by itself, so that what comes back is not cut at once.
+        w._xdotool("keydown", "Up")
+        w.wait_state("out of the bone", lambda s: s["saw_mm"][2] > 12, 60)
+        w._xdotool("keyup", "Up")
+        w.key("ctrl+z")
+        w.wait_event("answer", what="Undone", failure="")
+        w.wait_state("the spindle stands", lambda s: not s["spindle"])
+        w.key("ctrl+y")
+        w.wait_event("answer", what="Redone", failure="")
+
+        # A checkpoint by name.
+        w.key("c")
+        w.wait_state("it asks for a name", lambda s: s["entry"])
+        w.type(" of mine")
+        w.key("Return")
+        answer = w.wait_event("answer", what="Checkpoint")
+        assert answer["name"] == "cut 1 of mine", answer
+
+        # Right through.
+        w.key("space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w._xdotool("keydown", "Down")
+        w.wait_state("through", lambda s: s["saw_mm"][2] < -0.8, 90)
+        w._xdotool("keyup", "Down")
+        w.key("space")
+        w._xdotool("keydown", "shift", "keydown", "Up")  # with Shift: fast
+        w.wait_state("out again", lambda s: s["saw_mm"][2] > 13, 90)
+        w._xdotool("keyup", "Up", "keyup", "shift")
+        assert w.state["removed_mm3"] > removed
+
+        # A plane and a depth stop placed by the mouse.
+        w.key("Home", "n")
+        w.wait_state("the plan's menu", lambda s: s.get("menu") == "Plan")
+        picture("plan menu")
+        w.key("1")
+        w.wait_state("points are asked for", lambda s: s["mode"] == "picking")
+        for x, y in ((-200, 20), (-150, -10), (-180, 40)):
+            after = w.mark()
+            w.click(centre[0] + x * options.scale, centre[1] + y * options.scale)
+            w.wait_event("point", after=after)
+        w.wait_state("two planes", lambda s: s["planes"] == 2)
+        w.key("n", "3")
+        w.wait_state("a point is asked for", lambda s: s["mode"] == "picking")
+        w.click(centre[0] + 150 * options.scale, centre[1])
+        w.wait_state("a depth is asked for", lambda s: s["entry"])
+        w.key("BackSpace")
+        w.type("4")
+        w.key("Return")
+        w.wait_state("a stop", lambda s: s["stops"] == 1)
+        picture("plan")
+
+        # Pieces: picked, moved along an axis, turned, measured.
+        w.key("p")
+        pieces = w.wait_event("pieces", seconds=120)
+        assert pieces["count"] == 2, pieces
+        w.wait_event("contact", seconds=60)
+        w.key("a")  # along left - right only
+        w.key("Tab")
+        for _ in range(6):
+            w.key("Right")
+        w.wait_state("a piece is moved", lambda s: any(p["moved_mm"] == 3 for p in s["pieces"]))
+
+        # Towards the other one it overlaps by what is left of 3 mm without the kerf of 0.5, over 10 x 10 mm; away from it
+        # there is a gap of both together. The kerf may be a tenth wider than the disc.
+        def as_moved():
+            w.read()
+            return any(235 < e["overlap_mm3"] < 252 or 3.45 < (e["gap_mm"] or 0) < 3.7
+                       for e in w.events if e["event"] == "contact")
+        deadline = time.monotonic() + 30
+        while not as_moved():
+            w._check(deadline, "neither the overlap nor the gap of a piece moved by 3 mm")
+            time.sleep(0.1)
+        w.key("a", "a", "a", "e", "e")
+        w.wait_state("and turned", lambda s: any(abs(p["turned_deg"] - 2) < 0.01 for p in s["pieces"]))
+        w.key("ctrl+z", "ctrl+z", "ctrl+z")
+        w.wait_state("undone", lambda s: any(p["moved_mm"] == 2.5 for p in s["pieces"]))
+        w.key("ctrl+y")
+        w.wait_state("redone", lambda s: any(p["moved_mm"] == 3 for p in s["pieces"]))
+        w.key("d")
+        w.click(centre[0] - 100 * options.scale, centre[1])
+        w.click(centre[0] + 100 * options.scale, centre[1])
+        label = w.wait_event("measure")["label"]
+        assert label.endswith(" mm"), label
+        time.sleep(0.3)
+        picture("pieces")
+        w.key("h")
+        w.wait_state("hidden", lambda s: any(p["hidden"] for p in s["pieces"]))
+        w.key("h")
+
+        # What is taken away.
+        w.key("F9")
+        taken = w.wait_event("taken_away", seconds=120)
+        assert "failure" not in taken, taken
+        w.key("Escape")
+        w.wait_state("cutting again", lambda s: s["mode"] == "cutting")
+
+        # Another saw goes on with the same bone.
+        sessions = w.mark()
+        w.key("2")
+        w.wait_event("running", after=sessions, seconds=120)
+        w.wait_state("the fine disc", lambda s: s["saw"] == "fine disc 16")
+        picture("another saw")
+        w.key("ctrl+q")
+        code, out = w.wait_end()
+        assert code == 0, out
+
+    left = json.loads(out[out.index("{"):])
+    assert len(left["recordings"]) == 2, left
+    away = folder / left["take_away"]
+    names = {p.name for p in away.iterdir()}
+    for name in ("report.html", "measures.csv", "transforms.json", "planned.mrk.json", "achieved.mrk.json", "pieces.json"):
+        assert name in names, (name, names)
+    assert sum(name.endswith(".stl") for name in names) >= 2, names
+    report = (away / "report.html").read_text()
+    assert "http://" not in report.replace("http://www.w3.org", "") and "cut" in report
+    assessed = json.loads((away / "assessment.json").read_text())
+    cut = next(p for p in assessed["planes"] if p["name"] == "cut")
+    assert abs(cut["offset_mm"]) < 0.2, cut
+
+    # What was recorded is what was done: both sessions come out again to the bit, without a window.
+    for i, recording in enumerate(left["recordings"]):
+        done = subprocess.run([options.kerf, "replay", recording, "--verify"], cwd=folder, capture_output=True, text=True)
+        assert done.returncode == 0, (recording, done.stdout, done.stderr)
+    if options.pictures:
+        for name, file in kept:
+            shutil.copy(file, f"{options.pictures}/rehearse_{name.replace(' ', '_')}.png")
+    shutil.rmtree(folder)
+    print("a rehearsal went through:", len(kept), "pictures")
+
+
+if __name__ == "__main__":
+    main()
