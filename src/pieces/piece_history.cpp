@@ -7,6 +7,19 @@
 
 namespace kerf {
 
+bool PieceState::operator==(const PieceState& other) const {
+  return X_WP.p_AB == other.X_WP.p_AB && X_WP.R_AB == other.X_WP.R_AB && hidden == other.hidden &&
+         deleted == other.deleted;
+}
+
+std::array<double, 16> MakeMatrix(const Pose& X) {
+  const Vec3 x = X.Vector({1, 0, 0});
+  const Vec3 y = X.Vector({0, 1, 0});
+  const Vec3 z = X.Vector({0, 0, 1});
+  const Vec3& p = X.p_AB;
+  return {x.x, y.x, z.x, p.x, x.y, y.y, z.y, p.y, x.z, y.z, z.z, p.z, 0, 0, 0, 1};
+}
+
 std::string Describe(const PieceAction& action) {
   if (!action.name.empty()) return fmt::format("{} '{}'", action.what, action.name);
   return action.piece.empty() ? action.what : fmt::format("{} {}", action.what, action.piece);

@@ -55,11 +55,6 @@ Vec3 CalcCentroidOf(const TriangleMesh& mesh) {
 
 }  // namespace
 
-bool PieceState::operator==(const PieceState& other) const {
-  return X_WP.p_AB == other.X_WP.p_AB && X_WP.R_AB == other.X_WP.R_AB && hidden == other.hidden &&
-         deleted == other.deleted;
-}
-
 struct PieceSet::State {
   struct Part {
     Piece piece;
@@ -350,14 +345,6 @@ Pose ConstrainToAxis(const Pose& X_WW, const Vec3& p_W, const Vec3& axis_W) {
   const Quat twist = length > 1e-12 ? Quat(q.w / length, along / length * axis) : Quat(1, 0, 0, 0);
   const double way_mm = glm::dot(axis, X_WW.Point(p_W) - p_W);
   return {twist, p_W - twist * p_W + way_mm * axis};
-}
-
-std::array<double, 16> MakeMatrix(const Pose& X) {
-  const Vec3 x = X.Vector({1, 0, 0});
-  const Vec3 y = X.Vector({0, 1, 0});
-  const Vec3 z = X.Vector({0, 0, 1});
-  const Vec3& p = X.p_AB;
-  return {x.x, y.x, z.x, p.x, x.y, y.y, z.y, p.y, x.z, y.z, z.z, p.z, 0, 0, 0, 1};
 }
 
 }  // namespace kerf
