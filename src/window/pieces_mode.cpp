@@ -47,6 +47,7 @@ void PiecesMode::Enter() {
   contacts_.reset();
   splitting_ = std::async(std::launch::async, [bone = theatre_.session()->AskBone(), earlier = pieces_]() mutable {
     auto pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
+    pieces->Prepare();
     if (!earlier) return pieces;
     try {
       pieces->Restore(earlier->FormatJson(), "the pieces before");
