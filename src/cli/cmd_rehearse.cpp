@@ -24,13 +24,17 @@ struct Options {
   std::vector<std::string> plans;
   std::string saws;
   double voxel_mm = 0.2;
+  bool obj = false;
+  bool watch = false;
   bool json = false;
 };
 
 void Run(const Options& options) {
   RehearsalOptions rehearsal;
   rehearsal.theatre = MakeTheatreOptions(options.window, "kerf rehearse", "rehearsal");
+  rehearsal.theatre.scripted = options.watch;
   rehearsal.input = options.input;
+  rehearsal.obj = options.obj;
   rehearsal.open = {.folder = rehearsal.theatre.folder, .voxel_mm = options.voxel_mm};
   rehearsal.plans = options.plans;
   rehearsal.saws = options.saws.empty() ? BuiltInSaws() : ParseSaws(ReadTextFile(options.saws), options.saws);
@@ -63,6 +67,9 @@ void AddRehearseCommand(CLI::App& app) {
   command->add_option("--voxel", options->voxel_mm, "Voxels of a bone that is imported")
       ->check(NumberWithin(0.05, 2, "mm"))
       ->capture_default_str();
+  command->add_flag("--watch", options->watch,
+                    "The scene's own hand goes along its path, as in 'kerf loop'; the mouse has the view alone");
+  command->add_flag("--obj", options->obj, "Pieces are taken away as OBJ, not as STL");
   AddWindowOptions(*command, options->window);
   command->add_flag("--json", options->json, "What was left behind, as JSON");
   command->callback([options] { Run(*options); });

@@ -15,8 +15,8 @@ constexpr double kFeedOver_s = 0.1;
 }  // namespace
 
 LiveSession::LiveSession(Scene scene, LiveOptions options)
-    : scene_(std::move(scene)), options_(std::move(options)), rpm_(options_.spindle_rpm) {
-  asked_.push_back({.at_s = 0, .kind = LoopAction::Kind::kSpindle, .rpm = options_.spindle_rpm, .name = ""});
+    : scene_(std::move(scene)), options_(std::move(options)), rpm_(options_.scripted ? scene_.tool.rpm : 0) {
+  asked_.push_back({.at_s = 0, .kind = LoopAction::Kind::kSpindle, .rpm = rpm_, .name = ""});
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -35,8 +35,7 @@ void LiveSession::Run() {
   loop.scene_file = options_.scene_file;
   loop.peer = this;
   loop.take_tick = [this](const LoopSample& sample, std::span<const double> channels) { TakeTick(sample, channels); };
-  loop.make_hand = options_.make_hand;
-  if (!loop.make_hand) {
+  if (!options_.scripted) {
     loop.make_hand = [this](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm, double) {
       DeviceSample sample;
       device.Read(sample);

@@ -46,9 +46,8 @@ enum class LiveStage : std::uint8_t { kLoading, kRunning, kEnding, kEnded };
 struct LiveOptions {
   std::string record;      // empty: none
   std::string scene_file;  // that the recording names
-  MakeHand make_hand;      // empty: the mouse's
+  bool scripted = false;   // the scene's own hand along its path, with the spindle on; else the mouse's
   double seconds = kMostLoop_s;
-  double spindle_rpm = 0;                        // it begins with; the scene's is what it is turned on with
   std::function<void(const LeafMessage&)> leaf;  // of the bone, in the session's thread; may be empty
   /// In the session's thread before all else; may be empty.
   std::function<void()> prepare;

@@ -322,6 +322,7 @@ void Rehearsal::TakeAway() {
   theatre_->SetSpindle(false);
   TakeAwayOrder order;
   order.folder = options_.theatre.folder + "/take-away";
+  order.obj = options_.obj;
   order.scene = theatre_->session()->scene();
   order.recordings = result_.recordings;
   order.plan = plan_;

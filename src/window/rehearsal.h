@@ -25,6 +25,7 @@ struct RehearsalOptions {
   OpenOptions open;
   std::vector<std::string> plans;  // .mrk.json files of planes
   std::vector<Saw> saws;           // to switch among; not empty
+  bool obj = false;                // pieces are taken away as OBJ, else as STL
 };
 
 /// What was left behind.

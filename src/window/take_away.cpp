@@ -55,7 +55,7 @@ std::string DoTakeAway(TakeAwayOrder& order) {
   taken.provenance.push_back({"voxel", fmt::format("{:g} mm", after.voxel_mm())});
   taken.provenance.push_back({"report by", fmt::format("kerf {} ({})", VersionString(), CommitString())});
   // Enough for a model to print; a whole piece at 0.1 mm would be 135 MB.
-  WriteTakeAway(taken, order.folder, {.triangles = 300'000});
+  WriteTakeAway(taken, order.folder, {.obj = order.obj, .triangles = 300'000});
   return order.folder;
 }
 

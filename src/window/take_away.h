@@ -18,6 +18,7 @@ namespace kerf {
 
 struct TakeAwayOrder {
   std::string folder;  // made when missing
+  bool obj = false;    // pieces, else STL
   Scene scene;
   std::vector<std::string> recordings;
   Plan plan;

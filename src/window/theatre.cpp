@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "bonefile/bonefile.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "session/make_bone.h"
@@ -22,6 +23,13 @@ constexpr std::size_t kMostForces = 200'000;  // more than an hour of the curve
 constexpr double kPreviewVoxel_mm = 0.8;
 constexpr std::array<View, 7> kViews{View::kThreeQuarter, View::kFront, View::kLeft,  View::kRight,
                                      View::kTop,          View::kBack,  View::kBottom};
+
+/// The loop needs no CT numbers, the slices do: with those of the bone's file, where it has any.
+Bone WithCtNumbers(const Bone& bone, const std::string& file) {
+  if (file.empty() || bone.has_hu()) return bone;
+  Bone read = ReadBone(file, {.hu = true});
+  return read.has_hu() ? read : bone;
+}
 
 double SecondsSince(std::chrono::steady_clock::time_point then) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - then).count();
@@ -64,9 +72,11 @@ void Theatre::Begin(const Scene& scene, const std::string& scene_file, bool same
   live.leaf = [this](const LeafMessage& leaf) {
     if (leaves_to_) leaves_to_->Offer(leaf);
   };
-  live.begin = [this, goes_on](const Bone& bone, const EffectPlan&) {
+  live.scripted = options_.scripted;
+  live.begin = [this, goes_on, file = scene.bone.source == BoneSource::kFile ? scene.bone.file : ""](
+                   const Bone& bone, const EffectPlan&) {
     if (goes_on) return;
-    leaves_to_ = std::make_shared<SurfaceWorker>(bone);
+    leaves_to_ = std::make_shared<SurfaceWorker>(WithCtNumbers(bone, file));
     {
       const std::lock_guard lock(mutex_);
       made_ = Made{.surface = leaves_to_, .materials = bone.materials(), .voxel_mm = bone.voxel_mm()};
@@ -108,6 +118,10 @@ bool Theatre::spindle_on() const {
   return session_ && session_->rpm() != 0;
 }
 
+bool Theatre::steers() const {
+  return is_running() && activity_->cuts() && !options_.scripted;
+}
+
 void Theatre::SetSpindle(bool on) {
   if (!is_running() || on == spindle_on()) return;
   session_->SetSpindle(on ? session_->scene().tool.rpm : 0);
@@ -125,11 +139,17 @@ void Theatre::FollowSession() {
         view_->FitAll();
       }
       fitted_ = true;
+      fit_again_ = !looked_about_;
       made_.reset();
       trace_.Write("bone");
     }
     if (inner_made_) view_->SetInnerSurfaces(*inner_made_);
     inner_made_.reset();
+  }
+  // The box was known first, the surface itself now.
+  if (fit_again_ && !looked_about_ && surface_->first_done()) {
+    fit_again_ = false;
+    view_->FitAll();
   }
   if (surface_) {
     for (const ChunkMesh& chunk : surface_->Fetch()) {
@@ -341,8 +361,11 @@ void Theatre::Take(const WindowEvent& event) {
       event.kind == Kind::kKeyDown && (event.key == Key::kF12 || (event.control && event.key == Key::kQ));
   if (!always && activity_->Take(event)) return;
   if (event.kind == Kind::kKeyDown && TakeKey(event)) return;
+  const bool turns =
+      event.kind == Kind::kScroll || (event.kind == Kind::kMouseDown && event.button != MouseButton::kLeft);
+  looked_about_ = looked_about_ || turns;
   const bool on_panel = event.kind == Kind::kMouseDown && view_->IsOnPanel({event.x, event.y});
-  if (is_running() && activity_->cuts() && !on_panel && controls_->Take(event, MakeBasis())) return;
+  if (steers() && !on_panel && controls_->Take(event, MakeBasis())) return;
   TakeMouse(event);
 }
 
@@ -360,7 +383,7 @@ void Theatre::PutToolInPicture(double dt_s) {
   if (!session_ || !began_) return;
   spin_rad_ = std::fmod(spin_rad_ + figures_.rpm / 60 * 2 * 3.14159265358979 * dt_s, 2 * 3.14159265358979);
   view_->SetToolPose(figures_.X_WT, figures_.rpm, spin_rad_);
-  const bool leads = glm::length(controls_->wanted().p_AB - figures_.X_WT.p_AB) > 1;
+  const bool leads = !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.X_WT.p_AB) > 1;
   view_->SetGhost(leads ? std::optional(controls_->wanted()) : std::nullopt);
   const double force_N = glm::length(figures_.f_hand_N);
   view_->SetForce(force_N > 0.05 ? std::optional(ForceArrow{.p_W = figures_.X_WT.p_AB, .f_W_N = figures_.f_hand_N})
@@ -373,7 +396,7 @@ void Theatre::PutToolInPicture(double dt_s) {
 
 void Theatre::Update(double dt_s) {
   FollowSession();
-  if (is_running() && activity_->cuts() && began_) {
+  if (steers() && began_) {
     controls_->Advance(dt_s, MakeBasis(), figures_.X_WT);
     session_->SetTarget(controls_->wanted());
   }

@@ -28,7 +28,8 @@ struct TheatreOptions {
   std::string log;     // Trace; empty: none
   int width = 1280;
   int height = 720;
-  double scale = 0;                              // of words and lines; 0: the display's
+  double scale = 0;       // of words and lines; 0: the display's
+  bool scripted = false;  // the scene's own hand goes along its path; the mouse has the view alone
   const std::atomic<bool>* interrupt = nullptr;  // ends it; may be null
 };
 
@@ -87,6 +88,7 @@ class Theatre {
   /// Activity::Ended() follows.
   void End();
   LiveSession* session() { return session_.get(); }
+  bool steers() const;  // the mouse and the keys have the saw
   bool is_running() const { return session_ && session_->stage() == LiveStage::kRunning; }
   const LiveFigures& figures() const { return figures_; }
   const std::string& recording() const { return recording_; }
@@ -157,8 +159,10 @@ class Theatre {
   std::vector<PlotPoint> forces_;
   std::string recording_;
   int sessions_ = 0;
-  bool began_ = false;  // Activity::Began() of this session was called
-  bool fitted_ = false;
+  bool began_ = false;   // Activity::Began() of this session was called
+  bool fitted_ = false;  // the view was, to a bone
+  bool fit_again_ = false;
+  bool looked_about_ = false;  // somebody has turned the view since
 
   bool quitting_ = false;
   bool done_ = false;

@@ -116,8 +116,8 @@ TEST_F(HistoryTest, IsWhereTheEnvironmentSays) {
   setenv("XDG_DATA_HOME", "/data", 1);
   EXPECT_EQ(FindHistoryFile(), "/data/kerf/practise.db");
   unsetenv("XDG_DATA_HOME");
-  setenv("HOME", "/home/ida", 1);
-  EXPECT_EQ(FindHistoryFile(), "/home/ida/.local/share/kerf/practise.db");
+  setenv("HOME", "/nowhere/ida", 1);
+  EXPECT_EQ(FindHistoryFile(), "/nowhere/ida/.local/share/kerf/practise.db");
   if (was != nullptr) setenv("KERF_DATA", kept.c_str(), 1);
 }
 

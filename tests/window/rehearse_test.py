@@ -204,6 +204,14 @@ def main():
         w.key("Escape")
         w.wait_state("cutting again", lambda s: s["mode"] == "cutting")
 
+        # The guide holds the saw to the plan's first plane, and lets go of it again.
+        w.key("n", "5")  # the next plane: the scene's own
+        for guided in (True, False):
+            sessions = w.mark()
+            w.key("g")
+            w.wait_event("running", after=sessions, seconds=120)
+            w.wait_state("the guide", lambda s: s["guided"] == guided)
+
         # Another saw goes on with the same bone.
         sessions = w.mark()
         w.key("2")
@@ -215,7 +223,7 @@ def main():
         assert code == 0, out
 
     left = json.loads(out[out.index("{"):])
-    assert len(left["recordings"]) == 2, left
+    assert len(left["recordings"]) == 4, left
     away = folder / left["take_away"]
     names = {p.name for p in away.iterdir()}
     for name in ("report.html", "measures.csv", "transforms.json", "planned.mrk.json", "achieved.mrk.json", "pieces.json"):
