@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "view/draw_list.h"
+
 namespace kerf {
 namespace {
 
@@ -53,6 +55,10 @@ FlatBox CalcModal(double width, double height, const HudState& state) {
     h = kHelpHead + HelpHeight(state.help, w - 4 * S::kInset) + 2 * S::kInset;
   } else if (state.menu) {
     w = 640;
+    for (const HudMenuRow& row : state.menu->rows) {
+      w = std::max(w, 1.05 * (CalcTextWidth(row.name, S::kText, true) + CalcTextWidth(row.detail, S::kSmall, false)) +
+                          6 * S::kInset);
+    }
     h = kMenuHead + kMenuRow * static_cast<double>(state.menu->rows.size()) + kMenuFoot;
   } else if (state.result) {
     w = 700;

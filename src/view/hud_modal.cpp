@@ -116,7 +116,7 @@ void DrawMenu(const HudMenu& menu, const FlatBox& box, DrawList& list) {
     if (selected) ink::Selected(at, list);
     const FlatColour& colour = row.enabled ? ink::kText : ink::kFaint;
     const double room = at.width - 2 * S::kInset;
-    const std::string detail = CutText(row.detail, S::kSmall, false, 0.6 * room);
+    const std::string detail = CutText(row.detail, S::kSmall, false, 0.72 * room);
     const double taken = 1.05 * CalcTextWidth(detail, S::kSmall, false);
     list.Text({CutText(row.name, S::kText, selected, room - taken - 12), at.left + S::kInset, at.top + 6, S::kText,
                selected, false, Align::kLeft, colour});
