@@ -99,6 +99,15 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
   }
   subject.title = TitleOf(recorded.scene);
   subject.plan = recorded.scene.plan;
+  if (subject.plan.empty() && recorded.scene.exercise.given) {
+    // An exercise wants a cut as a plan does.
+    const WantedCut cut = MakeWantedCut(recorded.scene.exercise, MakeTool(recorded.scene));
+    subject.plan.planes = {{.name = "wanted cut",
+                            .plane = {cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}), cut.across_W},
+                            .margin_mm = cut.margin_mm}};
+    subject.plan.stops = {
+        {.name = "wanted depth", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm}};
+  }
   subject.of_patient = IsOfPatient(recorded.scene);
   subject.blade_mm = CalcBladeWidth(MakeTool(recorded.scene));
   subject.before = std::move(summary.before);
@@ -123,12 +132,12 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
 void TakeBones(const Options& options, StageBars& bars, Subject& subject) {
   const bool markups = EndsWith(options.file, ".mrk.json");
   if (options.after.empty()) {
-    throw CLI::RequiredError("--after (the bone after the cut); only a recording of 'kerf loop' needs none");
+    throw CLI::RequiredError("--after");
   }
   subject.provenance = {{markups ? "plan" : "scene", std::filesystem::path(options.file).filename().string()}};
   const auto show = [&](double fraction) { bars.Show("reading the bones", fraction); };
   if (markups) {
-    if (options.before.empty()) throw CLI::RequiredError("--before (the bone before the cut)");
+    if (options.before.empty()) throw CLI::RequiredError("--before");
     subject.plan.planes = ReadPlannedPlanes(options.file);
     const std::string file_name = std::filesystem::path(options.file).filename().string();
     subject.title = file_name.substr(0, file_name.find('.'));

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/numbers.h"
 #include "cli/practise_history.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -147,7 +148,7 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
   command.add_option("--seed", options.seed, "Of the agent's errors and tremor")->needs(agent)->capture_default_str();
   command.add_option("--seconds", options.seconds, "The agent stops after this; 0: when it has finished")
       ->needs(agent)
-      ->check(CLI::Range(0.0, kMostLoop_s));
+      ->check(NumberWithin(0, kMostLoop_s, "s"));
   command.add_option("--record", options.record, "Record the session into this file, which must not be there yet");
   CLI::Option* json = command.add_flag("--json", options.json, "Print as JSON");
   command.add_flag("--csv", options.csv, "Print the history as rows")->excludes(json);
@@ -159,6 +160,12 @@ bool WantsPractiseHistory(const PractiseOptions& options) {
 }
 
 int RunPractiseHistory(const PractiseOptions& options) {
+  if (!options.report.empty()) {
+    if (std::filesystem::path(options.report).extension() != ".html") {
+      throw CLI::ValidationError("--report", fmt::format("'{}' must end in .html", options.report));
+    }
+    CheckInputsStay({FindHistoryFile(), options.hand_in}, {options.report});
+  }
   if (options.list) PrintList(options.json);
   if (options.agents > 0) PrintAgents(options);
   if (!options.agent.empty()) RunAgent(options);

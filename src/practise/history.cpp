@@ -189,6 +189,10 @@ std::vector<Attempt> History::List(const std::string& student) const {
 
 Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student) {
   if (student.empty()) throw Error("the student has no name");
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (std::any_of(student.begin(), student.end(), is_control) || student.front() == ' ' || student.back() == ' ') {
+    throw Error("the student's name has control characters in it, or spaces about it");
+  }
   if (student.size() > kMostName) throw Error(fmt::format("the student's name is longer than {} bytes", kMostName));
   Attempt attempt;
   attempt.student = student;

@@ -72,7 +72,8 @@ RecordingHead MakeRecordingHead(const Scene& scene, const std::string& scene_fil
   RecordingHead head;
   head.kind = kind;
   head.scene_name = scene.name;
-  head.scene_file = std::filesystem::absolute(scene_file).lexically_normal().string();
+  // A scene that was made up has no file.
+  if (!scene_file.empty()) head.scene_file = std::filesystem::absolute(scene_file).lexically_normal().string();
   head.scene_toml = ResolvedToml(scene);
   head.bone_hash = bone.CalcHash();
   head.material_hash = bone.CalcMaterialHash();

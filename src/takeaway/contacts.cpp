@@ -23,8 +23,11 @@ Prepared Prepare(const TakeAway& taken, const TakeAwayOptions& options) {
       } else if (const auto gap = set.CalcGapTo(a, b, options.gap_limit_mm)) {
         row.gap_mm = gap->gap_mm;
       }
-      const Facing facing = set.CalcFacingTo(a, b);
-      if (facing.area_mm2 > 0) row.facing = facing;
+      // Within each other there is nothing that faces.
+      if (row.overlap_mm3 <= 0) {
+        const Facing facing = set.CalcFacingTo(a, b);
+        if (facing.area_mm2 > 0) row.facing = facing;
+      }
       out.pairs.push_back(row);
     }
   }

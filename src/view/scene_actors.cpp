@@ -268,7 +268,7 @@ void SceneActors::SetPieces(const std::vector<PieceShape>& pieces) {
       s.scene.AddActor(to.actor);
       s.scene.AddActor(to.frame);
     }
-    const Rgb8 colour = piece.selected ? Lighter(piece.colour, 0.55, {90, 170, 255}) : piece.colour;
+    const Rgb8 colour = piece.selected ? Lighter(piece.colour, 0.3, {255, 255, 255}) : piece.colour;
     to.actor->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
     to.actor->GetProperty()->SetAmbient(piece.selected ? 0.34 : 0.22);
     to.actor->SetVisibility(!piece.hidden);

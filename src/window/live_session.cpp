@@ -76,6 +76,8 @@ void LiveSession::Begin(const LoopBeginning& beginning) {
 
 void LiveSession::TakeLeaf(const LeafMessage& leaf) {
   if (options_.leaf) options_.leaf(leaf);
+  const std::lock_guard lock(mutex_);
+  ++figures_.changes;
 }
 
 void LiveSession::TakeTick(const LoopSample& sample, std::span<const double> channels) {

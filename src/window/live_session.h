@@ -26,8 +26,9 @@ struct LiveFigures {
   Pose X_WH;         // where the hand has the handle
   Vec3 f_hand_N{0};  // on the hand, simulated
   double engaged_teeth = 0;
-  double removed_mm3 = 0;    // so far
-  double feed_mm_per_s = 0;  // of the tool's middle, over the last tenth of a second
+  std::uint64_t changes = 0;  // leaves of the bone that have changed so far, by cuts, undo and redo
+  double removed_mm3 = 0;     // so far
+  double feed_mm_per_s = 0;   // of the tool's middle, over the last tenth of a second
   double rpm = 0;
   std::uint64_t ticks = 0;
   std::uint64_t missed = 0;  // deadlines

@@ -6,8 +6,10 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <utility>
 
+#include "bone/surface.h"
 #include "kerf/error.h"
 #include "pieces/measure.h"
 
@@ -38,12 +40,14 @@ void PiecesMode::Enter() {
   theatre_.view().ClearTool();
   theatre_.view().SetGhost(std::nullopt);
   theatre_.view().SetForce(std::nullopt);
-  if (pieces_ && removed_mm3_ == theatre_.figures().removed_mm3) {
+  const std::uint64_t changes = theatre_.session()->figures().changes;
+  if (is_up_to_date()) {
     theatre_.view().set_bone_hidden(true);
     Show();
     return;
   }
-  removed_mm3_ = theatre_.figures().removed_mm3;
+  session_ = theatre_.sessions();
+  changes_ = changes;
   contacts_.reset();
   splitting_ = std::async(std::launch::async, [bone = theatre_.session()->AskBone(), earlier = pieces_]() mutable {
     auto pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
@@ -56,6 +60,11 @@ void PiecesMode::Enter() {
     }
     return pieces;
   });
+}
+
+bool PiecesMode::is_up_to_date() const {
+  LiveSession* session = theatre_.session();
+  return pieces_ && session != nullptr && session_ == theatre_.sessions() && changes_ == session->figures().changes;
 }
 
 void PiecesMode::Leave() {
@@ -71,8 +80,14 @@ void PiecesMode::Leave() {
 
 void PiecesMode::Update() {
   if (IsReady(splitting_)) {
-    pieces_ = splitting_.get();
-    selected_ = pieces_->size() > 1 ? 1 : 0;
+    try {
+      pieces_ = splitting_.get();
+    } catch (const std::exception& e) {  // the session ended meanwhile
+      theatre_.Say(fmt::format("The bone could not be taken apart: {}", e.what()));
+      return;
+    }
+    MakeShapes();
+    selected_ = pieces_->size() > 1 ? 1 : pieces_->size() - 1;
     theatre_.view().set_bone_hidden(true);
     theatre_.Say(pieces_->size() == 1 ? "The bone is in one piece"
                                       : fmt::format("{} pieces; click one to pick it, F1 for help", pieces_->size()));
@@ -105,6 +120,20 @@ std::optional<Vec3> PiecesMode::axis() const {
   return axis;
 }
 
+void PiecesMode::MakeShapes() {
+  // A software renderer takes 0.2 us a triangle: what is drawn is coarser on flat faces than what is measured.
+  constexpr std::size_t kMostTriangles = 200'000;
+  shapes_.clear();
+  for (int i = 0; i < pieces_->size(); ++i) {
+    const Piece& piece = pieces_->piece(i);
+    if (piece.mesh.triangles.size() <= kMostTriangles) {
+      shapes_.push_back(std::shared_ptr<const TriangleMesh>(pieces_, &piece.mesh));
+    } else {
+      shapes_.push_back(std::make_shared<const TriangleMesh>(ExtractSurface(piece.bone, 0.6)));
+    }
+  }
+}
+
 void PiecesMode::Show() {
   if (!pieces_) return;
   std::vector<PieceShape> shapes;
@@ -113,7 +142,7 @@ void PiecesMode::Show() {
     if (state.deleted) continue;
     PieceShape shape;
     shape.id = i + 1;
-    shape.mesh_W = std::shared_ptr<const TriangleMesh>(pieces_, &pieces_->piece(i).mesh);
+    shape.mesh_W = shapes_[static_cast<std::size_t>(i)];
     shape.X_WP = state.X_WP;
     shape.colour = ColourOf(i);
     shape.selected = i == selected_;
@@ -141,6 +170,7 @@ void PiecesMode::Select(int piece) {
 
 void PiecesMode::SelectNext(int by) {
   const int count = pieces_->size();
+  if (count == 0) return;
   for (int tried = 0; tried < count; ++tried) {
     selected_ = (selected_ + by + count) % count;
     if (!pieces_->state(selected_).deleted) break;

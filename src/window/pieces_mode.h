@@ -30,6 +30,8 @@ class PiecesMode {
   /// Null before they are there.
   const std::shared_ptr<PieceSet>& pieces() const { return pieces_; }
   std::vector<TakenMeasure> measures() const;
+  /// The bone has not changed since they were split.
+  bool is_up_to_date() const;
 
  private:
   enum class Asking { kNothing, kDistance, kAngle };
@@ -40,6 +42,7 @@ class PiecesMode {
   void Select(int piece);
   void SelectNext(int by);
   void Changed();  // a step is done: contacts anew
+  void MakeShapes();
   void Show();
   std::optional<Vec3> axis() const;
   void ShowCheckpoints();
@@ -58,7 +61,9 @@ class PiecesMode {
   bool entered_ = false;
   std::future<std::shared_ptr<PieceSet>> splitting_;
   std::shared_ptr<PieceSet> pieces_;
-  double removed_mm3_ = -1;  // when they were split
+  std::vector<std::shared_ptr<const TriangleMesh>> shapes_;  // as they are drawn
+  int session_ = 0;                                          // in which they were split,
+  std::uint64_t changes_ = 0;                                // after so many changes of the bone
   int selected_ = -1;
   int axis_ = -1;  // 0 to 2: what moves goes along this axis of the patient; -1: freely
   int gesture_ = 1;

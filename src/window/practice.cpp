@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "files/files.h"
 #include "kerf/error.h"
 #include "plan/plan.h"
 #include "record/recording.h"
@@ -18,7 +19,7 @@ namespace {
 
 // Of the gauge: from here to the goal one is told to slow down, and from there to stop.
 constexpr double kSlow_mm = 1.0;
-constexpr double kStop_mm = 0.2;
+constexpr double kStop_mm = 0.3;
 
 template <typename T>
 bool IsReady(const std::future<T>& future) {
@@ -26,10 +27,23 @@ bool IsReady(const std::future<T>& future) {
 }
 
 HudLevel LevelOf(double to_goal_mm) {
-  return to_goal_mm < -kStop_mm  ? HudLevel::kBad
-         : to_goal_mm < kStop_mm ? HudLevel::kGood
-         : to_goal_mm < kSlow_mm ? HudLevel::kWarn
-                                 : HudLevel::kPlain;
+  return to_goal_mm < -kSlow_mm   ? HudLevel::kBad
+         : to_goal_mm < -kStop_mm ? HudLevel::kWarn
+         : to_goal_mm < kStop_mm  ? HudLevel::kGood
+         : to_goal_mm < kSlow_mm  ? HudLevel::kWarn
+                                  : HudLevel::kPlain;
+}
+
+/// Small ones with a digit more, whole ones without any.
+std::string ShowValue(double value, const std::string& unit) {
+  const int digits = value == std::round(value) && unit.empty() ? 0 : std::abs(value) < 0.1 ? 3 : 2;
+  const std::string shown = fmt::format("{:.{}f}", std::abs(value) < 0.0005 ? 0.0 : value, digits);
+  return unit.empty() ? shown : fmt::format("{} {}", shown, unit == "degrees" ? "°" : unit);
+}
+
+/// Beside a recording: its sheet.
+std::string PageOf(const std::string& recording) {
+  return recording.substr(0, recording.rfind('.')) + ".html";
 }
 
 /// Of the blade. Told apart by people who confuse red and green too.
@@ -49,6 +63,7 @@ Rgb8 ColourOf(HudLevel level) {
 }  // namespace
 
 Practice::Practice(const PracticeOptions& options) : options_(options) {
+  options_.theatre.ghost = false;  // it would cover the blade's colour
   if (!options_.exercise.empty()) FindExercise(options_.exercise);
   if (!options_.student.empty()) history_.emplace(FindHistoryFile());
   theatre_ = std::make_unique<Theatre>(options_.theatre);
@@ -82,7 +97,7 @@ void Practice::Choose() {
 }
 
 void Practice::ChooseLevel(const Exercise& exercise) {
-  static constexpr std::array<const char*, kLevels> kAids{"all aids", "no depth stop", "no stop, no tone",
+  static constexpr std::array<const char*, kLevels> kAids{"all aids", "no depth stop", "gauge and blade's colour",
                                                           "the gauge alone", "no aids"};
   std::vector<MenuItem> items;
   for (int level = 1; level <= kLevels; ++level) {
@@ -124,10 +139,16 @@ void Practice::Began() {
   // From the side and a little from above, the line across the picture; straight cuts are for the blade's plane.
   const WantedCut& cut = gauge_->cut();
   const Vec3 side_W = glm::cross(cut.along_W, -cut.into_W);  // the line goes to the right
-  theatre_->view().camera().Look(side_W - 0.45 * cut.into_W, -cut.into_W);
+  const Vec3 middle_W = cut.ToWorld({0.5 * cut.length_mm, 0, 0});
+  // From outside, where that makes a difference.
+  const bool inside = glm::dot(side_W, middle_W - theatre_->bone_at_start()->CalcBounds().centre()) < -1;
+  ViewCamera& camera = theatre_->view().camera();
+  camera.Look((inside ? -side_W : side_W) - 0.6 * cut.into_W, -cut.into_W);
   theatre_->view().FitAll();
+  camera.set_target_W(middle_W - 0.25 * cut.radius_mm * cut.into_W);
+  camera.set_height_mm(std::min(camera.height_mm(), 3.2 * cut.radius_mm + cut.length_mm));
   theatre_->controls().set_in_blade_plane(true);
-  theatre_->Say(exercise_->goal + "  Space: saw, Enter: finished");
+  begun_ = false;
 }
 
 void Practice::ShowGoal() {
@@ -186,12 +207,20 @@ HudResult Practice::MakeResult() const {
   HudResult result;
   result.title = fmt::format("{}, level {}", exercise_->title, options_.level);
   result.headline = sheet_->total ? fmt::format("{:.0f} of 100", *sheet_->total) : "not scored";
+  if (const std::optional<double> share = sheet_->Get("cut_share"); share && sheet_->total) {
+    result.rows.push_back({.name = "share of the wanted cut",
+                           .value = fmt::format("{:.2f}", *share),
+                           .note = "times the points below",
+                           .level = *share > 0.9   ? HudLevel::kGood
+                                    : *share > 0.6 ? HudLevel::kWarn
+                                                   : HudLevel::kBad});
+  }
   for (const bool counts : {true, false}) {
     for (const MeasureRow& row : sheet_->rows) {
-      if (!row.value || (row.weight > 0) != counts) continue;
+      if (!row.value || (row.weight > 0) != counts || std::string_view(row.info->key) == "cut_share") continue;
       HudResultRow line;
       line.name = row.info->name;
-      line.value = fmt::format("{:.2f} {}", *row.value, row.info->unit);
+      line.value = ShowValue(*row.value, row.info->unit);
       line.note = counts ? fmt::format("{:.0f} % of its points", 100 * row.points.value_or(0)) : "information";
       const double points = row.points.value_or(1);
       line.level = !counts         ? HudLevel::kPlain
@@ -201,8 +230,8 @@ HudResult Practice::MakeResult() const {
       result.rows.push_back(std::move(line));
     }
   }
-  result.footer = options_.level < kLevels ? "Enter: again   N: next level   Esc: other exercises"
-                                           : "Enter: again   Esc: other exercises";
+  result.footer = fmt::format("Enter: again{}   Esc: other exercises   All of it: {}",
+                              options_.level < kLevels ? "   N: next level" : "", PageOf(recordings_.back()));
   return result;
 }
 
@@ -252,19 +281,33 @@ void Practice::Update(double /*dt_s*/) {
     }
   }
   if (!IsReady(scoring_)) return;
-  sheet_ = scoring_.get();
+  try {
+    sheet_ = scoring_.get();
+    WriteTextFile(PageOf(recordings_.back()), FormatSheetHtml(*sheet_));
+  } catch (const Error& e) {
+    theatre_->Say(e.what());
+    if (!sheet_) return Choose();
+  }
   state_ = State::kResult;
   theatre_->trace().Write("score", {{"total", sheet_->total ? nlohmann::json(*sheet_->total) : nullptr},
                                     {"sheet", nlohmann::json::parse(FormatSheetJson(*sheet_))}});
   if (!history_) return;
-  history_->Add(MakeAttempt(*sheet_, options_.student));
-  theatre_->Say(fmt::format("Kept for {}", options_.student));
+  if (sheet_->Get("removed_mm3").value_or(0) <= 0) return theatre_->Say("Nothing was cut: the attempt is not kept");
+  try {
+    history_->Add(MakeAttempt(*sheet_, options_.student));
+    theatre_->Say(fmt::format("Kept for {}", options_.student));
+  } catch (const Error& e) {
+    theatre_->Say(
+        fmt::format("Not kept: {}; 'kerf practise --hand-in {}' does it later", e.what(), recordings_.back()));
+  }
 }
 
 HudGauge Practice::MakeGauge(const std::optional<DepthReading>& reading) const {
   HudGauge gauge;
   gauge.title = "Depth";
-  gauge.upper = std::max(1.0, 1.4 * scene_.exercise.depth_mm);
+  gauge.upper = scene_.exercise.depth_mm + 1.8 * kSlow_mm;
+  gauge.good = kStop_mm;
+  gauge.warn = kSlow_mm;
   gauge.goal = scene_.exercise.depth_mm;
   if (!reading) return gauge;
   gauge.value = reading->depth_mm;
@@ -290,6 +333,18 @@ void Practice::Fill(HudState& hud) {
     }
     if (nerve_ && !nerve_->empty()) hud.values.nerve_mm = nerve_->Calc(MakeTool(scene_), theatre_->figures().X_WT);
     hud.values.nerve_warn_mm = 2;
+  }
+  if (state_ == State::kCutting && theatre_->is_running()) {
+    begun_ = begun_ || theatre_->spindle_on();
+    if (!begun_) {
+      hud.banner = HudBanner{.kind = HudBanner::Kind::kNotice,
+                             .text = exercise_->goal,
+                             .answers = "Space: saw   Enter: finished   Esc: leave   F1: keys"};
+    }
+    const double limit_s = scene_.exercise.time_limit_s;
+    if (limit_s > 0) {
+      hud.status.right = fmt::format("{:.0f} s left   F1 help", std::max(0.0, limit_s - theatre_->figures().time_s));
+    }
   }
   if (state_ == State::kScoring) {
     const std::lock_guard lock(mutex_);

@@ -67,6 +67,7 @@ class Practice final : public Activity {
   std::unique_ptr<DepthGauge> gauge_;
   std::future<std::unique_ptr<RegionDistance>> making_nerve_;
   std::unique_ptr<RegionDistance> nerve_;
+  bool begun_ = false;  // the spindle has been on
   bool scored_ = true;  // the attempt counts when it ends
   std::vector<std::string> recordings_;
   std::mutex mutex_;  // of the next two

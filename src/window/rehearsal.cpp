@@ -121,6 +121,7 @@ void Rehearsal::Ended(LoopSummary summary) {
 
 void Rehearsal::TakeUpSawNumber(std::size_t number) {
   if (number >= options_.saws.size() || (of_catalogue_ && number == saw_)) return;
+  if (!theatre_->is_running() || change_) return;
   const Saw& saw = options_.saws[number];
   GoOnWith(fmt::format("Saw: {}", saw.name), [saw](Scene& scene) { TakeUpSaw(scene, saw); });
   saw_ = number;
@@ -128,6 +129,7 @@ void Rehearsal::TakeUpSawNumber(std::size_t number) {
 }
 
 void Rehearsal::ToggleGuide() {
+  if (!theatre_->is_running() || change_) return;
   const PlannedPlane* planned = plane();
   const DepthStop* stop = plan_.stops.empty() ? nullptr : &plan_.stops.front();
   if (!guided_ && planned == nullptr && stop == nullptr) {
@@ -309,7 +311,7 @@ void Rehearsal::AskDepth(const Vec3& p_W) {
 // ---- pieces and taking away
 
 void Rehearsal::EnterPieces() {
-  if (!theatre_->is_running()) return;
+  if (!theatre_->is_running() || change_) return;
   theatre_->SetSpindle(false);
   theatre_->controls().Release();
   if (!pieces_) pieces_ = std::make_unique<PiecesMode>(*theatre_);
@@ -318,7 +320,7 @@ void Rehearsal::EnterPieces() {
 }
 
 void Rehearsal::TakeAway() {
-  if (!theatre_->is_running() || taking_away_.valid()) return;
+  if (!theatre_->is_running() || taking_away_.valid() || change_) return;
   theatre_->SetSpindle(false);
   TakeAwayOrder order;
   order.folder = options_.theatre.folder + "/take-away";
@@ -328,8 +330,12 @@ void Rehearsal::TakeAway() {
   order.plan = plan_;
   order.before = before_;
   order.forces = theatre_->forces();
-  order.pictures.emplace_back("The bone at the end", theatre_->GrabScene());
-  if (pieces_ && pieces_->pieces()) order.pieces_json = pieces_->pieces()->FormatJson();
+  try {
+    order.pictures.emplace_back("As seen in the window", theatre_->GrabScene());
+  } catch (const Error& e) {
+    return theatre_->Say(e.what());
+  }
+  if (pieces_ && pieces_->is_up_to_date()) order.pieces_json = pieces_->pieces()->FormatJson();
   if (pieces_) order.measures = pieces_->measures();
   order.after = theatre_->session()->AskBone();
   theatre_->Say("Taking away: pieces, planes, report");
@@ -449,11 +455,11 @@ void Rehearsal::Update(double /*dt_s*/) {
     scene_file_ = std::move(opened.scene_file);
     for (const PlannedPlane& planned : scene_.plan.planes) plan_.planes.push_back(planned);
     for (const DepthStop& stop : scene_.plan.stops) plan_.stops.push_back(stop);
-    BeginAnew();
+    if (!theatre_->quitting()) BeginAnew();
   }
   if (IsReady(changing_)) {
     scene_ = changing_.get();
-    BeginAnew();
+    if (!theatre_->quitting()) BeginAnew();
   }
   if (IsReady(making_nerve_)) nerve_ = making_nerve_.get();
   if (IsReady(taking_away_)) {
@@ -461,8 +467,8 @@ void Rehearsal::Update(double /*dt_s*/) {
       result_.take_away = taking_away_.get();
       theatre_->Say(fmt::format("Taken away: {}", result_.take_away));
       theatre_->trace().Write("taken_away", {{"folder", result_.take_away}});
-    } catch (const Error& e) {
-      theatre_->Say(e.what());
+    } catch (const std::exception& e) {  // a session that ended meanwhile gives no bone
+      theatre_->Say(fmt::format("Nothing was taken away: {}", e.what()));
       theatre_->trace().Write("taken_away", {{"failure", e.what()}});
     }
   }
@@ -489,10 +495,11 @@ void Rehearsal::Fill(HudState& hud) {
       gauge.upper = std::max(1.0, 1.5 * plan_.stops.front().depth_mm);
       gauge.value = stop.depth_mm;
       gauge.goal = plan_.stops.front().depth_mm;
-      gauge.level = stop.left_mm < -0.3  ? HudLevel::kBad
-                    : stop.left_mm < 0.3 ? HudLevel::kGood
-                    : stop.left_mm < 1   ? HudLevel::kWarn
-                                         : HudLevel::kPlain;
+      gauge.level = stop.left_mm < -1     ? HudLevel::kBad
+                    : stop.left_mm < -0.3 ? HudLevel::kWarn
+                    : stop.left_mm < 0.3  ? HudLevel::kGood
+                    : stop.left_mm < 1    ? HudLevel::kWarn
+                                          : HudLevel::kPlain;
       gauge.word = stop.left_mm < -0.3 ? "too deep" : stop.left_mm < 0.3 ? "stop" : stop.left_mm < 1 ? "slow" : "go on";
       hud.gauge = gauge;
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "kerf/error.h"
 #include "kerf/version.h"
 #include "plan/assess.h"
 
@@ -14,7 +15,11 @@ namespace {
 /// The pieces as they were left; where they can't be put there, as they were cut off.
 PieceSet MakePieces(const Bone& after, const std::string& json) {
   PieceSet pieces(after, 1.0);
-  if (!json.empty()) pieces.Restore(json, "the pieces in the window");
+  try {
+    if (!json.empty()) pieces.Restore(json, "the pieces in the window");
+  } catch (const Error&) {
+    return pieces;  // cut since they were moved
+  }
   return pieces;
 }
 

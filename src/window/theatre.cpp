@@ -229,7 +229,11 @@ bool Theatre::TakeKey(const WindowEvent& event) {
   }
   switch (event.key) {
     case Key::kF12:
-      if (fresh) Say(fmt::format("Picture: {}", TakePicture()));
+      try {
+        if (fresh) Say(fmt::format("Picture: {}", TakePicture()));
+      } catch (const Error& e) {
+        Say(e.what());
+      }
       return true;
     case Key::kSpace:
       if (fresh && activity_->cuts()) SetSpindle(!spindle_on());
@@ -335,6 +339,12 @@ void Theatre::Take(const WindowEvent& event) {
     default:
       break;
   }
+  // Whatever is open, a picture can be taken of it, and the window can be left.
+  const bool leaves = event.kind == Kind::kKeyDown && event.control && event.key == Key::kQ;
+  if (leaves || (event.kind == Kind::kKeyDown && event.key == Key::kF12)) {
+    TakeKey(event);
+    return;
+  }
   if (entry_) {
     if (event.kind == Kind::kText && entry_is_new_) return;  // the letter of the key that asked for it
     const TextEntry::State state = entry_->Take(event);
@@ -354,12 +364,9 @@ void Theatre::Take(const WindowEvent& event) {
   }
   if (help_ && event.kind == Kind::kKeyDown) {
     if (event.key == Key::kEscape) help_ = false;
-    if (event.key != Key::kF12) return;
+    return;
   }
-  // Whatever is open, a picture can be taken of it, and the window can be left.
-  const bool always =
-      event.kind == Kind::kKeyDown && (event.key == Key::kF12 || (event.control && event.key == Key::kQ));
-  if (!always && activity_->Take(event)) return;
+  if (activity_->Take(event)) return;
   if (event.kind == Kind::kKeyDown && TakeKey(event)) return;
   const bool turns =
       event.kind == Kind::kScroll || (event.kind == Kind::kMouseDown && event.button != MouseButton::kLeft);
@@ -383,7 +390,8 @@ void Theatre::PutToolInPicture(double dt_s) {
   if (!session_ || !began_) return;
   spin_rad_ = std::fmod(spin_rad_ + figures_.rpm / 60 * 2 * 3.14159265358979 * dt_s, 2 * 3.14159265358979);
   view_->SetToolPose(figures_.X_WT, figures_.rpm, spin_rad_);
-  const bool leads = !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.X_WT.p_AB) > 1;
+  const bool leads =
+      options_.ghost && !options_.scripted && glm::length(controls_->wanted().p_AB - figures_.X_WT.p_AB) > 1;
   view_->SetGhost(leads ? std::optional(controls_->wanted()) : std::nullopt);
   const double force_N = glm::length(figures_.f_hand_N);
   view_->SetForce(force_N > 0.05 ? std::optional(ForceArrow{.p_W = figures_.X_WT.p_AB, .f_W_N = figures_.f_hand_N})
@@ -420,11 +428,15 @@ HudState Theatre::MakeHud() {
   if (session_) hud.status.saw = DescribeTool(session_->scene().tool);
   if (now_s_ < said_until_s_) hud.status.message = said_;
   if (is_running()) hud.status.recording_s = figures_.time_s;
-  hud.status.right =
-      figures_.missed > 0 ? fmt::format("{} ticks missed   F1 help", figures_.missed) : std::string("F1 help");
+  // Some are missed on every machine, and do no harm: what is felt is told.
+  const double missed =
+      static_cast<double>(figures_.missed) / static_cast<double>(figures_.ticks + figures_.missed + 1);
+  hud.status.right = missed > 0.02 ? fmt::format("machine too slow: {:.0f} % of ticks late   F1 help", 100 * missed)
+                                   : std::string("F1 help");
   if (help_) {
     hud.show_help = true;
     hud.help = TheatreHelp();
+    if (!activity_->cuts()) hud.help.erase(hud.help.begin());  // the saw's keys
     for (HudKeyGroup& group : activity_->help()) hud.help.push_back(std::move(group));
   }
   if (session_ && !is_running()) {

@@ -30,6 +30,7 @@ struct TheatreOptions {
   int height = 720;
   double scale = 0;       // of words and lines; 0: the display's
   bool scripted = false;  // the scene's own hand goes along its path; the mouse has the view alone
+  bool ghost = true;      // where the handle leads the tool it is shown
   const std::atomic<bool>* interrupt = nullptr;  // ends it; may be null
 };
 

@@ -53,6 +53,21 @@ def main():
     shutil.rmtree(folder)
 
     with Display() as display:
+        # A bone by itself, without a scene: cut, recorded, and gone through again.
+        folder = workspace()
+        subprocess.run([kerf, "model", "block", "-o", "bone.vdb", "--voxel", "0.5"], cwd=folder, check=True, capture_output=True)
+        w = Window(display, kerf, ["rehearse", "bone.vdb", "-o", "out"], folder, title="kerf rehearse")
+        w.wait_event("running")
+        w.key("space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w.key("Right", "c")
+        w.wait_state("it asks for a name", lambda s: s["entry"])
+        w.key("ctrl+q")  # even from there
+        code, out = w.wait_end()
+        assert code == 0, out
+        check_recording(kerf, folder)
+        shutil.rmtree(folder)
+
         # Resized, minimised and back, then the focus lost in mid-cut: the spindle stops and the saw with it.
         w, folder = start(display, kerf, "focus")
         begin_cut(w)
