@@ -87,7 +87,8 @@ void WriteCsv(const Options& options, RecordingReader& recording, Put&& put) {
 void PrintSummary(RecordingReader& recording) {
   const RecordingHead& head = recording.head();
   fmt::print("{}\n", head.scene_name);
-  fmt::print("  kind      {} of {}\n", ToString(head.kind), head.scene_file);
+  fmt::print("  kind      {} of {}\n", ToString(head.kind),
+             head.scene_file.empty() ? head.scene_name : head.scene_file);
   fmt::print("  recorded  {} by kerf {} ({}, {})\n", head.created, head.version, head.commit, head.compiler);
   fmt::print("  machine   {}\n", head.machine);
   if (!head.taken_up_from.empty()) fmt::print("  goes on   from {}\n", head.taken_up_from);

@@ -105,7 +105,7 @@ RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& b
   const RecordingHead& head = recording.head();
   RecordedScene recorded;
   recorded.files = std::make_unique<FileShelf>(recording.ReadFiles());
-  recorded.scene = ParseScene(head.scene_toml, head.scene_file);
+  recorded.scene = ParseScene(head.scene_toml, head.scene_file.empty() ? head.scene_name + ".toml" : head.scene_file);
   recorded.scene.name = head.scene_name;
   if (!bone_file.empty()) {
     recorded.scene.bone.source = BoneSource::kFile;
