@@ -486,7 +486,9 @@ void Theatre::Run(Activity& activity) {
   bool first_picture = false;
   while (!done_) {
     const double spent_s = SecondsSince(start) - now_s_;
-    const double wait_s = minimised_ ? 0.05 : std::max(0.0, kFrame_s - spent_s);
+    // A bone that is being made needs the processor more than the picture of it.
+    const double frame_s = session_ && !is_running() ? 0.1 : kFrame_s;
+    const double wait_s = minimised_ ? 0.05 : std::max(0.0, frame_s - spent_s);
     for (const WindowEvent& event : window_.Poll(wait_s)) Take(event);
     entry_is_new_ = false;
     if (options_.interrupt != nullptr && options_.interrupt->load() && !quitting_) Quit();
