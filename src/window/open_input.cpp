@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
-#include <string_view>
+#include <optional>
 
 #include "bonefile/bonefile.h"
 #include "files/files.h"
@@ -44,17 +45,38 @@ disc_normal = [0.438, 0.899, 0]
 
 }  // namespace
 
-Scene MakeSceneAround(const std::string& bone_file, const Box3& bounds_W) {
+Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
   Scene scene = ParseScene(kDefaultScene, "rehearsal.toml");
   scene.title = fs::path(bone_file).stem().string();
   scene.name = "rehearsal";
   scene.bone.source = BoneSource::kFile;
   scene.bone.file = fs::absolute(bone_file).string();
+  const Box3 bounds_W = bone.CalcBounds();
   const Vec3 size = bounds_W.size();
   const Vec3 centre = bounds_W.centre();
+  Vec3 above{centre.x + 0.22 * size.x, centre.y - 0.1 * size.y, bounds_W.upper.z};
+  const double step_mm = std::max(bone.voxel_mm(), size.z / 200);
+  double thickest_mm = 0;
+  for (double y = bounds_W.lower.y; y < centre.y; y += size.y / 60) {
+    double thick_mm = 0;
+    std::optional<double> top_mm;
+    for (double z = bounds_W.upper.z; z > bounds_W.lower.z; z -= step_mm) {
+      if (bone.SignedDistance({above.x, y, z}) >= 0) continue;
+      thick_mm += step_mm;
+      if (!top_mm) top_mm = z;
+    }
+    if (thick_mm <= thickest_mm) continue;
+    thickest_mm = thick_mm;
+    above = {above.x, y, *top_mm};
+  }
   SceneStroke& stroke = scene.path.strokes.front();
   const double reach_mm = 0.5 * scene.tool.diameter_mm;
-  stroke.start_mm = {centre.x + 0.22 * size.x, centre.y - 0.1 * size.y, bounds_W.upper.z + reach_mm + 3};
+  stroke.start_mm = above + Vec3{0, 0, reach_mm + 3};
+  // Something may stand beside it that is higher, as a ramus.
+  const Vec3 spindle = glm::normalize(stroke.disc_normal);
+  const Pose X{glm::angleAxis(std::acos(spindle.z), glm::normalize(glm::cross(Vec3{0, 0, 1}, spindle))),
+               stroke.start_mm};
+  stroke.start_mm = FindClearPose(bone, MakeTool(scene), X).p_AB;
   stroke.end_mm = stroke.start_mm - Vec3{0, 0, 1};
   return scene;
 }
@@ -79,7 +101,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
   }
   if (extension == ".vdb") {
     progress("reading the bone", 0);
-    opened.scene = MakeSceneAround(input, ReadBone(input).CalcBounds());
+    opened.scene = MakeSceneAround(input, ReadBone(input));
     return opened;
   }
   ImportOptions import;
@@ -91,7 +113,7 @@ const ImportResult imported = Import(input, import);
 const std::string file = options.folder + "/bone.vdb";
 progress("writing the bone", 1);
 WriteBone(imported.bone, file);
-opened.scene = MakeSceneAround(file, imported.bone.CalcBounds());
+opened.scene = MakeSceneAround(file, imported.bone);
 opened.scene.title = fs::path(input).filename().string();
 return opened;
 }  // namespace kerf

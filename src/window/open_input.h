@@ -24,8 +24,9 @@ struct OpenOptions {
 OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
                       const std::function<void(const std::string&, double)>& progress);
 
-/// A scene of that bone's file with the saw over its left side, clear of it.
-Scene MakeSceneAround(const std::string& bone_file, const Box3& bounds_W);
+/// A scene of that bone's file with the saw over its left side, clear of it: above the thickest place of its front
+/// half.
+Scene MakeSceneAround(const std::string& bone_file, const Bone& bone);
 
 /// A pose of the tool clear of the bone: the nearest on the way from the bone's middle out through the tool.
 Pose FindClearPose(const Bone& bone, const Tool& tool, const Pose& X_WT);

@@ -165,6 +165,8 @@ void Theatre::FollowSession() {
     if (!began_) {
       began_ = true;
       controls_->Set(figures_.X_WT);
+      X_start_ = figures_.X_WT;
+      returning_ = false;
       view_->SetTool(MakeTool(session_->scene()));
       activity_->Began();
       trace_.Write("running");
@@ -237,6 +239,15 @@ bool Theatre::TakeKey(const WindowEvent& event) {
       return true;
     case Key::kSpace:
       if (fresh && activity_->cuts()) SetSpindle(!spindle_on());
+      return true;
+    case Key::kR:
+      if (!steers()) return false;
+      if (spindle_on()) {
+        Say("The saw goes back to where it began with the spindle off only");
+      } else {
+        controls_->Set(X_start_);
+        returning_ = true;
+      }
       return true;
     case Key::kHome:
       view_->FitAll();
@@ -372,7 +383,10 @@ void Theatre::Take(const WindowEvent& event) {
       event.kind == Kind::kScroll || (event.kind == Kind::kMouseDown && event.button != MouseButton::kLeft);
   looked_about_ = looked_about_ || turns;
   const bool on_panel = event.kind == Kind::kMouseDown && view_->IsOnPanel({event.x, event.y});
-  if (steers() && !on_panel && controls_->Take(event, MakeBasis())) return;
+  if (steers() && !on_panel && controls_->Take(event, MakeBasis())) {
+    returning_ = false;
+    return;
+  }
   TakeMouse(event);
 }
 
@@ -405,6 +419,8 @@ void Theatre::PutToolInPicture(double dt_s) {
 void Theatre::Update(double dt_s) {
   FollowSession();
   if (steers() && began_) {
+    if (returning_) controls_->Set(X_start_);
+    returning_ = returning_ && !spindle_on() && glm::length(figures_.X_WT.p_AB - X_start_.p_AB) > 0.5;
     controls_->Advance(dt_s, MakeBasis(), figures_.X_WT);
     session_->SetTarget(controls_->wanted());
   }

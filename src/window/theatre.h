@@ -157,6 +157,8 @@ class Theatre {
   std::shared_ptr<SurfaceWorker> surface_;
   std::unique_ptr<SawControls> controls_;
   LiveFigures figures_;
+  Pose X_start_;            // of the saw
+  bool returning_ = false;  // it goes there
   std::vector<PlotPoint> forces_;
   std::string recording_;
   int sessions_ = 0;
