@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "files/html_text.h"
 #include "practise/exercises.h"
 #include "practise/history.h"
 
@@ -13,29 +14,6 @@ namespace kerf {
 namespace {
 
 using nlohmann::ordered_json;
-
-std::string Escape(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return escaped;
-}
 
 std::string QuotedCsv(const std::string& text) {
   std::string quoted = "\"";
@@ -99,7 +77,7 @@ std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>&
         "<line x1=\"{0}\" y1=\"{1}\" x2=\"{2}\" y2=\"{1}\" stroke=\"{3}\" stroke-width=\"2\" stroke-dasharray=\"{4}\"/>"
         "<text x=\"{5}\" y=\"{6}\">{7}</text>\n",
         kLeft + w + 14, at, kLeft + w + 44, colour, kDashes[n % kDashes.size()], kLeft + w + 50, at + 4,
-        Escape(exercise));
+        EscapeHtml(exercise));
     ++n;
   }
   return svg + "</svg>\n";
@@ -167,7 +145,7 @@ std::string FormatTeacherPage(const std::vector<Attempt>& attempts) {
   html += fmt::format("<p>{} attempts of {} students. Total: points of 100, by the formula of docs/practise.md.</p>\n",
                       attempts.size(), by_student.size());
   for (const auto& [student, by_exercise] : by_student) {
-    html += fmt::format("<h2>{}</h2>\n{}", Escape(student), DrawCurves(by_exercise));
+    html += fmt::format("<h2>{}</h2>\n{}", EscapeHtml(student), DrawCurves(by_exercise));
     html += "<table><tr><th class=\"t\">exercise</th><th class=\"t\">taken (UTC)</th><th>total</th>";
     for (const char* key : kShown) {
       const MeasureInfo& info = FindMeasure(key);
@@ -176,8 +154,8 @@ std::string FormatTeacherPage(const std::vector<Attempt>& attempts) {
     html += "</tr>\n";
     for (const auto& [exercise, of_it] : by_exercise) {
       for (const Attempt* a : of_it) {
-        html += fmt::format("<tr><td class=\"t\">{}</td><td class=\"t\">{}</td><td><b>{}</b></td>", Escape(exercise),
-                            Escape(a->taken), Total(*a));
+        html += fmt::format("<tr><td class=\"t\">{}</td><td class=\"t\">{}</td><td><b>{}</b></td>",
+                            EscapeHtml(exercise), EscapeHtml(a->taken), Total(*a));
         for (const char* key : kShown) {
           const std::optional<double> value = a->Get(key);
           html += fmt::format("<td>{}</td>", value ? fmt::format("{:.3g}", *value) : std::string("-"));

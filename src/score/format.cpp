@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "files/html_text.h"
 #include "score/measures.h"
 
 namespace kerf {
@@ -16,29 +17,6 @@ std::string Number(double x) {
 
 std::string Value(const MeasureRow& row) {
   return row.value ? Number(*row.value) : std::string("-");
-}
-
-std::string Escape(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  }
-  return escaped;
 }
 
 /// A bar would end the cell of a table.
@@ -111,24 +89,25 @@ std::string FormatSheetCsv(const ScoreSheet& sheet) {
 }
 
 std::string FormatSheetHtml(const ScoreSheet& sheet) {
-  const std::string title = Escape(sheet.title.empty() ? sheet.scene : sheet.title);
+  const std::string title = EscapeHtml(sheet.title.empty() ? sheet.scene : sheet.title);
   std::string html = fmt::format(
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{}</title>\n<style>body{{font:16px/1.4 "
       "sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}}table{{border-collapse:collapse}}"
       "td,th{{padding:.2em .8em;text-align:left;border-bottom:1px solid #ccc}}td.n{{text-align:right}}"
       ".total{{font-size:2em}}.i{{color:#666}}</style></head><body>\n<h1>{}</h1>\n",
       title, title);
-  html += fmt::format("<p>{}; recorded {}; {}</p>\n", Escape(DescribeExercise(sheet)), Escape(sheet.created),
-                      Escape(sheet.recording));
+  html += fmt::format("<p>{}; recorded {}; {}</p>\n", EscapeHtml(DescribeExercise(sheet)), EscapeHtml(sheet.created),
+                      EscapeHtml(sheet.recording));
   if (sheet.total) html += fmt::format("<p class=\"total\">{:.1f} of 100</p>\n", *sheet.total);
-  for (const std::string& warning : sheet.warnings) html += fmt::format("<p><b>Mind: {}</b></p>\n", Escape(warning));
+  for (const std::string& warning : sheet.warnings)
+    html += fmt::format("<p><b>Mind: {}</b></p>\n", EscapeHtml(warning));
   html += "<table><tr><th>measure</th><th>value</th><th>unit</th><th>points</th><th>formula</th></tr>\n";
   for (const MeasureRow& row : sheet.rows) {
     if (!row.value && row.weight == 0) continue;
     const std::string points = row.points ? fmt::format("{:.2f} x {:g}", *row.points, row.weight) : std::string();
     html += fmt::format("<tr{}><td>{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td><td class=\"i\">{}</td></tr>\n",
                         row.points ? "" : " class=\"i\"", row.info->name, Value(row), row.info->unit, points,
-                        Escape(row.info->formula));
+                        EscapeHtml(row.info->formula));
   }
   html +=
       "</table>\n<p class=\"i\">Only measures of which it is published that they tell novices from experts have "

@@ -12,6 +12,7 @@
 #include "bone/surface.h"
 #include "kerf/error.h"
 #include "pieces/measure.h"
+#include "window/is_ready.h"
 
 namespace kerf {
 namespace {
@@ -23,11 +24,6 @@ constexpr std::array<const char*, 3> kAxes{"left - right", "front - back", "up -
 // After Okabe and Ito: told apart by people who confuse red and green too.
 constexpr std::array<Rgb8, 6> kColours{
     {{230, 159, 0}, {86, 180, 233}, {0, 158, 115}, {240, 228, 66}, {204, 121, 167}, {213, 94, 0}}};
-
-template <typename T>
-bool IsReady(const std::future<T>& future) {
-  return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-}
 
 Rgb8 ColourOf(int piece) {
   return kColours[static_cast<std::size_t>(piece) % kColours.size()];

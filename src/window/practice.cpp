@@ -13,6 +13,7 @@
 #include "plan/plan.h"
 #include "record/recording.h"
 #include "window/beeper.h"
+#include "window/is_ready.h"
 
 namespace kerf {
 namespace {
@@ -20,11 +21,6 @@ namespace {
 // Of the gauge: from here to the goal one is told to slow down, and from there to stop.
 constexpr double kSlow_mm = 1.0;
 constexpr double kStop_mm = 0.3;
-
-template <typename T>
-bool IsReady(const std::future<T>& future) {
-  return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-}
 
 HudLevel LevelOf(double to_goal_mm) {
   return to_goal_mm < -kSlow_mm   ? HudLevel::kBad

@@ -13,16 +13,12 @@
 #include "files/files.h"
 #include "kerf/error.h"
 #include "scene/path_csv.h"
+#include "window/is_ready.h"
 #include "window/pieces_mode.h"
 #include "window/take_away.h"
 
 namespace kerf {
 namespace {
-
-template <typename T>
-bool IsReady(const std::future<T>& future) {
-  return future.valid() && future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-}
 
 constexpr double kOverlay_mm = 50;  // edge of a plan's plane in the picture
 

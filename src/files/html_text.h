@@ -1,0 +1,33 @@
+// Text in a page for the browser.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace kerf {
+
+/// As it may stand between tags and in quoted attributes; control characters become spaces.
+inline std::string EscapeHtml(std::string_view text) {
+  std::string escaped;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      case '"':
+        escaped += "&quot;";
+        break;
+      default:
+        escaped += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+  return escaped;
+}
+
+}  // namespace kerf
