@@ -31,6 +31,8 @@ LIBRARIES = [
     ("sqlite", re.compile(r"^sqlite3\.h")),
     ("zstd", re.compile(r"^zstd\.h")),
     ("sleef", re.compile(r"^sleef\.h")),
+    ("usb", re.compile(r"^(libusb-1\.0/|libusb\.h)")),
+    ("boost", re.compile(r"^boost/")),
     # Free to all.
     ("", re.compile(r"^(glm|fmt)/")),
 ]
@@ -39,6 +41,7 @@ SYSTEM = {
     "clock": {"chrono", "ctime", "time.h", "sys/time.h", "sys/resource.h"},
     "threads": {"thread", "mutex", "shared_mutex", "future", "condition_variable", "semaphore", "pthread.h", "sched.h",
                 "sys/prctl.h"},
+    "sockets": {"sys/socket.h", "netinet/in.h", "arpa/inet.h", "netdb.h", "sys/un.h"},
     "terminal": {"iostream", "unistd.h", "csignal", "termios.h", "sys/ioctl.h"},
 }
 # unistd.h holds both files and terminals; iostream is what others' readers throw their messages at; sys/mman.h maps files and locks
