@@ -1,5 +1,5 @@
-// Round after round with a device: what it is told, what it tells, and whether it may make force now. Pure: time is what
-// the caller says.
+// Round after round with a device: what it is told, what it tells, and whether it may make force now. Pure: time is
+// what the caller says.
 #pragma once
 
 #include <cstdint>

@@ -223,6 +223,12 @@ bool DeviceServo::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept {
   return true;
 }
 
+std::array<double, 6> DeviceServo::ReadDeflection() noexcept {
+  for_loop_.Update();
+  const ServoSample& newest = for_loop_.front();
+  return newest.state == ServoState::kEngaged ? newest.sample.deflection : std::array<double, 6>{};
+}
+
 ServoSample DeviceServo::TakeSample() {
   for_others_.Update();
   return for_others_.front();

@@ -2,6 +2,7 @@
 // unplugged; and the haptic loop's side of it, which never waits.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -72,6 +73,8 @@ class DeviceServo final : public Device {
   /// stood, wherever the handle is.
   bool Read(DeviceSample& sample) noexcept override;
   bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override;
+  /// Of a device without force (DriverMotion::kDeflection), instead of the three; zero while it is not there.
+  std::array<double, 6> ReadDeflection() noexcept;
 
   // ---- the newest, by the other thread
   /// Frame D.
@@ -122,8 +125,8 @@ class DeviceServo final : public Device {
   Pose X_WT_;
   std::uint32_t engagements_ = 0;  // the one that the workspace is anchored for
   bool clutched_ = false;
-  bool held_ = false;   // the last Read() gave a pose
-  double share_ = 0;    // of the force that the clutch lets through
+  bool held_ = false;  // the last Read() gave a pose
+  double share_ = 0;   // of the force that the clutch lets through
   Pose X_DH_;
   std::uint64_t sequence_ = 0;
 

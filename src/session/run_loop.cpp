@@ -295,7 +295,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (!(options.seconds >= 0.01 && options.seconds <= kMostLoop_s)) {
     throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to {:g}", options.seconds, kMostLoop_s));
   }
-  if (options.device.is_there() && options.virtual_time) {
+  if (options.device.is_there() && options.device.in_real_time && options.virtual_time) {
     throw Error("a real device keeps the clock's time: there is no run without the clock with one");
   }
   const double ticks_asked = options.seconds * scene.loop.rate_hz;
@@ -319,7 +319,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   body_params.period_s = period_s;
   body_params.force_map = s.setup.force_map;
   // One that is really there may be plugged in again.
-  if (options.device.is_there()) body_params.give_up_s = kMostLoop_s;
+  if (options.device.is_there() && options.device.in_real_time) body_params.give_up_s = kMostLoop_s;
   s.force.slew_bound_N = scene.device.slew_N_per_s * period_s;
   s.force.scale = s.setup.force_scale;
 
@@ -357,7 +357,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   device_options.p_TC_mm = p_TC_mm;
   device_options.delay_ticks = scene.device.delay_ticks;
   const double felt_stiffness_N_per_mm = params.coupling.stiffness_N_per_mm * s.setup.force_scale;
-  LateDevice real(profile);
+  LateDevice held(profile);
   std::optional<SimulatedDevice> simulated;
   std::optional<HandMotion> motion;
   std::unique_ptr<BeforeTick> other_hand;
@@ -367,7 +367,8 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   } else if (simulated) {
     motion.emplace(*simulated, path, scene.hand, p_TC_mm, felt_stiffness_N_per_mm);
   }
-  Device& held = simulated ? static_cast<Device&>(*simulated) : real;
+  if (simulated) held.Become(*simulated);
+
   BeforeTick* hand_moves = motion ? &*motion : other_hand.get();
   ReplayDevice recorded_device(held);
   const bool replays = options.replay.recording != nullptr;
@@ -484,7 +485,12 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     CheckEnd(*options.replay.recording, *s.replayed);
     if (recording) recording->AddEvent("taken up", options.replay.recording->path(), 0);
   }
-  if (replays && !options.replay.goes_on) {
+  const bool goes_on = !replays || options.replay.goes_on;
+  if (goes_on && options.device.is_there()) {
+    show("waiting for the device", 0);
+    held.Become(options.device.begin(recorder.X_WT().value_or(X_WT_start), params.coupling, s.setup.force_scale));
+  }
+  if (!goes_on) {
     loop.RunHere(0);
   } else if (options.virtual_time) {
     const auto ticks = static_cast<std::int64_t>(std::llround(options.seconds * scene.loop.rate_hz));
@@ -510,10 +516,6 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
       return stands_still.Now() < end_ns && !stopped();
     });
   } else {
-    if (options.device.is_there()) {
-      show("waiting for the device", 0);
-      real.Become(options.device.begin(recorder.X_WT().value_or(X_WT_start), s.setup));
-    }
     loop.Start();
     double look_at_s = 0;
     began = std::chrono::steady_clock::now();  // locking the memory takes a while

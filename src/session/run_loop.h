@@ -13,6 +13,7 @@
 
 #include "devices/simulated_device.h"
 #include "haptics/haptic_loop.h"
+#include "haptics/loop_device.h"
 #include "haptics/step_body.h"
 #include "kerf/bone.h"
 #include "scene/scene.h"
@@ -79,15 +80,6 @@ using MakeHand = std::function<std::unique_ptr<BeforeTick>(SimulatedDevice& devi
 /// Called in the thread that RunLoop runs in. `channels`: the effects' figures.
 using TakeTick = std::function<void(const LoopSample& sample, std::span<const double> channels)>;
 
-/// A device that is really there, in place of a simulated one with a hand on it. The scene's [device] says what it can
-/// do.
-struct LoopDevice {
-  /// When the bone is made, before the first tick: where the tool stands, and the coupling's point and stiffness. May
-  /// wait for somebody. None: the simulated one. Throws Error.
-  std::function<Device&(const Pose& X_WT, const LoopSetup& setup)> begin;
-  bool is_there() const { return static_cast<bool>(begin); }
-};
-
 struct LoopOptions {
   double seconds = 10;  // 0.01 to kMostLoop_s
   LoopLog log = LoopLog::kMemory;
@@ -105,7 +97,7 @@ struct LoopOptions {
   TakeTick take_tick;               // told each tick that is logged, in order; may be empty
   LoopWatch* watch = nullptr;       // without the clock only; may be null
   MakeHand make_hand;               // empty: the scene's hand along its path
-  LoopDevice device;                // live only; without make_hand
+  LoopDevice device;                // in place of the simulated one; without make_hand
   LoopPeer* peer = nullptr;         // live only; may be null
 };
 

@@ -14,8 +14,8 @@
 #include <thread>
 #include <vector>
 
+#include "haptics/mouse_hand.h"
 #include "session/run_loop.h"
-#include "window/mouse_hand.h"
 
 namespace kerf {
 
