@@ -20,6 +20,7 @@ constexpr double kClutchOut_s = 0.05;     // over which the clutch takes the for
 constexpr double kClutchIn_s = 0.3;       // and gives it back
 constexpr std::uint64_t kTellEvery = 64;  // rounds
 constexpr int kStopRounds = 5;
+constexpr double kTurning_rad_per_s = 2;  // of a tool that is turned by keys
 
 double Now_s() {
   MonotonicClock clock;
@@ -52,6 +53,8 @@ DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& 
   orientation_.Publish(workspace_.params().R_WD);
   clutch_bit_ = FindButton(traits_, {"clutch", "centre"});
   if (clutch_bit_ < 0 && !traits_.buttons.empty()) clutch_bit_ = 0;
+  spindle_bit_ = FindButton(traits_, {"spindle", "forward"});
+  if (spindle_bit_ < 0 && traits_.buttons.size() > 1) spindle_bit_ = clutch_bit_ == 1 ? 0 : 1;
   right_bit_ = FindButton(traits_, {"right", "plus"});
   left_bit_ = FindButton(traits_, {"left", "minus"});
   round_.emplace(driver_->profile(), traits_, options.servo);
@@ -164,17 +167,39 @@ void DeviceServo::Run() {
   driver_->Stop();
 }
 
-void DeviceServo::SetTool(const Pose& X_WT, const HeldTool& tool) {
+void DeviceServo::SetTool(const Pose& X_WT, const ServedTool& tool) {
   X_WT_ = X_WT;
   tool_ = tool;
   workspace_ = Workspace(MakeWorkspace(options_, traits_, tool.p_TC_mm));
+  engagements_ = 0;  // the handle holds it anew
+  R_WT_wanted_.reset();
+  tool_orientation_.Update();
+}
+
+void DeviceServo::SetToolOrientation(const Quat& R_WT) {
+  tool_orientation_.Publish(R_WT);
 }
 
 void DeviceServo::SetOrientation(const Quat& R_WD) {
   orientation_.Publish(R_WD);
 }
 
+void DeviceServo::TurnTool() {
+  if (tool_orientation_.Update()) R_WT_wanted_ = tool_orientation_.front();
+  if (traits_.senses_orientation || !R_WT_wanted_) return;
+  const Quat turn = *R_WT_wanted_ * glm::conjugate(X_WT_.R_AB);
+  const double angle = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w));
+  if (!(angle > 1e-6)) return;
+  const double share = std::min(1.0, kTurning_rad_per_s * dt_s_ / angle);
+  Pose X_WT = X_WT_;
+  X_WT.R_AB = glm::normalize(glm::slerp(X_WT_.R_AB, *R_WT_wanted_, share));
+  X_WT.p_AB = X_WT_.Point(tool_.p_TC_mm) - X_WT.R_AB * tool_.p_TC_mm;
+  workspace_.Anchor(X_DH_, X_WT);
+  X_WT_ = X_WT;
+}
+
 void DeviceServo::Elapse(double dt_s) noexcept {
+  dt_s_ = std::clamp(dt_s, 0.0, 0.1);
   const bool on = held_ && !clutched_;
   share_ = std::clamp(share_ + (on ? dt_s / kClutchIn_s : -dt_s / kClutchOut_s), 0.0, 1.0);
 }
@@ -202,7 +227,10 @@ bool DeviceServo::Read(DeviceSample& sample) noexcept {
   }
   held_ = true;
   clutched_ = clutched;
-  if (!clutched) X_WT_ = workspace_.CalcToolPose(X_DH_);
+  if (!clutched) {
+    X_WT_ = workspace_.CalcToolPose(X_DH_);
+    TurnTool();
+  }
   sample.X_WH = X_WT_;
   return true;
 }

@@ -32,7 +32,7 @@ struct DeviceServoOptions {
 };
 
 /// What the device holds of the tool (CouplingParams), in the device's newtons.
-struct HeldTool {
+struct ServedTool {
   Vec3 p_TC_mm{0};
   double stiffness_N_per_mm = 0;
   double damping_Ns_per_mm = 0;
@@ -57,13 +57,21 @@ class DeviceServo final : public Device {
   /// As it is at the tool: ScaleProfile().
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const { return traits_; }
+  const std::string& name() const { return name_; }
+  /// The button named "spindle" (else "forward", else the second) as it is now; for whoever switches it by that.
+  bool IsSpindlePressed(std::uint32_t buttons) const {
+    return spindle_bit_ >= 0 && (buttons >> spindle_bit_ & 1u) != 0;
+  }
   ServoState state() const { return state_.load(); }
   /// What happened since the last call, a sentence each.
   std::vector<std::string> TakeMessages();
   /// The tool stands there; the handle will hold it from where it is when the force comes on. Before the loop runs.
-  void SetTool(const Pose& X_WT, const HeldTool& tool);
+  void SetTool(const Pose& X_WT, const ServedTool& tool);
   /// The user agrees to have force, or would.
   void Agree() { agrees_.store(true); }
+  /// The tool is to lie so, where the device does not sense it: it turns there, about the handle's point, no faster
+  /// than a hand. Any time.
+  void SetToolOrientation(const Quat& R_WT);
   /// The device's frame in the world, taken over when the handle next begins to hold the tool anew. Any time.
   void SetOrientation(const Quat& R_WD);
 
@@ -94,6 +102,7 @@ class DeviceServo final : public Device {
   bool Reopen();
   void Say(std::string message);
   void SayState(ServoState before, ServoState now);
+  void TurnTool();
   bool IsClutched(std::uint32_t buttons) const { return clutch_bit_ >= 0 && (buttons >> clutch_bit_ & 1u) != 0; }
 
   std::string name_;
@@ -103,6 +112,7 @@ class DeviceServo final : public Device {
   DriverTraits traits_;
   DeviceProfile profile_;
   int clutch_bit_ = -1;
+  int spindle_bit_ = -1;
   int right_bit_ = -1;
   int left_bit_ = -1;
 
@@ -110,6 +120,7 @@ class DeviceServo final : public Device {
   TripleBuffer<ServoSample> for_loop_;
   TripleBuffer<ServoSample> for_others_;
   TripleBuffer<Quat> orientation_;
+  TripleBuffer<Quat> tool_orientation_;
   std::atomic<ServoState> state_{ServoState::kHoming};
   std::atomic<bool> agrees_{false};
   std::atomic<bool> stop_{false};
@@ -121,12 +132,14 @@ class DeviceServo final : public Device {
 
   // The loop's.
   Workspace workspace_;
-  HeldTool tool_;
+  ServedTool tool_;
   Pose X_WT_;
   std::uint32_t engagements_ = 0;  // the one that the workspace is anchored for
   bool clutched_ = false;
   bool held_ = false;  // the last Read() gave a pose
   double share_ = 0;   // of the force that the clutch lets through
+  double dt_s_ = 0;    // of the tick
+  std::optional<Quat> R_WT_wanted_;
   Pose X_DH_;
   std::uint64_t sequence_ = 0;
 
