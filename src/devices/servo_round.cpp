@@ -9,7 +9,7 @@
 namespace kerf {
 
 ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits, const ServoParams& params)
-    : traits_(traits), params_(params), gate_(profile, params.gate) {
+    : profile_(profile), traits_(traits), params_(params), gate_(profile, params.gate) {
   if (!(params.silent_s >= 0.002 && params.silent_s <= 10)) {
     throw Error(fmt::format("silent_s = {} is not within 0.002 to 10", params.silent_s));
   }
@@ -19,11 +19,13 @@ ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits,
 }
 
 void ServoRound::Open(double now_s) {
+  gate_ = SafetyGate(profile_, params_.gate);  // nothing is left of what it let through
   const std::uint32_t engagements = sample_.engagements;
   sample_ = {};
   sample_.engagements = engagements;
   sample_.state = ServoState::kHoming;
   heard_at_s_ = now_s;
+  heard_ = false;
   buttons_before_ = ~0u;
   f_sent_D_N_ = Vec3{0};
 }
@@ -31,30 +33,28 @@ void ServoRound::Open(double now_s) {
 ServoState ServoRound::Step(DeviceDriver& driver, double now_s, double dt_s, const ServoCommand& newest,
                             bool agrees) noexcept {
   ++counts_.rounds;
-  SafetyGateCommand asked;
-  asked.sequence = newest.sequence;
-  asked.made_at_s = newest.made_at_s;
-  asked.f_D_N = newest.command.f_D_N;
-  asked.tau_D_Nmm = newest.command.tau_D_Nmm;
-  SafetyGateDevice device;
+  GateState device;
   device.now_s = now_s;
   device.dt_s = dt_s;
   device.homed = sample_.sample.homed && sample_.state != ServoState::kHoming;
-  device.heard_at_s = heard_at_s_;
+  device.fresh = heard_;
   device.engaged = sample_.state == ServoState::kEngaged || sample_.state == ServoState::kSilent;
-  const SafetyGateOutput gated = gate_.Step(asked, device);
-  f_sent_D_N_ = gated.f_D_N;
+  const GateOutput gated =
+      gate_.Step({newest.sequence, newest.made_at_s, newest.command.f_D_N, newest.command.tau_D_Nmm}, device);
+  f_sent_D_N_ = gated.f_N;
+  counts_.largest_N = std::fmax(counts_.largest_N, glm::length(gated.f_N));
 
   DriverCommand command = newest.command;
-  command.f_D_N = gated.f_D_N;
-  command.tau_D_Nmm = gated.tau_D_Nmm;
+  command.f_D_N = gated.f_N;
+  command.tau_D_Nmm = gated.tau_Nmm;
   command.engaged = sample_.state == ServoState::kEngaged;
   // A field of force around it lets through as much as its middle does.
   const double asked_N = glm::length(newest.command.f_D_N);
-  const double share = asked_N > 0 && std::isfinite(asked_N) ? std::fmin(glm::length(gated.f_D_N) / asked_N, 1) : 0;
+  const double share = asked_N > 0 && std::isfinite(asked_N) ? std::fmin(glm::length(gated.f_N) / asked_N, 1) : 0;
   command.stiffness_N_per_mm *= share;
   command.damping_Ns_per_mm *= share;
   const RoundEnd end = driver.Exchange(command, told_);
+  heard_ = end == RoundEnd::kSample;
   Take(end, told_, now_s, agrees);
   return sample_.state;
 }

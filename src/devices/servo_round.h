@@ -34,7 +34,7 @@ struct ServoSample {
 };
 
 struct ServoParams {
-  SafetyGateParams gate;
+  SafetyGateOptions gate;
   double silent_s = 0.05;  // without an answer: no force
   double agree_s = 0.5;    // silent for longer: the user must agree again
   /// A button that was not pressed before, pressed: the user agrees.
@@ -47,6 +47,7 @@ struct ServoCounts {
   std::uint64_t no_answers = 0;
   std::uint64_t bad_answers = 0;
   std::uint64_t silences = 0;  // times that kSilent began
+  double largest_N = 0;        // that the safety gate let through
 };
 
 class ServoRound {
@@ -62,7 +63,7 @@ class ServoRound {
 
   const ServoSample& sample() const { return sample_; }
   ServoState state() const { return sample_.state; }
-  const SafetyGate& gate() const { return gate_; }
+  const SafetyGate& gate() const { return gate_; }  // since the device was opened last
   /// Of the last round, frame D.
   const Vec3& sent_force_N() const { return f_sent_D_N_; }
   const ServoCounts& counts() const { return counts_; }
@@ -70,12 +71,14 @@ class ServoRound {
  private:
   void Take(RoundEnd end, const DriverSample& told, double now_s, bool agrees);
 
+  DeviceProfile profile_;
   DriverTraits traits_;
   ServoParams params_;
   SafetyGate gate_;
   ServoSample sample_;
   DriverSample told_;
   double heard_at_s_ = 0;
+  bool heard_ = false;  // in the last round
   std::uint32_t buttons_before_ = ~0u;
   Vec3 f_sent_D_N_{0};
   ServoCounts counts_;

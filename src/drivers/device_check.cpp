@@ -42,7 +42,7 @@ class Check {
     const DeviceServo::Counts counts = servo_.counts();
     result_.rounds = counts.rounds;
     result_.gate = counts.gate;
-    result_.largest_sent_N = counts.gate.largest_N;
+    result_.largest_sent_N = counts.rounds.largest_N;
     Judge();
     return result_;
   }

@@ -47,7 +47,7 @@ struct DeviceCheckResult {
   std::uint32_t buttons = 0;  // that were pressed
   DeviceCheckTimes round;     // there and back
   ServoCounts rounds;
-  SafetyGate::Counts gate;
+  std::array<std::uint64_t, kGateReasons> gate{};
   std::vector<std::string> faults;  // a sentence each; none: all is well
 };
 

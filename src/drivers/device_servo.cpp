@@ -158,6 +158,7 @@ void DeviceServo::Run() {
       const std::lock_guard lock(mutex_);
       counts_.rounds = round_->counts();
       counts_.gate = round_->gate().counts();
+      counts_.closed_by = round_->gate().closed_by();
     }
     deadlines.End(clock.Now());
   }

@@ -92,8 +92,8 @@ class DeviceServo final : public Device {
   const LogHistogram& round_times() const { return round_times_; }
   struct Counts {
     ServoCounts rounds;
-    SafetyGate::Counts gate;
-    double largest_N = 0;  // sent
+    std::array<std::uint64_t, kGateReasons> gate{};  // SafetyGate::counts()
+    GateReason closed_by = GateReason::kNone;
   };
   Counts counts() const;
 
