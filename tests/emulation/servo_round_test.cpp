@@ -62,7 +62,7 @@ class Rounds {
       agrees = false;
       const double sent_N = glm::length(round.sent_force_N());
       largest_N = std::max(largest_N, sent_N);
-      largest_step_N = std::max(largest_step_N, std::abs(sent_N - last_N_));
+      largest_rise_N = std::max(largest_rise_N, sent_N - last_N_);
       last_N_ = sent_N;
     }
     return largest_N;
@@ -71,7 +71,7 @@ class Rounds {
   ServoRound round;
   ServoCommand command;
   double now_s = 10;
-  double largest_step_N = 0;
+  double largest_rise_N = 0;
 
  private:
   double last_N_ = 0;
@@ -232,7 +232,7 @@ TEST(ServoRound, AFalconFromHomingToForceAndThroughAnUnplug) {
   falcon.Open();
   EXPECT_EQ(falcon.model().uploads(), 2);
   rounds.round.Open(rounds.now_s);
-  rounds.largest_step_N = 0;
+  rounds.largest_rise_N = 0;
   EXPECT_EQ(rounds.Run(driver, 1, true), 0);
   falcon.hand().Home();
   EXPECT_EQ(rounds.Run(driver, 4), 0);
@@ -240,7 +240,7 @@ TEST(ServoRound, AFalconFromHomingToForceAndThroughAnUnplug) {
   rounds.Run(driver, 2, true);
   EXPECT_EQ(rounds.round.sample().engagements, 2u);
   // A smooth ramp of 0.5 s has 1.5 times its mean slope at most.
-  EXPECT_LE(rounds.largest_step_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
+  EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
 }
 
 TEST(ServoRound, KeepsWithinBoundsWhateverTheCableDoes) {
