@@ -623,6 +623,35 @@ TEST(FalconDriver, UnpluggedAndPluggedInAgain) {
   home();
 }
 
+TEST(FalconDriver, UnpluggedWithItsPowerOnIsStillHomed) {
+  FalconModelOptions options = Running();
+  options.keeps_power = true;
+  Bench bench(options);
+  bench.Start();
+  bench.Settle();
+  bench.bus.SetFaults({.unplugged = true});
+  EXPECT_EQ(bench.Round({1, 1, 1}), RoundEnd::kGone);
+  bench.bus.PlugInAgain();
+  bench.driver = bench.Open({});
+  bench.Start();
+  EXPECT_EQ(bench.model.uploads(), 0);
+  // No force before its place is known.
+  bench.Round({1, 1, 1});
+  EXPECT_EQ(bench.model.last_command().motors, (std::array<int, 3>{}));
+  bench.Settle();
+  EXPECT_TRUE(bench.sample.homed);
+}
+
+TEST(FalconDriver, StartsAgainAfterStop) {
+  Bench bench(Empty(), WithFirmware());
+  for (int i = 0; i < 3; ++i) {
+    bench.Start();
+    bench.Settle();
+    bench.driver->Stop();
+  }
+  EXPECT_EQ(bench.model.uploads(), 1);
+}
+
 TEST(FalconDriver, StartsThroughFaults) {
   // Firmware through a line that loses and damages packets: one of the attempts goes well, or it says what to do; what
   // runs in the end is the firmware, byte for byte.
@@ -633,8 +662,8 @@ TEST(FalconDriver, StartsThroughFaults) {
     try {
       bench.Start();
       ++started;
-      EXPECT_EQ(bench.model.loaded(), bench.model.runs() ? MakeFirmware() : bench.model.loaded());
       EXPECT_TRUE(bench.model.runs());
+      EXPECT_EQ(bench.model.loaded(), MakeFirmware());
     } catch (const Error&) {
     }
   }
