@@ -34,6 +34,10 @@ Vec3 Shorten(const Vec3& v, double most) {
   return v * (kBelow * most / length);
 }
 
+bool IsStep(double dt_s) {
+  return dt_s > 0 && dt_s <= kLongestStep_s;
+}
+
 /// Without squaring what is too long for it.
 bool IsLonger(const Vec3& v, double most) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) > most || glm::length(v) > most;
@@ -110,8 +114,7 @@ void SafetyGate::NoteBeginning(GateReason reason, bool holds) noexcept {
 
 /// The first that is wrong with the device, or kNone.
 GateReason SafetyGate::JudgeState(const GateState& state) noexcept {
-  const bool is_step = state.dt_s > 0 && state.dt_s <= kLongestStep_s && std::isfinite(state.now_s) &&
-                       (!has_time_ || state.now_s >= last_now_s_);
+  const bool is_step = IsStep(state.dt_s) && std::isfinite(state.now_s) && (!has_time_ || state.now_s >= last_now_s_);
   if (std::isfinite(state.now_s)) {
     has_time_ = true;
     last_now_s_ = state.now_s;
@@ -179,6 +182,10 @@ bool SafetyGate::MoveOpen(Channel& channel, double share, double dt_s) const noe
   if (allowed > 0) {
     const double warm = std::clamp((channel.heat / allowed - kWarm) / (1 - kWarm), 0.0, 1.0);
     most = channel.peak + warm * (channel.continuous - channel.peak);
+    // And no more than makes it as hot as it may be in one step, which may be long.
+    const double share_of_step = -std::expm1(-dt_s / options_.heat_s);
+    const double square = (allowed - (1 - share_of_step) * channel.heat) / share_of_step;
+    most = std::min(most, std::max(channel.continuous, std::sqrt(std::max(square, 0.0))));
   }
   const bool held_down = glm::length(channel.asked) > most;
   const Vec3 wanted = Shorten(share * Shorten(channel.asked, most), channel.peak);
@@ -193,7 +200,7 @@ void SafetyGate::MoveClosed(Channel& channel) const noexcept {
 }
 
 void SafetyGate::Warm(Channel& channel, double dt_s) const noexcept {
-  const double share = 1 - std::exp(-dt_s / options_.heat_s);
+  const double share = -std::expm1(-dt_s / options_.heat_s);
   channel.heat += share * (glm::dot(channel.out, channel.out) - channel.heat);
 }
 
@@ -201,7 +208,7 @@ GateOutput SafetyGate::Step(const GateCommand& command, const GateState& state) 
   const GateReason of_state = JudgeState(state);
   const GateReason of_command = JudgeCommand(command, state.now_s);
   const GateReason wrong = of_state != GateReason::kNone ? of_state : of_command;
-  const double dt_s = of_state == GateReason::kClock ? kTick_s : state.dt_s;
+  const double dt_s = IsStep(state.dt_s) ? state.dt_s : kTick_s;
   const bool good = wrong == GateReason::kNone;
 
   if (phase_ == Phase::kOpen && !good) {
@@ -229,7 +236,9 @@ GateOutput SafetyGate::Step(const GateCommand& command, const GateState& state) 
     NoteBeginning(GateReason::kRampIn, share < 1);
     NoteBeginning(GateReason::kHeat, hot_force || hot_torque);
     output.open = true;
-    output.reason = share < 1 ? GateReason::kRampIn : hot_force || hot_torque ? GateReason::kHeat : GateReason::kNone;
+    output.reason = GateReason::kNone;
+    if (hot_force || hot_torque) output.reason = GateReason::kHeat;
+    if (share < 1) output.reason = GateReason::kRampIn;
   } else {
     MoveClosed(force_);
     MoveClosed(torque_);

@@ -90,7 +90,8 @@ class SafetyGate {
   double max_change_Nmm_per_s() const;
   double continuous_force_N() const { return force_.continuous; }
   double continuous_torque_Nmm() const { return torque_.continuous; }
-  /// Mean square of the force that went out, of the square of the continuous one: 1 is all that it may be.
+  /// Mean square of the force that went out, of the square of the continuous one: 1 is all that it may be; up to 1.02
+  /// where the slew is too slow to keep to it, with a continuous force of an eighth of the peak or more.
   double heat() const { return force_.heat / (force_.continuous * force_.continuous); }
 
  private:
