@@ -153,6 +153,7 @@ int Run(int argc, char** argv) {
       events.erase(events.begin());
     }
     kernel.Look([&] {
+      device->Follow(hand);
       if (device->wants_homing() && !options.no_homing) {
         hand.Home();
       } else if (device->driven()) {

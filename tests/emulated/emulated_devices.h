@@ -32,11 +32,13 @@ class EmulatedDevice {
   /// A program exchanges with it: time for the hand to begin.
   virtual bool driven() const = 0;
   virtual bool wants_homing() const { return false; }
+  /// What the hand does to it besides moving its mechanism.
+  virtual void Follow(const Mechanism& /*hand*/) {}
   /// What it has been through.
   virtual nlohmann::ordered_json Report() const = 0;
 };
 
-/// falcon and its like; the mechanism must outlive it. Throws Error that names those there are.
+/// falcon, wooden or spacemouse; the mechanism must outlive it. Throws Error that names those there are.
 std::unique_ptr<EmulatedDevice> MakeEmulatedDevice(const std::string& name, Mechanism& mechanism,
                                                    const EmulatedDeviceOptions& options);
 const std::vector<std::string>& NamesOfEmulatedDevices();
