@@ -30,6 +30,8 @@ class EmulatedFalcon final : public EmulatedDevice {
   UsbModel& model() override { return model_; }
   bool driven() const override { return model_.runs() && model_.commands() > 0; }
   bool wants_homing() const override { return driven() && !model_.homed(); }
+  bool engaged() const override { return driven() && model_.last_command().lamps == kFalconGreen; }
+  bool waits() const override { return driven() && model_.last_command().lamps == kFalconBlue; }
   nlohmann::ordered_json Report() const override {
     return {{"device", "falcon"},
             {"runs", model_.runs()},

@@ -32,6 +32,9 @@ class EmulatedDevice {
   /// A program exchanges with it: time for the hand to begin.
   virtual bool driven() const = 0;
   virtual bool wants_homing() const { return false; }
+  /// Its lamps say that the hand has the tool; that it is ready, and waits for the user to agree.
+  virtual bool engaged() const { return false; }
+  virtual bool waits() const { return false; }
   /// What the hand does to it besides moving its mechanism.
   virtual void Follow(const Mechanism& /*hand*/) {}
   /// What it has been through.
