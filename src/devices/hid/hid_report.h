@@ -1,0 +1,19 @@
+// What a HID report descriptor says of the sizes of reports.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+namespace kerf {
+
+struct HidReportSizes {
+  int input_bytes = 0;  // of the longest report, without its id
+  int output_bytes = 0;
+  bool has_ids = false;
+};
+
+/// None when the bytes are no report descriptor.
+std::optional<HidReportSizes> ReadHidReportSizes(std::span<const std::uint8_t> descriptor);
+
+}  // namespace kerf
