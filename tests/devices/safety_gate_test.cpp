@@ -181,6 +181,24 @@ TEST(SafetyGate, ALongerStepIsMoreOfTheRamp) {
   EXPECT_EQ(bench.gate.Step(bench.command, bench.state).f_N, Vec3(0));
 }
 
+TEST(SafetyGate, GoodCommandsDoNotCutTheRampShort) {
+  SafetyGateOptions options;
+  options.good_s = 0.002;
+  options.ramp_out_s = 0.05;
+  Bench bench(MakeProfile(), options);
+  bench.Open();
+  bench.state.homed = false;
+  bench.Tick();
+  bench.state.homed = true;
+  for (int i = 2; i < 50; ++i) {
+    const double x = i / 50.0;
+    ASSERT_NEAR(bench.Tick().f_N.x, 2 * (1 - x * x * (3 - 2 * x)), 1e-9);
+    ASSERT_FALSE(bench.out.open);
+  }
+  bench.Tick();
+  EXPECT_TRUE(bench.Tick().open);
+}
+
 TEST(SafetyGate, SilenceIsAllowedForFiftyMilliseconds) {
   Bench bench;
   bench.Open();
@@ -284,6 +302,23 @@ TEST(SafetyGate, ForcesAtThePeakComeDownToWhatTheMotorsBear) {
   bench.command.f_N = Vec3(0);
   for (int i = 0; i < 10000; ++i) bench.Tick();
   EXPECT_NEAR(bench.gate.heat(), hot * std::exp(-1.0), 0.01);
+}
+
+TEST(SafetyGate, ARestartIsAtZeroButNoCooler) {
+  Bench bench;
+  bench.command.f_N = Vec3(6, 0, 0);
+  bench.Open();
+  const double heat = bench.gate.heat();
+  bench.gate.Restart();
+  // Another clock and other numbers: both begin anew.
+  bench.state.now_s = -100;
+  bench.command.number = 0;
+  EXPECT_EQ(bench.Tick().f_N, Vec3(0));
+  EXPECT_NEAR(bench.gate.heat(), heat, 2e-4 * heat);
+  for (int i = 0; i < 98; ++i) ASSERT_EQ(bench.Tick().f_N, Vec3(0));
+  EXPECT_TRUE(bench.Tick().open);
+  EXPECT_EQ(bench.gate.closed_by(), GateReason::kNone);
+  EXPECT_EQ(bench.gate.count(GateReason::kOutOfSequence), 0U);
 }
 
 TEST(SafetyGate, ForcesBelowTheContinuousOneAreNeverHeldDown) {

@@ -89,7 +89,6 @@ class FalconDriver final : public DeviceDriver {
   bool has_place_ = false;  // forward_ is of this homing
   std::array<int, 3> motors_{};
   bool must_drain_ = true;
-  int rounds_since_drain_ = 0;
 };
 
 }  // namespace kerf
