@@ -145,6 +145,7 @@ int Run(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   int status = 0;
   double peak_N = 0;
+  double before_s = 0;
   while (waitpid(id, &status, WNOHANG) == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
     const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begin;
@@ -153,7 +154,8 @@ int Run(int argc, char** argv) {
       events.erase(events.begin());
     }
     kernel.Look([&] {
-      device->Follow(hand);
+      device->Follow(hand, now.count() - before_s);
+      before_s = now.count();
       if (device->wants_homing() && !options.no_homing) {
         hand.Home();
       } else if (device->driven()) {

@@ -68,7 +68,8 @@ class EmulatedSpaceMouse final : public EmulatedDevice {
  public:
   UsbModel& model() override { return model_; }
   bool driven() const override { return model_.lamp(); }
-  void Follow(const Mechanism& hand) override {
+  void Follow(Mechanism& hand, double dt_s) override {
+    hand.Move(dt_s, Vec3{0}, Vec3{0});
     constexpr double kFull = 350;
     constexpr double kFull_mm = 20;
     const Vec3 p_D_mm = hand.handle().p_AB;

@@ -32,8 +32,8 @@ class EmulatedDevice {
   /// A program exchanges with it: time for the hand to begin.
   virtual bool driven() const = 0;
   virtual bool wants_homing() const { return false; }
-  /// What the hand does to it besides moving its mechanism.
-  virtual void Follow(const Mechanism& /*hand*/) {}
+  /// What the hand does to a device without a mechanism that would move it: dt_s have gone by.
+  virtual void Follow(Mechanism& /*hand*/, double /*dt_s*/) {}
   /// What it has been through.
   virtual nlohmann::ordered_json Report() const = 0;
 };
