@@ -20,13 +20,19 @@ constexpr double kLongAgo_s = -1;
 
 FalconModel::FalconModel(Mechanism& mechanism, FalconModelOptions options)
     : mechanism_(mechanism), options_(std::move(options)) {
-  PowerOn();
+  PlugIn();
+  SwitchOn();
   if (!options_.firmware_is_there) return;
   state_ = State::kRun;
   if (options_.homed) homed_ = kFalconAllHomed;
 }
 
 void FalconModel::PowerOn() {
+  PlugIn();
+  if (!options_.keeps_power) SwitchOn();
+}
+
+void FalconModel::PlugIn() {
   baud_ = 0;
   format_ = kFtdiFormat8N1;
   flow_ = 0;
@@ -35,9 +41,12 @@ void FalconModel::PowerOn() {
   rts_ = false;
   to_host_.clear();
   last_packet_s_ = kLongAgo_s;
+  stream_.Forget();
+}
+
+void FalconModel::SwitchOn() {
   state_ = State::kBoot;
   greeted_ = 0;
-  stream_.Forget();
   command_ = FalconCommand{};
   was_out_ = 0;
   homed_ = 0;

@@ -18,6 +18,7 @@ struct FalconModelOptions {
   bool firmware_is_there = false;           // loaded before by another program, and the Falcon kept its power
   std::vector<std::uint8_t> firmware;       // that alone runs; empty: any that is 1 kB or longer
   bool homed = false;                       // from the start, where the firmware is there
+  bool keeps_power = false;                 // when it is unplugged from USB: it has a supply of its own
   int wrong_echoes = 0;                     // uploads that come back with a byte changed, before one goes well
   bool zero_before_answer = false;          // the boot loader's 00
   int short_report_every = 0;               // every so many reports, one of 14 bytes; 0: none
@@ -44,7 +45,7 @@ class FalconModel final : public UsbModel {
                    std::span<std::uint8_t> data) override;
   Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data) override;
   Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data) override;
-  /// The serial port forgets all; the Falcon has a power supply of its own, but here it is switched off too.
+  /// The serial port forgets all; so does the rest, unless it keeps its power.
   void PowerOn() override;
 
   // ---- what no host can see
@@ -59,6 +60,8 @@ class FalconModel final : public UsbModel {
 
  private:
   enum class State : std::uint8_t { kBoot, kGreeted, kLoading, kLoaded, kRun };
+  void PlugIn();
+  void SwitchOn();
   void BootByte(std::uint8_t byte);
   void RunByte(std::uint8_t byte);
   void ReadEncoders();

@@ -24,6 +24,8 @@ constexpr int kReadsPerRound = 8;
 // An answer that came late makes all later ones late by a round: now and then a round reads on until nothing comes.
 constexpr int kRoundsBetweenDrains = 64;
 
+constexpr const char* kGoneInStart = "the Falcon was unplugged while it was being started; plug it in and try again";
+
 bool IsFinite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -176,7 +178,6 @@ FalconDriver::Step FalconDriver::Upload(const Show& show, int attempt) {
 }
 
 void FalconDriver::Start(const Show& show) {
-  const Error gone("the Falcon was unplugged while it was being started; plug it in and try again");
   has_believed_ = has_doubted_ = has_place_ = false;
   must_drain_ = true;
   if (show && !show("looking whether the Falcon runs", 0)) throw Error("starting the Falcon was called off");
@@ -185,7 +186,7 @@ void FalconDriver::Start(const Show& show) {
     throw Error("the Falcon's USB port refuses its settings; unplug it, wait a few seconds and plug it in again");
   }
   if (step == Step::kDone) step = LooksAlive();
-  if (step == Step::kGone) throw gone;
+  if (step == Step::kGone) throw Error(kGoneInStart);
   if (step == Step::kDone) return;
   if (options_.firmware.empty()) {
     throw Error(
@@ -195,7 +196,7 @@ void FalconDriver::Start(const Show& show) {
   }
   for (int attempt = 1; attempt <= kMostUploads; ++attempt) {
     step = Upload(show, attempt);
-    if (step == Step::kGone) throw gone;
+    if (step == Step::kGone) throw Error(kGoneInStart);
     if (step == Step::kDone) return;
   }
   throw Error(

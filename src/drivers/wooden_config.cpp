@@ -1,0 +1,48 @@
+#include "drivers/wooden_config.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "devices/hid/wooden_kinematics.h"
+#include "files/files.h"
+#include "scene/faults.h"
+#include "scene/table_reader.h"
+#include "scene/toml_document.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kMaxBytes = 64 << 10;
+
+void CheckEach(TableReader& reader, const char* key, const Vec3& values, double least) {
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(values[i]) >= least) continue;
+    reader.Fault(key, fmt::format("{}[{}] = {} is too near to 0; it must be {} or more, or {} or less", key, i,
+                                  values[i], least, -least));
+  }
+}
+
+}  // namespace
+
+WoodenParams ParseWoodenConfig(const std::string& text, const std::string& file) {
+  const TomlNode root = ParseToml(text, file);
+  Faults faults(file);
+  TableReader reader(root, "the file", faults);
+  WoodenParams params;
+  Describe(params, reader);
+  reader.Finish();
+  CheckEach(reader, "counts_per_turn", params.counts_per_turn, 1);
+  CheckEach(reader, "gear", params.gear, 0.1);
+  if (faults.empty() && !FindWoodenAngles(params, Vec3{0})) {
+    reader.Fault("middle_mm", "the arm can't reach middle_mm; check base_mm, upper_arm_mm and forearm_mm");
+  }
+  faults.ThrowIfAny();
+  return params;
+}
+
+WoodenParams ReadWoodenConfig(const std::string& path) {
+  return ParseWoodenConfig(ReadTextFile(path, kMaxBytes), path);
+}
+
+}  // namespace kerf
