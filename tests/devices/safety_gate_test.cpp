@@ -181,6 +181,24 @@ TEST(SafetyGate, ALongerStepIsMoreOfTheRamp) {
   EXPECT_EQ(bench.gate.Step(bench.command, bench.state).f_N, Vec3(0));
 }
 
+TEST(SafetyGate, GoodCommandsDoNotCutTheRampShort) {
+  SafetyGateOptions options;
+  options.good_s = 0.002;
+  options.ramp_out_s = 0.05;
+  Bench bench(MakeProfile(), options);
+  bench.Open();
+  bench.state.homed = false;
+  bench.Tick();
+  bench.state.homed = true;
+  for (int i = 2; i < 50; ++i) {
+    const double x = i / 50.0;
+    ASSERT_NEAR(bench.Tick().f_N.x, 2 * (1 - x * x * (3 - 2 * x)), 1e-9);
+    ASSERT_FALSE(bench.out.open);
+  }
+  bench.Tick();
+  EXPECT_TRUE(bench.Tick().open);
+}
+
 TEST(SafetyGate, SilenceIsAllowedForFiftyMilliseconds) {
   Bench bench;
   bench.Open();

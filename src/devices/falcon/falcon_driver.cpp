@@ -21,8 +21,6 @@ constexpr int kMostUploads = 10;
 constexpr int kGreetings = 30;
 constexpr int kProbes = 10;
 constexpr int kReadsPerRound = 8;
-// An answer that came late makes all later ones late by a round: now and then a round reads on until nothing comes.
-constexpr int kRoundsBetweenDrains = 64;
 
 constexpr const char* kGoneInStart = "the Falcon was unplugged while it was being started; plug it in and try again";
 
@@ -205,6 +203,10 @@ void FalconDriver::Start(const Show& show) {
                   kMostUploads, sha256_));
 }
 
+bool FalconDriver::Runs() noexcept {
+  return EnterRunMode() == Step::kDone && LooksAlive() == Step::kDone;
+}
+
 /// The last report in `bytes`.
 bool FalconDriver::TakeReport(std::span<const std::uint8_t> bytes) noexcept {
   bool any = false;
@@ -282,11 +284,15 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
   const Transfer sent = transport_->Write(kFalconEndpointOut, Pack(out), write_ms);
   if (sent.end == TransferEnd::kGone) return RoundEnd::kGone;
 
-  const bool drains = must_drain_ || rounds_since_drain_ >= kRoundsBetweenDrains;
+  // An answer that came too late would make all later ones late by a round: after a round without one, all is read
+  // until nothing comes for about 3 ms, and the last counts.
+  constexpr int kQuietReads = 3;
+  const bool drains = must_drain_;
   bool any_report = false;
   bool any_bytes = false;
-  bool dry = false;
-  for (int i = 0; i < kReadsPerRound && !dry; ++i) {
+  bool done = false;
+  int quiet = 0;
+  for (int i = 0; i < kReadsPerRound && !done; ++i) {
     std::array<std::uint8_t, kFalconUsbPacketBytes> packet;
     const Transfer transfer = transport_->Read(kFalconEndpointIn, packet, read_ms);
     if (transfer.end == TransferEnd::kGone) return RoundEnd::kGone;
@@ -294,9 +300,9 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
     const std::span<const std::uint8_t> bytes = CutFtdiStatus(std::span(packet).first(count));
     any_bytes = any_bytes || !bytes.empty();
     any_report = TakeReport(bytes) || any_report;
-    dry = any_report && (!drains || bytes.empty());
+    quiet = bytes.empty() ? quiet + 1 : 0;
+    done = any_report && (!drains || quiet >= kQuietReads);
   }
-  rounds_since_drain_ = drains && dry ? 0 : rounds_since_drain_ + 1;
   must_drain_ = !any_report;
   if (!any_report) return any_bytes ? RoundEnd::kBadAnswer : RoundEnd::kNoAnswer;
   return Judge(sample);

@@ -53,6 +53,8 @@ class FalconDriver final : public DeviceDriver {
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 
+  /// Whether it has its firmware and answers; for a look at what is there. Up to half a second.
+  bool Runs() noexcept;
   /// Of the firmware that was handed in; empty with none.
   const std::string& firmware_sha256() const { return sha256_; }
   /// As they went out last.
@@ -89,7 +91,6 @@ class FalconDriver final : public DeviceDriver {
   bool has_place_ = false;  // forward_ is of this homing
   std::array<int, 3> motors_{};
   bool must_drain_ = true;
-  int rounds_since_drain_ = 0;
 };
 
 }  // namespace kerf
