@@ -192,7 +192,7 @@ ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOpt
   AskForPriority(options.realtime ? 80 : 0, grants);
   ExchangeTimes times;
   times.device = found.kind->name;
-  times.way = "libusb";
+  times.way = found.usb.vendor != 0 ? "libusb" : found.kind->link;
   try {
     const std::unique_ptr<DeviceDriver> driver = OpenDriver(bus, found.choice, driver_options);
     driver->Start({});
@@ -213,7 +213,7 @@ ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOpt
             }
             std::this_thread::sleep_until(next);
           }
-          return GoOn(options, times.device + " through libusb", round);
+          return GoOn(options, times.device + " by " + times.way, round);
         },
         times);
     driver->Stop();

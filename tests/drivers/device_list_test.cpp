@@ -4,8 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <set>
 
+#include "drivers/child_process.h"
 #include "emulated/echo_model.h"
 #include "emulation/falcon_model.h"
 #include "emulation/model_bus.h"
@@ -45,7 +47,7 @@ TEST(DeviceList, FindsEachKindAndOpensIt) {
   bus.PlugIn(other);
   bus.PlugIn(wooden);
   bus.PlugIn(mouse);
-  const std::vector<FoundDevice> found = FindDevices(bus);
+  const std::vector<FoundDevice> found = FindUsbDevices(bus);
   ASSERT_EQ(found.size(), 3U);
   for (std::size_t i = 0; i < found.size(); ++i) {
     EXPECT_EQ(found[i].choice, KnownDevices()[i].name);
@@ -65,7 +67,7 @@ TEST(DeviceList, TellsSeveralOfAKindApartByTheirSockets) {
   ModelBus bus;
   bus.PlugIn(first);
   bus.PlugIn(second);
-  const std::vector<FoundDevice> found = FindDevices(bus);
+  const std::vector<FoundDevice> found = FindUsbDevices(bus);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].choice, "falcon@1-1");
   EXPECT_EQ(found[1].choice, "falcon@1-2");
@@ -111,7 +113,7 @@ TEST(DeviceList, LeavesGadgetsWithTheSameNumbersAlone) {
     Gadget gadget(hid);
     ModelBus bus;
     bus.PlugIn(gadget);
-    const std::vector<FoundDevice> found = FindDevices(bus);
+    const std::vector<FoundDevice> found = FindUsbDevices(bus);
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].state, DeviceState::kOtherGadget) << found[0].problem;
     EXPECT_THAT(found[0].mend, HasSubstr("leaves it alone"));
@@ -135,7 +137,7 @@ TEST(DeviceList, TellsWhatIsInTheWayAndHowToMendIt) {
                         Case{UsbProblem::kGone, DeviceState::kFailed, "Plug it in again."},
                         Case{UsbProblem::kOther, DeviceState::kFailed, "plug it in again"}}) {
     bus.SetProblem(c.problem);
-    const std::vector<FoundDevice> found = FindDevices(bus);
+    const std::vector<FoundDevice> found = FindUsbDevices(bus);
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].state, c.state);
     EXPECT_THAT(found[0].mend, HasSubstr(c.mend));
@@ -153,12 +155,31 @@ TEST(DeviceList, SilentDevicesFailAndAreTold) {
   UsbFaults faults;
   faults.stalled = true;
   bus.SetFaults(faults);
-  const std::vector<FoundDevice> found = FindDevices(bus);
+  const std::vector<FoundDevice> found = FindUsbDevices(bus);
   ASSERT_EQ(found.size(), 2U);
   // It looks like one that has no firmware, and that is what may mend it.
   EXPECT_EQ(found[0].state, DeviceState::kNoFirmware);
   EXPECT_EQ(found[1].state, DeviceState::kFailed);
   EXPECT_THAT(found[1].problem, HasSubstr("no reports"));
+}
+
+TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
+  DriverOptions options;
+  {
+    test::ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
+    const std::string line = example.ReadLine();
+    options.bridge.port = static_cast<std::uint16_t>(std::stoi(line.substr(line.rfind(':') + 1)));
+    const std::vector<FoundDevice> found = FindFarDevices(options);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].kind->name, "bridge");
+    EXPECT_EQ(found[0].state, DeviceState::kReady) << found[0].problem;
+    EXPECT_EQ(found[0].where, "127.0.0.1:" + std::to_string(options.bridge.port));
+    EXPECT_NE(found[0].model, "bridge");  // what the far side calls it
+    ModelBus bus;
+    EXPECT_TRUE(OpenDriver(bus, "bridge", options));
+    example.End(SIGTERM);
+  }
+  EXPECT_TRUE(FindFarDevices(options).empty());
 }
 
 TEST(DeviceList, NamesTheNearestWhenNothingIsCalledSo) {

@@ -49,7 +49,7 @@ TEST(ExchangeBench, WhatIsPluggedInGetsNoForce) {
   ExchangeBenchOptions options;
   options.rounds = 50;
   options.rate_hz = 0;
-  const FoundDevice found = FindDevices(bus).at(0);
+  const FoundDevice found = FindUsbDevices(bus).at(0);
   const ExchangeTimes times = BenchDevice(bus, found, {}, options);
   EXPECT_EQ(times.failure, "");
   EXPECT_EQ(times.samples, 50U);

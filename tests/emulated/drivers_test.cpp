@@ -175,7 +175,7 @@ TEST_F(EmulatedDrivers, FalconIsUnpluggedInMidExchangeAndPluggedInAgain) {
     EXPECT_THROW(OpenDriver(bus_, "falcon", options_), Error);
     kernel.PlugInAgain(socket);
   }
-  EXPECT_EQ(FindDevices(bus_, options_).size(), 1U);
+  EXPECT_EQ(FindUsbDevices(bus_, options_).size(), 1U);
 }
 
 TEST_F(EmulatedDrivers, SilentFalconGivesNoAnswerAndThenGoesOn) {
@@ -248,7 +248,7 @@ TEST_F(EmulatedDrivers, SpaceMouseTellsHowFarItsCapIsPushed) {
 
 /// The one that is found.
 FoundDevice FindOnly(UsbBus& bus) {
-  const std::vector<FoundDevice> found = FindDevices(bus);
+  const std::vector<FoundDevice> found = FindUsbDevices(bus);
   EXPECT_EQ(found.size(), 1U);
   return found.empty() ? FoundDevice{} : found[0];
 }
