@@ -37,6 +37,7 @@ struct Options {
   std::vector<std::string> presses;
   std::string report_file;
   double unplug_at_s = -1;
+  std::uint64_t unplug_after = 0;
   double plug_in_at_s = -1;
   double silent_at_s = -1;
   double loud_at_s = -1;
@@ -70,6 +71,7 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   app.add_option("--driver", options.socket.driver, "Of the kernel, that has the device");
   app.add_flag("--driver-holds", options.socket.driver_holds, "And does not let go of it");
   app.add_option("--unplug-at", options.unplug_at_s, "s after the program began");
+  app.add_option("--unplug-after", options.unplug_after, "Packets that the program has sent; 0: not");
   app.add_option("--plug-in-at", options.plug_in_at_s, "Again, s after the program began");
   app.add_option("--silent-at", options.silent_at_s, "From then on nothing comes back, s");
   app.add_option("--loud-at", options.loud_at_s, "And from then on again, s");
@@ -152,6 +154,12 @@ int Run(int argc, char** argv) {
     while (!events.empty() && now.count() >= events.front().at_s) {
       events.front().what();
       events.erase(events.begin());
+    }
+    bool pull = false;
+    kernel.Look([&] { pull = options.unplug_after > 0 && device->packets() >= options.unplug_after; });
+    if (pull) {
+      options.unplug_after = 0;
+      kernel.Unplug(socket);
     }
     kernel.Look([&] {
       device->Follow(hand, now.count() - before_s);

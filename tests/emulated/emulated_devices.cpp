@@ -29,6 +29,7 @@ class EmulatedFalcon final : public EmulatedDevice {
 
   UsbModel& model() override { return model_; }
   bool driven() const override { return model_.runs() && model_.commands() > 0; }
+  std::uint64_t packets() const override { return model_.commands(); }
   bool wants_homing() const override { return driven() && !model_.homed(); }
   nlohmann::ordered_json Report() const override {
     return {{"device", "falcon"},
@@ -51,6 +52,7 @@ class EmulatedWooden final : public EmulatedDevice {
 
   UsbModel& model() override { return model_; }
   bool driven() const override { return model_.packets() > 0; }
+  std::uint64_t packets() const override { return model_.packets(); }
   nlohmann::ordered_json Report() const override {
     const Vec3 currents = model_.currents_mA();
     return {{"device", "wooden"},

@@ -31,6 +31,8 @@ class EmulatedDevice {
   virtual UsbModel& model() = 0;
   /// A program exchanges with it: time for the hand to begin.
   virtual bool driven() const = 0;
+  /// Packets that the program has sent to it so far, firmware left out.
+  virtual std::uint64_t packets() const { return 0; }
   virtual bool wants_homing() const { return false; }
   /// What the hand does to a device without a mechanism that would move it: dt_s have gone by.
   virtual void Follow(Mechanism& /*hand*/, double /*dt_s*/) {}
