@@ -204,6 +204,20 @@ void SafetyGate::Warm(Channel& channel, double dt_s) const noexcept {
   channel.heat += share * (glm::dot(channel.out, channel.out) - channel.heat);
 }
 
+void SafetyGate::Restart() noexcept {
+  for (Channel* channel : {&force_, &torque_}) {
+    channel->asked = channel->out = channel->ramp_from = Vec3{0};
+  }
+  phase_ = Phase::kClosed;
+  phase_s_ = 0;
+  good_s_ = 0;
+  closed_by_ = GateReason::kNone;
+  holding_ = {};
+  has_command_ = command_is_good_ = false;
+  has_time_ = had_sample_ = false;
+  since_sample_s_ = 0;
+}
+
 GateOutput SafetyGate::Step(const GateCommand& command, const GateState& state) noexcept {
   const GateReason of_state = JudgeState(state);
   const GateReason of_command = JudgeCommand(command, state.now_s);

@@ -80,6 +80,10 @@ class SafetyGate {
 
   GateOutput Step(const GateCommand& command, const GateState& state) noexcept;
 
+  /// Closed and at zero at once: the device is another one or was away, and nothing goes out any more. Its motors' heat
+  /// and the counts stay.
+  void Restart() noexcept;
+
   /// How often each came: commands that were refused, and beginnings of all else.
   const std::array<std::uint64_t, kGateReasons>& counts() const { return counts_; }
   std::uint64_t count(GateReason reason) const { return counts_[static_cast<std::size_t>(reason)]; }

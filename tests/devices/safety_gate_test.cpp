@@ -304,6 +304,23 @@ TEST(SafetyGate, ForcesAtThePeakComeDownToWhatTheMotorsBear) {
   EXPECT_NEAR(bench.gate.heat(), hot * std::exp(-1.0), 0.01);
 }
 
+TEST(SafetyGate, ARestartIsAtZeroButNoCooler) {
+  Bench bench;
+  bench.command.f_N = Vec3(6, 0, 0);
+  bench.Open();
+  const double heat = bench.gate.heat();
+  bench.gate.Restart();
+  // Another clock and other numbers: both begin anew.
+  bench.state.now_s = -100;
+  bench.command.number = 0;
+  EXPECT_EQ(bench.Tick().f_N, Vec3(0));
+  EXPECT_NEAR(bench.gate.heat(), heat, 2e-4 * heat);
+  for (int i = 0; i < 98; ++i) ASSERT_EQ(bench.Tick().f_N, Vec3(0));
+  EXPECT_TRUE(bench.Tick().open);
+  EXPECT_EQ(bench.gate.closed_by(), GateReason::kNone);
+  EXPECT_EQ(bench.gate.count(GateReason::kOutOfSequence), 0U);
+}
+
 TEST(SafetyGate, ForcesBelowTheContinuousOneAreNeverHeldDown) {
   Bench bench(MakeProfile(8, 3));
   bench.command.f_N = Vec3(0, 2.6, 0);  // 0.75 of the heat

@@ -15,11 +15,13 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <thread>
 
 #include "devices/profiles.h"
 #include "emulated/emulated_devices.h"
 #include "emulated/emulated_kernel.h"
+#include "emulated/scene_hand.h"
 #include "emulation/scripted_hand.h"
 #include "kerf/error.h"
 
@@ -33,6 +35,7 @@ struct Options {
   ScriptedHandOptions hand;
   std::string firmware_file;
   std::string hand_model = "H3";
+  std::string scene;
   std::string way = "still";
   std::vector<std::string> presses;
   std::string report_file;
@@ -77,6 +80,7 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   app.add_option("--loud-at", options.loud_at_s, "And from then on again, s");
   app.add_option("--hand", options.way, "What the hand does, once the program exchanges: still, circle, line")
       ->check(CLI::IsMember({"still", "circle", "line"}));
+  app.add_option("--scene", options.scene, "It cuts what this scene says, once the device's lamp is green");
   app.add_option("--hand-model", options.hand_model, "H0 to H4");
   app.add_option("--radius", options.hand.radius_mm, "Of the circle, mm");
   app.add_option("--period", options.hand.period_s, "s");
@@ -125,7 +129,10 @@ int Run(int argc, char** argv) {
   options.hand.way = std::map<std::string, HandWay>{
       {"still", HandWay::kStill}, {"circle", HandWay::kCircle}, {"line", HandWay::kLine}}[options.way];
   ScriptedHand hand(FindDeviceProfile("falcon"), FindHandModel(options.hand_model), options.hand);
-  const std::unique_ptr<EmulatedDevice> device = MakeEmulatedDevice(options.device, hand, options.emulated);
+  std::optional<SceneHand> cutting;
+  if (!options.scene.empty()) cutting.emplace(ReadScene(options.scene), FindDeviceProfile("falcon"));
+  Mechanism& handle = cutting ? static_cast<Mechanism&>(*cutting) : hand;
+  const std::unique_ptr<EmulatedDevice> device = MakeEmulatedDevice(options.device, handle, options.emulated);
   EmulatedKernel kernel;
   const int socket = kernel.PlugIn(device->model(), options.socket);
 
@@ -162,14 +169,18 @@ int Run(int argc, char** argv) {
       kernel.Unplug(socket);
     }
     kernel.Look([&] {
-      device->Follow(hand, now.count() - before_s);
+      device->Follow(handle, now.count() - before_s);
       before_s = now.count();
-      if (device->wants_homing() && !options.no_homing) {
+      if (cutting) {
+        cutting->SetEngaged(device->engaged());
+        cutting->SetWaiting(device->waits());
+        if (device->wants_homing()) cutting->Home();
+      } else if (device->wants_homing() && !options.no_homing) {
         hand.Home();
       } else if (device->driven()) {
         hand.Begin();
       }
-      peak_N = std::max(peak_N, glm::length(hand.f_D_N()));
+      peak_N = std::max(peak_N, glm::length(cutting ? cutting->f_D_N() : hand.f_D_N()));
     });
   }
   child = 0;
@@ -178,8 +189,9 @@ int Run(int argc, char** argv) {
     kernel.Look([&] {
       report = device->Report();
       report["peak_force_N"] = peak_N;
-      report["force_at_end_N"] = glm::length(hand.f_D_N());
-      report["way_s"] = hand.way_s();
+      report["force_at_end_N"] = glm::length(cutting ? cutting->f_D_N() : hand.f_D_N());
+      report["way_s"] = cutting ? cutting->way_s() : hand.way_s();
+      if (cutting) report["strokes"] = cutting->strokes();
     });
     report["unknown_calls"] = kernel.unknown_calls();
     std::ofstream(options.report_file) << report.dump(2) << '\n';

@@ -31,6 +31,8 @@ class EmulatedFalcon final : public EmulatedDevice {
   bool driven() const override { return model_.runs() && model_.commands() > 0; }
   std::uint64_t packets() const override { return model_.commands(); }
   bool wants_homing() const override { return driven() && !model_.homed(); }
+  bool engaged() const override { return driven() && model_.last_command().lamps == kFalconGreen; }
+  bool waits() const override { return driven() && model_.last_command().lamps == kFalconBlue; }
   nlohmann::ordered_json Report() const override {
     return {{"device", "falcon"},
             {"runs", model_.runs()},

@@ -34,6 +34,9 @@ class EmulatedDevice {
   /// Packets that the program has sent to it so far, firmware left out.
   virtual std::uint64_t packets() const { return 0; }
   virtual bool wants_homing() const { return false; }
+  /// Its lamps say that the hand has the tool; that it is ready, and waits for the user to agree.
+  virtual bool engaged() const { return false; }
+  virtual bool waits() const { return false; }
   /// What the hand does to a device without a mechanism that would move it: dt_s have gone by.
   virtual void Follow(Mechanism& /*hand*/, double /*dt_s*/) {}
   /// What it has been through.

@@ -203,10 +203,6 @@ void FalconDriver::Start(const Show& show) {
                   kMostUploads, sha256_));
 }
 
-bool FalconDriver::Runs() noexcept {
-  return EnterRunMode() == Step::kDone && LooksAlive() == Step::kDone;
-}
-
 /// The last report in `bytes`.
 bool FalconDriver::TakeReport(std::span<const std::uint8_t> bytes) noexcept {
   bool any = false;

@@ -53,8 +53,6 @@ class FalconDriver final : public DeviceDriver {
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 
-  /// Whether it has its firmware and answers; for a look at what is there. Up to half a second.
-  bool Runs() noexcept;
   /// Of the firmware that was handed in; empty with none.
   const std::string& firmware_sha256() const { return sha256_; }
   /// As they went out last.

@@ -17,7 +17,7 @@ inline constexpr std::size_t kFalconUsbPacketBytes = 64;
 /// With which every packet from the device begins, and all that it has when there is no data.
 inline constexpr std::size_t kFtdiStatusBytes = 2;
 
-/// For /etc/udev/rules.d/40-kerf-falcon.rules: whoever sits at the machine may use it.
+/// Whoever sits at the machine may use it.
 inline constexpr const char* kFalconUdevRule =
     R"(SUBSYSTEM=="usb", ATTR{idVendor}=="0403", ATTR{idProduct}=="cb48", MODE="0664", GROUP="plugdev", TAG+="uaccess")";
 
