@@ -10,6 +10,7 @@
 #include "bench/tick_report.h"
 #include "bench/undo_bench.h"
 #include "cli/commands.h"
+#include "cli/device_option.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -230,8 +231,7 @@ namespace {
 
 struct DevicesCommand {
   ExchangeBenchOptions bench;
-  DriverOptions drivers;
-  std::string firmware;
+  DeviceOption device;
   std::string output;
   bool models_only = false;
   bool json = false;
@@ -240,11 +240,7 @@ struct DevicesCommand {
 
 void RunDevices(DevicesCommand& command) {
   if (!command.output.empty()) CheckWritable(command.output);
-  if (!command.firmware.empty()) {
-    const std::string bytes = ReadTextFile(command.firmware);
-    command.drivers.falcon.firmware.assign(bytes.begin(), bytes.end());
-    CheckFalconFirmware(command.drivers.falcon.firmware, command.firmware);
-  }
+  const DriverOptions drivers = MakeDriverOptions(command.device);
   command.bench.stop = &CatchInterrupt();
   std::vector<ExchangeTimes> results;
   {
@@ -253,8 +249,8 @@ void RunDevices(DevicesCommand& command) {
     results = BenchModels(command.bench);
     if (!command.models_only) {
       LibusbBus bus;
-      for (const FoundDevice& found : FindDevices(bus, command.drivers)) {
-        results.push_back(BenchDevice(bus, found, command.drivers, command.bench));
+      for (const FoundDevice& found : FindDevices(bus, drivers)) {
+        results.push_back(BenchDevice(bus, found, drivers, command.bench));
       }
     }
   }
@@ -284,8 +280,7 @@ void AddDevicesBench(CLI::App& group) {
       ->capture_default_str();
   command->add_flag("--realtime", options->bench.realtime, "Go before other programs (SCHED_FIFO), as the loop does");
   command->add_flag("--models-only", options->models_only, "Leave alone what is plugged in");
-  command->add_option("--falcon-firmware", options->firmware, "The Falcon's firmware, of its maker")
-      ->envname("KERF_FALCON_FIRMWARE");
+  AddDriverOptions(*command, options->device);
   command->add_option("-o,--output", options->output, "File for the report instead of stdout");
   CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
   command->add_flag("--markdown", options->markdown, "Report as the table of docs/devices.md")->excludes(json);

@@ -30,10 +30,10 @@ struct Options {
 };
 
 void PrintFound(const std::vector<FoundDevice>& devices) {
-  if (devices.empty()) fmt::print("No device that kerf knows is plugged in.\n");
+  if (devices.empty()) fmt::print("No device that kerf knows is there.\n");
   for (const FoundDevice& found : devices) {
-    fmt::print("{:<14} {} at {} ({:04x}:{:04x}): {}\n", found.choice, found.model, found.usb.ports, found.usb.vendor,
-               found.usb.product, found.state == DeviceState::kReady ? "ready" : found.problem);
+    fmt::print("{:<14} {} at {}: {}\n", found.choice, found.model, found.where,
+               found.state == DeviceState::kReady ? "ready" : found.problem);
     if (!found.mend.empty()) fmt::print("{:<14} {}\n", "", found.mend);
   }
   fmt::print("\nkerf knows, by the name for --device:\n");
@@ -49,10 +49,8 @@ void PrintFoundJson(const std::vector<FoundDevice>& devices) {
     json["devices"].push_back({{"device", found.choice},
                                {"kind", found.kind->name},
                                {"model", found.model},
-                               {"vendor", fmt::format("{:04x}", found.usb.vendor)},
-                               {"product", fmt::format("{:04x}", found.usb.product)},
-                               {"socket", found.usb.ports},
-                               {"node", DeviceNode(found.usb)},
+                               {"where", found.where},
+                               {"node", found.usb.vendor != 0 ? Json(DeviceNode(found.usb)) : Json(nullptr)},
                                {"makes_force", found.kind->makes_force},
                                {"state", ToString(found.state)},
                                {"problem", found.problem},

@@ -114,9 +114,10 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
   sequence_ = 0;
   const Clock::time_point begin = Clock::now();
   const std::chrono::milliseconds most(options_.start_timeout_ms);
-  bool refused = false;
+  int refused = 0;
   std::uint16_t other_version = 0;
-  while (Clock::now() < begin + most) {
+  constexpr int kNobody = 4;  // so often refused, nobody listens
+  while (Clock::now() < begin + most && refused < kNobody) {
     const double share = std::chrono::duration<double>(Clock::now() - begin) / most;
     if (show && !show(fmt::format("asking the bridge at {}", where), std::min(share, 1.0))) {
       throw Error("starting the device was broken off");
@@ -128,7 +129,7 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
       std::size_t count = 0;
       const UdpEnd end = link_->Receive(bytes, left_ms, count);
       if (end == UdpEnd::kRefused) {
-        refused = true;
+        ++refused;
         continue;
       }
       if (end != UdpEnd::kOk || count > bytes.size()) continue;
@@ -155,10 +156,10 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
         "the tools/bridge/kerf_bridge.c that came with this kerf",
         where, other_version, kBridgeVersion));
   }
-  throw Error(refused ? fmt::format("no bridge program listens at {}; start it first (docs/bridge.md)", where)
-                      : fmt::format("the bridge at {} gave no answer that kerf understands within {:.1f} s; look "
-                                    "whether it runs, and whether its program is a bridge",
-                                    where, 1e-3 * options_.start_timeout_ms));
+  throw Error(refused > 0 ? fmt::format("no bridge program listens at {}; start it first (docs/bridge.md)", where)
+                          : fmt::format("the bridge at {} gave no answer that kerf understands within {:.1f} s; look "
+                                        "whether it runs, and whether its program is a bridge",
+                                        where, 1e-3 * options_.start_timeout_ms));
 }
 
 RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& sample) noexcept {

@@ -48,8 +48,40 @@ constexpr UsbKind kUsbKinds[] = {
 };
 
 const UsbKind& FindUsbKind(const KnownDevice& known) {
-  return *std::find_if(std::begin(kUsbKinds), std::end(kUsbKinds),
-                       [&](const UsbKind& kind) { return kind.name == known.name; });
+  for (const UsbKind& kind : kUsbKinds) {
+    if (kind.name == known.name) return kind;
+  }
+  throw Error(fmt::format("{} is not reached by USB", known.name));
+}
+
+constexpr int kAskFor_ms = 300;
+
+/// A kind that is reached over the network.
+struct FarKind {
+  const char* name;
+  std::string (*where)(const DriverOptions& options);
+  /// In a hurry: only to see whether it is there.
+  std::unique_ptr<DeviceDriver> (*make)(const DriverOptions& options, bool hurry);
+  /// In its driver's message when nobody is there at all.
+  const char* nobody;
+  const char* mend;
+};
+
+constexpr FarKind kFarKinds[] = {
+    {"bridge",
+     [](const DriverOptions& options) { return fmt::format("{}:{}", options.bridge.address, options.bridge.port); },
+     [](const DriverOptions& options, bool hurry) -> std::unique_ptr<DeviceDriver> {
+       BridgeOptions bridge = options.bridge;
+       if (hurry) bridge.start_timeout_ms = std::min(bridge.start_timeout_ms, kAskFor_ms);
+       return std::make_unique<BridgeDriver>(bridge);
+     },
+     "no bridge program listens", "End the bridge program and start it again (docs/bridge.md)."},
+};
+
+const FarKind* FindFarKind(const KnownDevice& known) {
+  const auto* found = std::find_if(std::begin(kFarKinds), std::end(kFarKinds),
+                                   [&](const FarKind& kind) { return kind.name == known.name; });
+  return found == std::end(kFarKinds) ? nullptr : found;
 }
 
 std::vector<KnownDevice> MakeKnownDevices() {
@@ -59,6 +91,7 @@ std::vector<KnownDevice> MakeKnownDevices() {
   KnownDevice mouse{"spacemouse", "3Dconnexion SpaceMouse", "USB HID", false, {}};
   for (const SpaceMouseModel& model : SpaceMouseModels()) mouse.numbers.push_back({model.vendor, model.product});
   devices.push_back(std::move(mouse));
+  devices.push_back({"bridge", "a device behind a program that speaks to it by its maker's library", "UDP", true, {}});
   return devices;
 }
 
@@ -165,6 +198,7 @@ std::vector<FoundDevice> ListKnown(UsbBus& bus) {
     const SpaceMouseModel* mouse = FindSpaceMouse(info);
     found.model = mouse != nullptr ? mouse->name : kind->what;
     found.usb = info;
+    found.where = fmt::format("{} ({})", info.ports, DescribeNumbers(info));
     devices.push_back(std::move(found));
   }
   for (FoundDevice& found : devices) {
@@ -213,15 +247,49 @@ const KnownDevice& FindKnownDevice(const std::string& choice) {
                                           : fmt::format("the nearest is \"{}\"", nearest)));
 }
 
-std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options) {
+std::vector<FoundDevice> FindUsbDevices(UsbBus& bus, const DriverOptions& options) {
   std::vector<FoundDevice> devices = ListKnown(bus);
   for (FoundDevice& found : devices) TryOut(bus, options, found);
+  return devices;
+}
+
+std::vector<FoundDevice> FindFarDevices(const DriverOptions& options) {
+  std::vector<FoundDevice> devices;
+  for (const KnownDevice& known : KnownDevices()) {
+    const FarKind* kind = FindFarKind(known);
+    if (kind == nullptr) continue;
+    FoundDevice found;
+    found.kind = &known;
+    found.model = known.what;
+    found.where = kind->where(options);
+    found.choice = known.name;
+    try {
+      const std::unique_ptr<DeviceDriver> driver = kind->make(options, true);
+      driver->Start({});
+      driver->Stop();
+      if (!driver->profile().name.empty()) found.model = driver->profile().name;
+    } catch (const Error& error) {
+      const std::string what = error.what();
+      if (what.find(kind->nobody) != std::string::npos) continue;
+      found.state = what.find("in use by another") != std::string::npos ? DeviceState::kBusy : DeviceState::kFailed;
+      found.problem = what;
+      found.mend = kind->mend;
+    }
+    devices.push_back(std::move(found));
+  }
+  return devices;
+}
+
+std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options) {
+  std::vector<FoundDevice> devices = FindUsbDevices(bus, options);
+  for (FoundDevice& found : FindFarDevices(options)) devices.push_back(std::move(found));
   return devices;
 }
 
 std::unique_ptr<DeviceDriver> OpenDriver(UsbBus& bus, const std::string& choice, const DriverOptions& options) {
   const KnownDevice& known = FindKnownDevice(choice);
   const std::string socket = SplitChoice(choice).second;
+  if (const FarKind* far = FindFarKind(known); far != nullptr) return far->make(options, false);
   const UsbKind& kind = FindUsbKind(known);
   std::optional<FoundDevice> refused;
   for (FoundDevice& found : ListKnown(bus)) {

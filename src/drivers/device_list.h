@@ -12,6 +12,7 @@
 #include "devices/hid/spacemouse_driver.h"
 #include "devices/hid/wooden_params.h"
 #include "devices/usb.h"
+#include "drivers/bridge_driver.h"
 
 namespace kerf {
 
@@ -20,6 +21,7 @@ struct DriverOptions {
   FalconOptions falcon;
   WoodenParams wooden;
   SpaceMouseOptions spacemouse;
+  BridgeOptions bridge;
 };
 
 struct UsbNumbers {
@@ -31,7 +33,7 @@ struct UsbNumbers {
 struct KnownDevice {
   std::string name;  // for --device
   std::string what;  // "Novint Falcon"
-  std::string link;  // how it is reached: "USB"
+  std::string link;  // how it is reached: "USB", "USB HID", "UDP"
   bool makes_force = true;
   std::vector<UsbNumbers> numbers;  // none: not on USB
 };
@@ -52,6 +54,7 @@ struct FoundDevice {
   const KnownDevice* kind = nullptr;
   std::string model;   // where one kind has several: "SpaceNavigator"; else as `what`
   UsbDeviceInfo usb;   // vendor 0: not on USB
+  std::string where;   // "1-2 (0403:cb48)": the socket and the numbers; "127.0.0.1:47810"
   std::string choice;  // for --device: the kind's name, or with "@" and the socket where there are several of it
   DeviceState state = DeviceState::kReady;
   std::string problem;  // a phrase; "" where it is ready
@@ -61,6 +64,10 @@ struct FoundDevice {
 /// Opens and starts each, which moves nothing, and lets go of it. May take a second or two for each device. Throws
 /// Error when USB can't be asked.
 std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options = {});
+/// Those on USB, and those that answer on the network, where the options say that they are; waits for answers for a
+/// third of a second at most.
+std::vector<FoundDevice> FindUsbDevices(UsbBus& bus, const DriverOptions& options = {});
+std::vector<FoundDevice> FindFarDevices(const DriverOptions& options = {});
 
 /// `choice` is a kind's name, or that with "@" and the socket: "falcon@1-2". Opened but not started. Throws Error: not
 /// there, or there and why it can't be opened and what the user can do.

@@ -25,6 +25,8 @@
 namespace kerf {
 namespace {
 
+constexpr int kUncounted = 10;  // rounds at the beginning: a driver may not believe the first
+
 using Clock = std::chrono::steady_clock;
 
 void Check(const ExchangeBenchOptions& options) {
@@ -54,10 +56,14 @@ void Measure(DeviceDriver& driver, const ExchangeBenchOptions& options,
   std::vector<double> took_us;
   took_us.reserve(static_cast<std::size_t>(options.rounds));
   times.hash = 0xcbf29ce484222325;
-  for (int i = 0; i < options.rounds; ++i) {
+  for (int i = -kUncounted; i < options.rounds; ++i) {
     DriverCommand command;
     if (!before_round(i, command)) break;
     DriverSample sample;
+    if (i < 0) {
+      driver.Exchange(command, sample);
+      continue;
+    }
     const auto begin = Clock::now();
     const RoundEnd end = driver.Exchange(command, sample);
     took_us.push_back(std::chrono::duration<double, std::micro>(Clock::now() - begin).count());
@@ -88,7 +94,7 @@ void Measure(DeviceDriver& driver, const ExchangeBenchOptions& options,
 
 bool GoOn(const ExchangeBenchOptions& options, const std::string& now, int round) {
   constexpr int kShowEvery = 64;
-  if (options.progress && round % kShowEvery == 0) {
+  if (options.progress && round >= 0 && round % kShowEvery == 0) {
     options.progress(now, static_cast<double>(round) / static_cast<double>(options.rounds));
   }
   return options.stop == nullptr || !*options.stop;
@@ -186,7 +192,7 @@ ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOpt
   AskForPriority(options.realtime ? 80 : 0, grants);
   ExchangeTimes times;
   times.device = found.kind->name;
-  times.way = "libusb";
+  times.way = found.usb.vendor != 0 ? "libusb" : found.kind->link;
   try {
     const std::unique_ptr<DeviceDriver> driver = OpenDriver(bus, found.choice, driver_options);
     driver->Start({});
@@ -207,7 +213,7 @@ ExchangeTimes BenchDevice(UsbBus& bus, const FoundDevice& found, const DriverOpt
             }
             std::this_thread::sleep_until(next);
           }
-          return GoOn(options, times.device + " through libusb", round);
+          return GoOn(options, times.device + " by " + times.way, round);
         },
         times);
     driver->Stop();

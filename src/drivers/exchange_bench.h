@@ -22,7 +22,7 @@ struct ExchangeBenchOptions {
 
 struct ExchangeTimes {
   std::string device;  // the kind
-  std::string way;     // "in process": a model, by way of memory; "libusb": what is plugged in
+  std::string way;     // "in process": a model, by way of memory; "libusb": what is plugged in; or another link
   double rate_hz = 0;  // 0: one round after the other
   std::uint64_t rounds = 0;
   std::uint64_t samples = 0;

@@ -13,13 +13,19 @@ TEST(LibusbBusWithoutDevices, ListsWithoutFailing) {
 
 TEST(LibusbBusWithoutDevices, WhatIsNotThereIsGone) {
   LibusbBus bus;
-  const UsbOpening opening = bus.Open({.vendor = 0x1209, .product = 1, .bus = 250, .address = 250}, 0);
+  UsbDeviceInfo device;
+  device.bus = 250;
+  device.address = 250;
+  const UsbOpening opening = bus.Open(device, 0);
   EXPECT_FALSE(opening.transport);
   EXPECT_EQ(opening.problem, UsbProblem::kGone);
 }
 
 TEST(LibusbBusWithoutDevices, NamesTheFileOfADevice) {
-  EXPECT_EQ(DeviceNode({.bus = 1, .address = 4}), "/dev/bus/usb/001/004");
+  UsbDeviceInfo device;
+  device.bus = 1;
+  device.address = 4;
+  EXPECT_EQ(DeviceNode(device), "/dev/bus/usb/001/004");
 }
 
 }  // namespace

@@ -40,6 +40,7 @@ struct Options {
   std::vector<std::string> presses;
   std::string report_file;
   double unplug_at_s = -1;
+  std::uint64_t unplug_after = 0;
   double plug_in_at_s = -1;
   double silent_at_s = -1;
   double loud_at_s = -1;
@@ -73,6 +74,7 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   app.add_option("--driver", options.socket.driver, "Of the kernel, that has the device");
   app.add_flag("--driver-holds", options.socket.driver_holds, "And does not let go of it");
   app.add_option("--unplug-at", options.unplug_at_s, "s after the program began");
+  app.add_option("--unplug-after", options.unplug_after, "Packets that the program has sent; 0: not");
   app.add_option("--plug-in-at", options.plug_in_at_s, "Again, s after the program began");
   app.add_option("--silent-at", options.silent_at_s, "From then on nothing comes back, s");
   app.add_option("--loud-at", options.loud_at_s, "And from then on again, s");
@@ -152,6 +154,7 @@ int Run(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   int status = 0;
   double peak_N = 0;
+  double before_s = 0;
   while (waitpid(id, &status, WNOHANG) == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
     const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begin;
@@ -159,8 +162,15 @@ int Run(int argc, char** argv) {
       events.front().what();
       events.erase(events.begin());
     }
+    bool pull = false;
+    kernel.Look([&] { pull = options.unplug_after > 0 && device->packets() >= options.unplug_after; });
+    if (pull) {
+      options.unplug_after = 0;
+      kernel.Unplug(socket);
+    }
     kernel.Look([&] {
-      device->Follow(handle);
+      device->Follow(handle, now.count() - before_s);
+      before_s = now.count();
       if (cutting) {
         cutting->SetEngaged(device->engaged());
         cutting->SetWaiting(device->waits());

@@ -29,6 +29,7 @@ class EmulatedFalcon final : public EmulatedDevice {
 
   UsbModel& model() override { return model_; }
   bool driven() const override { return model_.runs() && model_.commands() > 0; }
+  std::uint64_t packets() const override { return model_.commands(); }
   bool wants_homing() const override { return driven() && !model_.homed(); }
   bool engaged() const override { return driven() && model_.last_command().lamps == kFalconGreen; }
   bool waits() const override { return driven() && model_.last_command().lamps == kFalconBlue; }
@@ -53,6 +54,7 @@ class EmulatedWooden final : public EmulatedDevice {
 
   UsbModel& model() override { return model_; }
   bool driven() const override { return model_.packets() > 0; }
+  std::uint64_t packets() const override { return model_.packets(); }
   nlohmann::ordered_json Report() const override {
     const Vec3 currents = model_.currents_mA();
     return {{"device", "wooden"},
@@ -70,7 +72,8 @@ class EmulatedSpaceMouse final : public EmulatedDevice {
  public:
   UsbModel& model() override { return model_; }
   bool driven() const override { return model_.lamp(); }
-  void Follow(const Mechanism& hand) override {
+  void Follow(Mechanism& hand, double dt_s) override {
+    hand.Move(dt_s, Vec3{0}, Vec3{0});
     constexpr double kFull = 350;
     constexpr double kFull_mm = 20;
     const Vec3 p_D_mm = hand.handle().p_AB;

@@ -31,12 +31,14 @@ class EmulatedDevice {
   virtual UsbModel& model() = 0;
   /// A program exchanges with it: time for the hand to begin.
   virtual bool driven() const = 0;
+  /// Packets that the program has sent to it so far, firmware left out.
+  virtual std::uint64_t packets() const { return 0; }
   virtual bool wants_homing() const { return false; }
   /// Its lamps say that the hand has the tool; that it is ready, and waits for the user to agree.
   virtual bool engaged() const { return false; }
   virtual bool waits() const { return false; }
-  /// What the hand does to it besides moving its mechanism.
-  virtual void Follow(const Mechanism& /*hand*/) {}
+  /// What the hand does to a device without a mechanism that would move it: dt_s have gone by.
+  virtual void Follow(Mechanism& /*hand*/, double /*dt_s*/) {}
   /// What it has been through.
   virtual nlohmann::ordered_json Report() const = 0;
 };
