@@ -76,6 +76,14 @@ constexpr FarKind kFarKinds[] = {
        return std::make_unique<BridgeDriver>(bridge);
      },
      "no bridge program listens", "End the bridge program and start it again (docs/bridge.md)."},
+    {"inverse3",
+     [](const DriverOptions& options) { return fmt::format("{}:{}", options.haply.address, options.haply.port); },
+     [](const DriverOptions& options, bool hurry) -> std::unique_ptr<DeviceDriver> {
+       HaplyOptions haply = options.haply;
+       if (hurry) haply.start_timeout_ms = std::min(haply.start_timeout_ms, kAskFor_ms);
+       return std::make_unique<HaplyDriver>(haply);
+     },
+     "no Haply service listens", "Look whether Haply's own program sees the Inverse3 (docs/wooden.md)."},
 };
 
 const FarKind* FindFarKind(const KnownDevice& known) {
@@ -92,6 +100,7 @@ std::vector<KnownDevice> MakeKnownDevices() {
   for (const SpaceMouseModel& model : SpaceMouseModels()) mouse.numbers.push_back({model.vendor, model.product});
   devices.push_back(std::move(mouse));
   devices.push_back({"bridge", "a device behind a program that speaks to it by its maker's library", "UDP", true, {}});
+  devices.push_back({"inverse3", "Haply Inverse3, by its maker's service", "WebSocket", true, {}});
   return devices;
 }
 

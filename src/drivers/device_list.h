@@ -13,6 +13,7 @@
 #include "devices/hid/wooden_params.h"
 #include "devices/usb.h"
 #include "drivers/bridge_driver.h"
+#include "drivers/haply_driver.h"
 
 namespace kerf {
 
@@ -22,6 +23,7 @@ struct DriverOptions {
   WoodenParams wooden;
   SpaceMouseOptions spacemouse;
   BridgeOptions bridge;
+  HaplyOptions haply;
 };
 
 struct UsbNumbers {
