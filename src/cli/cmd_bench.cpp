@@ -10,8 +10,12 @@
 #include "bench/tick_report.h"
 #include "bench/undo_bench.h"
 #include "cli/commands.h"
+#include "cli/device_option.h"
+#include "cli/numbers.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
+#include "drivers/exchange_bench.h"
+#include "drivers/libusb_bus.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
@@ -223,12 +227,75 @@ void AddViewBench(CLI::App& group) {
 
 }  // namespace
 
+namespace {
+
+struct DevicesCommand {
+  ExchangeBenchOptions bench;
+  DeviceOption device;
+  std::string output;
+  bool models_only = false;
+  bool json = false;
+  bool markdown = false;
+};
+
+void RunDevices(DevicesCommand& command) {
+  if (!command.output.empty()) CheckWritable(command.output);
+  const DriverOptions drivers = MakeDriverOptions(command.device);
+  command.bench.stop = &CatchInterrupt();
+  std::vector<ExchangeTimes> results;
+  {
+    StageBars bars;
+    command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+    results = BenchModels(command.bench);
+    if (!command.models_only) {
+      LibusbBus bus;
+      for (const FoundDevice& found : FindDevices(bus, drivers)) {
+        results.push_back(BenchDevice(bus, found, drivers, command.bench));
+      }
+    }
+  }
+  const std::string text = command.json       ? FormatExchangeJson(results)
+                           : command.markdown ? FormatExchangeMarkdown(results)
+                                              : FormatExchangeTable(results);
+  if (command.output.empty()) {
+    fmt::print("{}", text);
+  } else {
+    WriteTextFile(command.output, text);
+  }
+}
+
+void AddDevicesBench(CLI::App& group) {
+  const auto options = std::make_shared<DevicesCommand>();
+  CLI::App* command = group.add_subcommand(
+      "devices",
+      "Time an exchange with each device: with models of all kinds within this process, and with what is plugged in, "
+      "which gets no force");
+  command->add_option("--rounds", options->bench.rounds, "Exchanges with each, 10 to 10000000")
+      ->check(CLI::Range(10, 10'000'000))
+      ->capture_default_str();
+  command
+      ->add_option("--rate", options->bench.rate_hz,
+                   "At which a device that is plugged in is asked, Hz, at most 10000; 0: as fast as it answers")
+      ->check(NumberWithin(0, 10'000, "Hz"))
+      ->capture_default_str();
+  command->add_flag("--realtime", options->bench.realtime, "Go before other programs (SCHED_FIFO), as the loop does");
+  command->add_flag("--models-only", options->models_only, "Leave alone what is plugged in");
+  AddDriverOptions(*command, options->device);
+  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
+  command->add_flag("--markdown", options->markdown, "Report as the table of docs/devices.md")->excludes(json);
+  command->callback([options] { RunDevices(*options); });
+}
+
+}  // namespace
+
 void AddBenchCommand(CLI::App& app) {
   CLI::App* group = app.add_subcommand("bench", "Measure how fast kerf is, beside baselines of the same run");
   group->require_subcommand(1);
   AddUndoBench(*group);
   AddHourCommand(*group);
   AddViewBench(*group);
+  AddDevicesBench(*group);
   const auto options = std::make_shared<Options>();
   CLI::App* command = group->add_subcommand(
       "tick",

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cli/commands.h"
+#include "cli/device_option.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
@@ -28,6 +29,7 @@ struct Options {
   std::string bone_file;
   std::vector<std::string> actions;
   bool records = false;
+  DeviceOption device;
   LoopOptions loop;
   bool json = false;
 };
@@ -120,6 +122,26 @@ Scene OpenScene(Options& options, std::optional<RecordingReader>& recording, Rec
   return recorded.scene;
 }
 
+/// The device that holds the tool, or moves the hand that does; null when none is really there.
+std::shared_ptr<DeviceServo> TakeDevice(Options& options, Scene& scene) {
+  if (options.device.device.empty()) return nullptr;
+  options.loop.device = MakePlayedDevice(options.device);
+  if (options.loop.device.is_there()) return nullptr;
+  if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "has no time for a real device");
+  const std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
+  if (servo->traits().makes_force) {
+    options.loop.device = HoldBy(*servo, options.loop.stop,
+                                 [](const std::string& message) { fmt::print(stderr, "kerf: {}\n", message); });
+    return servo;
+  }
+  servo->Agree();  // no force comes of it
+  options.loop.make_hand = [servo, R_WD = scene.device.orientation](SimulatedDevice& device, const LoopSetup&,
+                                                                    const Vec3& p_TC_mm, double) {
+    return std::make_unique<DeflectionHand>(device, *servo, R_WD, p_TC_mm);
+  };
+  return servo;
+}
+
 void Run(Options& options) {
   std::optional<RecordingReader> recording;
   RecordedScene recorded;
@@ -149,6 +171,7 @@ void Run(Options& options) {
   const auto note = std::make_shared<std::string>();
   options.loop.costs.live = [note](const std::string& line) { *note = line; };
   options.loop.stop = &CatchInterrupt();
+  const std::shared_ptr<DeviceServo> servo = TakeDevice(options, scene);
   options.loop.keep_bones = !options.folder.empty();
   options.loop.log = options.folder.empty() ? LoopLog::kNowhere : LoopLog::kFolder;
   options.loop.folder = options.folder;
@@ -157,6 +180,7 @@ void Run(Options& options) {
     StageBars bars;
     const auto show = [&](const std::string& now, double fraction) {
       bars.Show(now, fraction);
+      if (servo) FollowServo(*servo);
       if (now == "cutting") bars.SetNote(*note);
     };
     summary = RunLoop(scene, options.loop, show);
@@ -213,6 +237,7 @@ void AddLoopCommand(CLI::App& app) {
       ->check(CLI::Range(0.01, kMostLoop_s));
   command->add_option("--hand", options->hand, "The hand, H0 to H4, instead of the scene's [hand] model")
       ->transform(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}, CLI::ignore_case));
+  AddDeviceOption(*command, options->device, true);
   CLI::Option* rate = command
                           ->add_option("--rate-hz", options->rate_hz,
                                        "Ticks a second, 250 to 4000, instead of the scene's [loop] rate_hz")

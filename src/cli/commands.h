@@ -11,6 +11,8 @@ void AddAssessCommand(CLI::App& app);
 void AddBenchCommand(CLI::App& app);
 void AddCheckCommand(CLI::App& app);
 void AddCompareCommand(CLI::App& app);
+void AddDeviceCommand(CLI::App& app);
+void AddDevicesCommand(CLI::App& app);
 void AddEffectsCommand(CLI::App& app);
 void AddExportCommand(CLI::App& app);
 void AddPictureCommand(CLI::App& app);

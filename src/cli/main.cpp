@@ -63,6 +63,8 @@ int RunProgram(int argc, char** argv, double free_bytes) {
   kerf::cli::AddBenchCommand(app);
   kerf::cli::AddCheckCommand(app);
   kerf::cli::AddCompareCommand(app);
+  kerf::cli::AddDevicesCommand(app);
+  kerf::cli::AddDeviceCommand(app);
   kerf::cli::AddEffectsCommand(app);
   kerf::cli::AddExportCommand(app);
   kerf::cli::AddPictureCommand(app);

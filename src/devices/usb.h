@@ -49,7 +49,7 @@ struct UsbDeviceInfo {
   std::uint16_t product = 0;
   int bus = 0;
   int address = 0;      // on the bus; another one after plugging in again
-  std::string ports;    // "1-2.3": the socket that it is plugged into
+  std::string ports{};  // "1-2.3": the socket that it is plugged into
   bool is_hid = false;  // has an interface of the HID class
 };
 

@@ -61,7 +61,12 @@ bool StepBody::Tick(double dt_s, TickObserver& observer, LoopTick& report) {
   report.X_WH = out.sample.X_WH;
   report.f_device_N = out.force.f_H_W_N;
   report.out = out.coupled;
-  if (in.stand && step_.has_sample()) report.out.X_WT = out.sample.X_WH;  // where it is set down
+  if (in.stand && step_.has_sample()) {
+    report.out.X_WT = out.sample.X_WH;  // where it is set down
+  } else if ((out.faults & (kHapticReadFailed | kHapticBadSample)) != 0 && X_WT_) {
+    report.out.X_WT = *X_WT_;  // it stands still
+  }
+  X_WT_ = report.out.X_WT;
   failed_s_ = (out.faults & (kHapticReadFailed | kHapticWriteFailed)) != 0 ? failed_s_ + dt_s : 0;
   return failed_s_ <= params_.give_up_s;
 }

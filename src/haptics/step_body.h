@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 
 #include "bone/changed_hash.h"
 #include "haptics/guarded_device.h"
@@ -66,6 +67,7 @@ class StepBody final : public LoopBody {
   HapticStep step_;
   bool force_off_ = false;
   double failed_s_ = 0;
+  std::optional<Pose> X_WT_;  // the tool after the last tick
 };
 
 }  // namespace kerf

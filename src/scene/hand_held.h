@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/describe.h"
+#include "devices/workspace.h"
 #include "kerf/coupled.h"
 
 namespace kerf {
@@ -29,6 +30,11 @@ struct SceneDevice {
   double expected_peak_torque_Nmm = 400;
   double slew_N_per_s = 1000;
   double ramp_s = 0.5;
+  int delay_ticks = 0;
+  // Of a device that is really there (WorkspaceParams).
+  double motion_scale = 1;
+  Quat orientation = kFacingPatient;
+  bool left_handed = false;
 };
 
 struct SceneHand {
@@ -75,6 +81,12 @@ void Describe(SceneDevice& p, V&& visit) {
   visit("expected_peak_torque_Nmm", p.expected_peak_torque_Nmm, Range{1, 1e7}, "torque likewise");
   visit("slew_N_per_s", p.slew_N_per_s, Range{1, 1e7}, "the device's force changes no faster");
   visit("ramp_s", p.ramp_s, Range{0, 60}, "over which the force comes in at the start and after each fault");
+  visit("delay_ticks", p.delay_ticks, Range{0, 16},
+        "ticks by which its force is late besides the loop's own: 2 for a device that a thread of its own serves");
+  visit("motion_scale", p.motion_scale, Range{0.02, 20}, "mm of the tool for each of the device's handle");
+  visit("orientation", p.orientation,
+        "how a real device stands in the world: its x to the user's right, y up, z towards the user");
+  visit("left_handed", p.left_handed, "mirrors that, and exchanges the right and the left button");
 }
 
 /// The words of `model` in [hand].

@@ -36,8 +36,13 @@ std::string Both(double simulated_N_per_mm, double scale) {
 
 LoopSetup MakeLoopSetup(const Scene& scene) {
   LoopSetup setup;
-  setup.profile = ReadProfile(scene.device);
+  // Both as they are at the tool.
+  const double scale = scene.device.motion_scale;
+  setup.profile = ScaleProfile(ReadProfile(scene.device), scale);
   setup.hand = FindHandModel(scene.hand.model);
+  setup.hand.mass_kg /= scale;
+  setup.hand.damping_Ns_per_mm /= scale;
+  setup.hand.stiffness_N_per_mm /= scale;
   setup.force_map.expected_peak_N = scene.device.expected_peak_N;
   setup.force_map.expected_peak_torque_Nmm = scene.device.expected_peak_torque_Nmm;
   setup.force_map.slew_N_per_s = scene.device.slew_N_per_s;
@@ -47,8 +52,8 @@ LoopSetup MakeLoopSetup(const Scene& scene) {
   const CouplingParams asked = MakeCoupledParams(scene).coupling;
   setup.asked_stiffness_N_per_mm = asked.stiffness_N_per_mm;
   setup.asked_damping_Ns_per_mm = asked.damping_Ns_per_mm;
-  setup.fitted =
-      FitCoupling(setup.profile, setup.hand, asked, map.force_scale(), map.torque_scale(), 1 / scene.loop.rate_hz);
+  setup.fitted = FitCoupling(setup.profile, setup.hand, asked, map.force_scale(), map.torque_scale(),
+                             1 / scene.loop.rate_hz, scene.device.delay_ticks);
   return setup;
 }
 

@@ -53,6 +53,27 @@ class ReplayDevice final : public Device {
   bool handed_over_ = false;
 };
 
+/// A device that comes later: until then it tells no pose and takes any force.
+class LateDevice final : public Device {
+ public:
+  explicit LateDevice(const DeviceProfile& profile) : profile_(profile) {}
+  /// Before the loop runs. It must outlive this.
+  void Become(Device& device) { device_ = &device; }
+
+  const DeviceProfile& profile() const override { return profile_; }
+  void Elapse(double dt_s) noexcept override {
+    if (device_ != nullptr) device_->Elapse(dt_s);
+  }
+  bool Read(DeviceSample& sample) noexcept override { return device_ != nullptr && device_->Read(sample); }
+  bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override {
+    return device_ == nullptr || device_->Write(f_H_W_N, tau_H_W_Nmm);
+  }
+
+ private:
+  DeviceProfile profile_;
+  Device* device_ = nullptr;
+};
+
 /// The recording's steps one by one, a block of them in memory.
 class RecordedSteps {
  public:

@@ -86,6 +86,8 @@ class Recorder {
 
   void set_recording(SessionRecorder* recording) { recording_ = recording; }
   void set_take_tick(const TakeTick& take_tick) { take_tick_ = take_tick; }
+  /// The tool, last; none before the first tick.
+  const std::optional<Pose>& X_WT() const { return X_WT_; }
 
   void Drain(HapticLoop& loop) {
     SpscRing<LoopSample>& samples = loop.samples();
@@ -130,6 +132,7 @@ class Recorder {
     summary_.numerical_J += 1e-3 * out.numerical_mJ;
     summary_.removed_by_occupancy_mm3 += out.removed_mm3;
     if ((out.status & kCoupledLeavesUsedUp) != 0 && !summary_.leaves_used_up_s) summary_.leaves_used_up_s = s.time_s;
+    X_WT_ = out.X_WT;
     NoteMoments(s);
     removed_mm3_ += out.removed_mm3;
     if (++ticks_ % every_ != 0) {
@@ -198,6 +201,7 @@ class Recorder {
   SessionRecorder* recording_ = nullptr;
   TakeTick take_tick_;
   std::uint64_t next_tick_ = 1;
+  std::optional<Pose> X_WT_;
   Vec3 p_TC_mm_;
   std::uint64_t every_;
   bool keeps_rows_;
@@ -291,6 +295,9 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (!(options.seconds >= 0.01 && options.seconds <= kMostLoop_s)) {
     throw Error(fmt::format("the loop can't run for {:g} s; give 0.01 to {:g}", options.seconds, kMostLoop_s));
   }
+  if (options.device.is_there() && options.device.in_real_time && options.virtual_time) {
+    throw Error("a real device keeps the clock's time: there is no run without the clock with one");
+  }
   const double ticks_asked = options.seconds * scene.loop.rate_hz;
   if (options.log == LoopLog::kMemory && ticks_asked > kMostTicksInMemory) {
     throw Error(fmt::format("{:.0f} ticks are too many to be kept in memory; at most {:.0f}, or give a folder",
@@ -305,12 +312,14 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   const DeviceProfile& profile = s.setup.profile;
   const HandModel& hand = s.setup.hand;
   s.device = profile.name;
-  s.hand = hand.name;
+  s.hand = options.device.is_there() ? "a person's" : hand.name;
 
   StepBodyParams body_params;
   body_params.rpm = scene.tool.rpm;
   body_params.period_s = period_s;
   body_params.force_map = s.setup.force_map;
+  // One that is really there may be plugged in again.
+  if (options.device.is_there() && options.device.in_real_time) body_params.give_up_s = kMostLoop_s;
   s.force.slew_bound_N = scene.device.slew_N_per_s * period_s;
   s.force.scale = s.setup.force_scale;
 
@@ -346,19 +355,24 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (!log_folder.empty()) s.force_log = std::make_unique<ForceLog>(log_folder + "/forces.csv", s.effects.Header());
   SimulatedDeviceOptions device_options;
   device_options.p_TC_mm = p_TC_mm;
-  SimulatedDevice simulated(profile, hand, X_WT_start, device_options);
+  device_options.delay_ticks = scene.device.delay_ticks;
   const double felt_stiffness_N_per_mm = params.coupling.stiffness_N_per_mm * s.setup.force_scale;
+  LateDevice held(profile);
+  std::optional<SimulatedDevice> simulated;
   std::optional<HandMotion> motion;
   std::unique_ptr<BeforeTick> other_hand;
-  if (options.make_hand) {
-    other_hand = options.make_hand(simulated, s.setup, p_TC_mm, felt_stiffness_N_per_mm);
-  } else {
-    motion.emplace(simulated, path, scene.hand, p_TC_mm, felt_stiffness_N_per_mm);
+  if (!options.device.is_there()) simulated.emplace(profile, hand, X_WT_start, device_options);
+  if (simulated && options.make_hand) {
+    other_hand = options.make_hand(*simulated, s.setup, p_TC_mm, felt_stiffness_N_per_mm);
+  } else if (simulated) {
+    motion.emplace(*simulated, path, scene.hand, p_TC_mm, felt_stiffness_N_per_mm);
   }
+  if (simulated) held.Become(*simulated);
+
   BeforeTick* hand_moves = motion ? &*motion : other_hand.get();
-  ReplayDevice recorded_device(simulated);
+  ReplayDevice recorded_device(held);
   const bool replays = options.replay.recording != nullptr;
-  GuardedDevice device(replays ? static_cast<Device&>(recorded_device) : simulated);
+  GuardedDevice device(replays ? static_cast<Device&>(recorded_device) : held);
   StepBody step_body(simulation, device, body_params, hand_moves);
   std::optional<ChangedHash> voxel_hash;
   if (recording || replays) step_body.set_hash(&voxel_hash.emplace());
@@ -471,7 +485,12 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     CheckEnd(*options.replay.recording, *s.replayed);
     if (recording) recording->AddEvent("taken up", options.replay.recording->path(), 0);
   }
-  if (replays && !options.replay.goes_on) {
+  const bool goes_on = !replays || options.replay.goes_on;
+  if (goes_on && options.device.is_there()) {
+    show("waiting for the device", 0);
+    held.Become(options.device.begin(recorder.X_WT().value_or(X_WT_start), params.coupling, s.setup.force_scale));
+  }
+  if (!goes_on) {
     loop.RunHere(0);
   } else if (options.virtual_time) {
     const auto ticks = static_cast<std::int64_t>(std::llround(options.seconds * scene.loop.rate_hz));

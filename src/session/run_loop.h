@@ -13,6 +13,7 @@
 
 #include "devices/simulated_device.h"
 #include "haptics/haptic_loop.h"
+#include "haptics/loop_device.h"
 #include "haptics/step_body.h"
 #include "kerf/bone.h"
 #include "scene/scene.h"
@@ -96,6 +97,7 @@ struct LoopOptions {
   TakeTick take_tick;               // told each tick that is logged, in order; may be empty
   LoopWatch* watch = nullptr;       // without the clock only; may be null
   MakeHand make_hand;               // empty: the scene's hand along its path
+  LoopDevice device;                // in place of the simulated one; without make_hand
   LoopPeer* peer = nullptr;         // live only; may be null
 };
 

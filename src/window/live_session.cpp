@@ -17,6 +17,7 @@ constexpr double kFeedOver_s = 0.1;
 LiveSession::LiveSession(Scene scene, LiveOptions options)
     : scene_(std::move(scene)), options_(std::move(options)), rpm_(options_.scripted ? scene_.tool.rpm : 0) {
   asked_.push_back({.at_s = 0, .kind = LoopAction::Kind::kSpindle, .rpm = rpm_, .name = ""});
+  if (options_.device != nullptr) SetDevice(scene_, *options_.device);
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -35,7 +36,12 @@ void LiveSession::Run() {
   loop.scene_file = options_.scene_file;
   loop.peer = this;
   loop.take_tick = [this](const LoopSample& sample, std::span<const double> channels) { TakeTick(sample, channels); };
-  if (!options_.scripted) {
+  if (options_.device != nullptr && !options_.scripted) {
+    loop.device = HoldBy(*options_.device, &stop_, [this](const std::string& message) {
+      const std::lock_guard lock(mutex_);
+      notes_.push_back(message);
+    });
+  } else if (!options_.scripted) {
     loop.make_hand = [this](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm, double) {
       DeviceSample sample;
       device.Read(sample);
@@ -140,6 +146,11 @@ LiveFigures LiveSession::figures() const {
 std::vector<ForceMoment> LiveSession::TakeForces() {
   const std::lock_guard lock(mutex_);
   return std::exchange(forces_, {});
+}
+
+std::vector<std::string> LiveSession::TakeNotes() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(notes_, {});
 }
 
 std::vector<LiveSession::Answer> LiveSession::TakeAnswers() {

@@ -14,8 +14,9 @@
 #include <thread>
 #include <vector>
 
+#include "drivers/hold_tool.h"
+#include "haptics/mouse_hand.h"
 #include "session/run_loop.h"
-#include "window/mouse_hand.h"
 
 namespace kerf {
 
@@ -45,9 +46,10 @@ struct ForceMoment {
 enum class LiveStage : std::uint8_t { kLoading, kRunning, kEnding, kEnded };
 
 struct LiveOptions {
-  std::string record;      // empty: none
-  std::string scene_file;  // that the recording names
-  bool scripted = false;   // the scene's own hand along its path, with the spindle on; else the mouse's
+  std::string record;             // empty: none
+  std::string scene_file;         // that the recording names
+  bool scripted = false;          // the scene's own hand along its path, with the spindle on; else the mouse's
+  DeviceServo* device = nullptr;  // holds the saw in place of the mouse's hand; null: none
   double seconds = kMostLoop_s;
   std::function<void(const LeafMessage&)> leaf;  // of the bone, in the session's thread; may be empty
   /// In the session's thread before all else; may be empty.
@@ -78,6 +80,8 @@ class LiveSession final : private LoopPeer {
     std::string failure;  // a sentence; empty when it is done
   };
   std::vector<Answer> TakeAnswers();
+  /// What the user is to do with the device, since the last call.
+  std::vector<std::string> TakeNotes();
   void SetTarget(const Pose& X_WH) { target_.Publish(X_WH); }
   void Ask(LoopAction action);
   void SetSpindle(double rpm);
@@ -123,6 +127,7 @@ class LiveSession final : private LoopPeer {
   int in_moment_ = 0;
   std::deque<LoopAction> asked_;
   std::vector<Answer> answers_;
+  std::vector<std::string> notes_;
   std::vector<std::promise<Bone>> bones_asked_;
 
   std::thread thread_;

@@ -46,6 +46,7 @@ Theatre::Theatre(const TheatreOptions& options)
   const double scale = options_.scale > 0 ? options_.scale : std::max(1.0, window_.content_scale());
   options_.scale = std::clamp(scale, 1.0, 4.0);
   view_->Resize(window_.width(), window_.height(), options_.scale);
+  if (options_.device) device_.emplace(options_.device);
 }
 
 Theatre::~Theatre() {
@@ -73,6 +74,7 @@ void Theatre::Begin(const Scene& scene, const std::string& scene_file, bool same
     if (leaves_to_) leaves_to_->Offer(leaf);
   };
   live.scripted = options_.scripted;
+  if (device_ && device_->holds()) live.device = &device_->servo();
   live.begin = [this, goes_on, file = scene.bone.source == BoneSource::kFile ? scene.bone.file : ""](
                    const Bone& bone, const EffectPlan&) {
     if (goes_on) return;
@@ -236,6 +238,10 @@ bool Theatre::TakeKey(const WindowEvent& event) {
       } catch (const Error& e) {
         Say(e.what());
       }
+      return true;
+    case Key::kEnter:
+      if (!device_ || !device_->waits()) return false;
+      device_->Agree();
       return true;
     case Key::kSpace:
       if (fresh && activity_->cuts()) SetSpindle(!spindle_on());
@@ -416,8 +422,16 @@ void Theatre::PutToolInPicture(double dt_s) {
   if (std::optional<CtSlices> slices = surface_->FetchSlices()) view_->SetSlices(slices);
 }
 
+void Theatre::FollowDevice(double dt_s) {
+  const HandDeviceFrame frame = device_->Update(dt_s, MakeBasis(), figures_.X_WT, *controls_);
+  for (const std::string& message : frame.messages) Say(message);
+  for (const std::string& note : session_->TakeNotes()) Say(note);
+  if (frame.switches_spindle && steers()) SetSpindle(!spindle_on());
+}
+
 void Theatre::Update(double dt_s) {
   FollowSession();
+  if (device_ && session_ && began_) FollowDevice(dt_s);
   if (steers() && began_) {
     if (returning_) controls_->Set(X_start_);
     returning_ = returning_ && !spindle_on() && glm::length(figures_.X_WT.p_AB - X_start_.p_AB) > 0.5;
@@ -443,6 +457,7 @@ HudState Theatre::MakeHud() {
   hud.status.spindle_on = spindle_on();
   if (session_) hud.status.saw = DescribeTool(session_->scene().tool);
   if (now_s_ < said_until_s_) hud.status.message = said_;
+  if (device_ && device_->waits()) hud.status.message = "Enter, or a button of the device: force on";
   if (is_running()) hud.status.recording_s = figures_.time_s;
   // Some are missed on every machine, and do no harm: what is felt is told.
   const double missed =

@@ -15,6 +15,7 @@
 #include "view/surface_worker.h"
 #include "view/viewport.h"
 #include "window/gl_window.h"
+#include "window/hand_device.h"
 #include "window/live_session.h"
 #include "window/saw_controls.h"
 #include "window/text_entry.h"
@@ -32,6 +33,7 @@ struct TheatreOptions {
   bool scripted = false;  // the scene's own hand goes along its path; the mouse has the view alone
   bool ghost = true;      // where the handle leads the tool it is shown
   const std::atomic<bool>* interrupt = nullptr;  // ends it; may be null
+  std::shared_ptr<DeviceServo> device;           // that holds the saw, or moves it; null: mouse and keys alone
 };
 
 /// How long frames took to draw, and the surface to follow.
@@ -131,6 +133,7 @@ class Theatre {
   void LoseFocus(const char* why);
   void Update(double dt_s);
   void FollowSession();
+  void FollowDevice(double dt_s);
   void PutToolInPicture(double dt_s);
   void Draw();
   HudState MakeHud();
@@ -142,6 +145,7 @@ class Theatre {
   std::unique_ptr<Viewport> view_;
   Activity* activity_ = nullptr;
 
+  std::optional<HandDevice> device_;
   std::unique_ptr<LiveSession> session_;
   std::mutex mutex_;  // of made_
   struct Made {

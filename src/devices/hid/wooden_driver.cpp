@@ -217,7 +217,8 @@ RoundEnd WoodenDriver::Exchange(const DriverCommand& command, DriverSample& samp
 }
 
 void WoodenDriver::Stop() noexcept {
-  if (transport_) Send(Vec3{0});
+  // One that never told anything has no current, and may be another gadget.
+  if (transport_ && has_counts_) Send(Vec3{0});
 }
 
 }  // namespace kerf

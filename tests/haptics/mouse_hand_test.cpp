@@ -1,5 +1,5 @@
 // The hand of somebody with a mouse.
-#include "window/mouse_hand.h"
+#include "haptics/mouse_hand.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "window/mouse_hand.h"
+#include "haptics/mouse_hand.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,167 @@
+#include "cli/device_option.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "cli/numbers.h"
+#include "cli/progress.h"
+#include "core/sha256.h"
+#include "devices/played_device.h"
+#include "drivers/libusb_bus.h"
+#include "drivers/wooden_config.h"
+#include "files/files.h"
+#include "kerf/error.h"
+#include "record/recording.h"
+#include "scene/path_csv.h"
+
+namespace kerf::cli {
+namespace {
+
+constexpr const char* kNone = "none";
+constexpr const char* kScript = "script:";
+constexpr const char* kRecording = "recording:";
+constexpr double kMostPlayed = 36e6;  // poses: ten hours at 1 kHz
+constexpr std::size_t kMostPathBytes = std::size_t{1} << 28;
+
+bool IsPlayed(const std::string& device) {
+  return device == kNone || device.starts_with(kScript) || device.starts_with(kRecording);
+}
+
+std::vector<PlayedPose> ReadScript(const std::string& file) {
+  std::vector<PlayedPose> poses;
+  for (const TimedPose& pose : ParsePathCsv(ReadTextFile(file, kMostPathBytes), file)) {
+    poses.push_back({.time_s = pose.time_s, .sample = {.X_WH = pose.X_WT, .buttons = 0}});
+  }
+  return poses;
+}
+
+/// The handle as it went.
+std::vector<PlayedPose> ReadHandle(const std::string& file) {
+  RecordingReader recording(file);
+  if (recording.head().kind != RecordedKind::kLoop) {
+    throw Error(fmt::format("{}: is a recording of 'kerf run', in which no hand moved", file));
+  }
+  if (static_cast<double>(recording.steps()) > kMostPlayed) throw Error(fmt::format("{}: is too long", file));
+  std::vector<PlayedPose> poses;
+  RecordedBlock block;
+  double time_s = 0;
+  for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
+    for (const RecordedStep& step : block.steps) {
+      const double elapsed_s = CalcElapsed(step, recording.head().rate_hz);
+      time_s += elapsed_s;
+      if (elapsed_s <= 0 || (step.flags & kRecordedReadFailed) != 0) continue;
+      poses.push_back({.time_s = time_s, .sample = {.X_WH = step.X, .buttons = step.buttons}});
+    }
+  }
+  if (poses.empty()) throw Error(fmt::format("{}: has no pose of a handle", file));
+  return poses;
+}
+
+}  // namespace
+
+void AddDriverOptions(CLI::App& command, DeviceOption& option) {
+  command
+      .add_option("--falcon-firmware", option.falcon_firmware,
+                  "The Novint Falcon's firmware, a file of its maker's that you have; not needed when another program "
+                  "has loaded it")
+      ->envname(kFalconFirmwareVariable);
+  command.add_option("--wooden", option.wooden,
+                     "A WoodenHaptics device's sizes (TOML, as volumes/wooden_2016.toml); without it those of 2016");
+}
+
+void AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
+  std::string what =
+      "The haptic device in your hand ('kerf devices' lists those that are there), in place of a simulated one";
+  if (played) {
+    what +=
+        "; or \"none\": the handle stands still; \"script:FILE\": it goes by a table of poses, as [path] file; "
+        "\"recording:FILE\": as in a recording";
+  }
+  CLI::Option* device = command.add_option("--device", option.device, what);
+  AddDriverOptions(command, option);
+  command.add_option("--motion-scale", option.motion_scale, "mm of the tool for each of the handle, 0.02 to 20")
+      ->needs(device)
+      ->check(NumberWithin(0.02, 20, "times"));
+  command.add_flag("--left-handed", option.left_handed, "The device stands mirrored, right and left button exchanged")
+      ->needs(device);
+}
+
+DriverOptions MakeDriverOptions(const DeviceOption& option) {
+  DriverOptions options;
+  if (!option.falcon_firmware.empty()) {
+    const std::string text = ReadTextFile(option.falcon_firmware, kFalconMostFirmwareBytes + 1);
+    options.falcon.firmware.assign(text.begin(), text.end());
+    CheckFalconFirmware(options.falcon.firmware, option.falcon_firmware);
+  }
+  if (!option.wooden.empty()) options.wooden = ReadWoodenConfig(option.wooden);
+  return options;
+}
+
+std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
+                                       const std::atomic<bool>* stop) {
+  if (option.device.empty() || IsPlayed(option.device)) return nullptr;
+  try {
+    FindKnownDevice(option.device);
+  } catch (const Error& e) {
+    throw CLI::ValidationError("--device", e.what());
+  }
+  const DriverOptions driver = MakeDriverOptions(option);
+  if (!driver.falcon.firmware.empty() && option.device.starts_with("falcon")) {
+    fmt::print(stderr, "kerf: {}: {} bytes, SHA-256 {}\n", option.falcon_firmware, driver.falcon.firmware.size(),
+               CalcSha256(driver.falcon.firmware));
+  }
+  const auto bus = std::make_shared<LibusbBus>();
+  StageBars bars;
+  return std::make_shared<DeviceServo>(
+      option.device, [bus, choice = option.device, driver] { return OpenDriver(*bus, choice, driver); }, servo,
+      [&bars, stop](const std::string& doing, double share) {
+        bars.Show(doing, share);
+        return stop == nullptr || !stop->load();
+      });
+}
+
+std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, Scene& scene, const std::atomic<bool>* stop) {
+  if (option.motion_scale) scene.device.motion_scale = *option.motion_scale;
+  if (option.left_handed) scene.device.left_handed = true;
+  std::shared_ptr<DeviceServo> servo = OpenServo(option, MakeServoOptions(scene), stop);
+  if (servo) SetDevice(scene, *servo);
+  return servo;
+}
+
+LoopDevice MakePlayedDevice(const DeviceOption& option) {
+  LoopDevice device;
+  if (!IsPlayed(option.device)) return device;
+  std::vector<PlayedPose> poses;
+  if (option.device.starts_with(kScript)) poses = ReadScript(option.device.substr(std::string(kScript).size()));
+  if (option.device.starts_with(kRecording)) {
+    poses = ReadHandle(option.device.substr(std::string(kRecording).size()));
+  }
+  const auto played = std::make_shared<std::optional<PlayedDevice>>();
+  device.in_real_time = false;
+  device.begin = [played, poses = std::move(poses)](const Pose& X_WT, const CouplingParams&, double) -> Device& {
+    std::vector<PlayedPose> all = poses;
+    if (all.empty()) all.push_back({.time_s = 0, .sample = {.X_WH = X_WT, .buttons = 0}});
+    return played->emplace(DeviceProfile{}, std::move(all));
+  };
+  return device;
+}
+
+void FollowServo(DeviceServo& servo) {
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  for (const std::string& message : servo.TakeMessages()) {
+    fmt::print(stderr, "{}kerf: {}\n", terminal ? "\r\x1b[K" : "", message);  // over a progress bar
+  }
+  if (servo.state() != ServoState::kWaiting || isatty(STDIN_FILENO) != 1) return;
+  pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  if (poll(&input, 1, 0) != 1) return;
+  char line[256];
+  if (read(STDIN_FILENO, line, sizeof(line)) > 0) servo.Agree();
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,54 @@
+// The Novint Falcon on USB: an FT232 (a serial port) that leads to the device's own processor. All figures:
+// libnifalcon, src/comm/FalconCommLibUSB.cpp and linux/40-novint-falcon-udev.rules (revision f7c727a); FTDI's requests
+// as there.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace kerf {
+
+inline constexpr std::uint16_t kFalconVendor = 0x0403;
+inline constexpr std::uint16_t kFalconProduct = 0xcb48;
+inline constexpr int kFalconInterface = 0;
+inline constexpr std::uint8_t kFalconEndpointIn = 0x81;
+inline constexpr std::uint8_t kFalconEndpointOut = 0x02;
+inline constexpr std::size_t kFalconUsbPacketBytes = 64;
+/// With which every packet from the device begins, and all that it has when there is no data.
+inline constexpr std::size_t kFtdiStatusBytes = 2;
+
+/// Whoever sits at the machine may use it.
+inline constexpr const char* kFalconUdevRule =
+    R"(SUBSYSTEM=="usb", ATTR{idVendor}=="0403", ATTR{idProduct}=="cb48", MODE="0664", GROUP="plugdev", TAG+="uaccess")";
+
+/// Vendor requests of the FT232, all with kFtdiRequestType, index 0 and no data.
+inline constexpr std::uint8_t kFtdiRequestType = 0x40;
+enum FtdiRequest : std::uint8_t {
+  kFtdiReset = 0,  // value 1 purges what was received, 2 what is to be sent
+  kFtdiModemLines = 1,
+  kFtdiFlowControl = 2,  // 0: none
+  kFtdiBaud = 3,
+  kFtdiFormat = 4,   // 8: 8 bits, no parity, one stop bit
+  kFtdiLatency = 9,  // ms after which a packet goes to the host, full or not
+};
+inline constexpr std::uint16_t kFtdiPurgeReceived = 1;
+inline constexpr std::uint16_t kFtdiPurgeSending = 2;
+inline constexpr std::uint16_t kFtdiDtrHigh = 0x0101;
+inline constexpr std::uint16_t kFtdiDtrLow = 0x0100;
+inline constexpr std::uint16_t kFtdiRtsLow = 0x0200;
+inline constexpr std::uint16_t kFtdiFormat8N1 = 8;
+/// Divisors of the baud rate.
+inline constexpr std::uint16_t kFalconBaudBoot = 0x4138;  // 9600, to greet the boot loader
+inline constexpr std::uint16_t kFalconBaudLoad = 0x0015;  // 142857, for the firmware
+inline constexpr std::uint16_t kFalconBaudRun = 0x0002;   // 1.5 million
+inline constexpr std::uint16_t kFalconLatencyBoot_ms = 16;
+inline constexpr std::uint16_t kFalconLatencyRun_ms = 1;
+/// Greeting of the boot loader, and its answer (a 00 may come before it).
+inline constexpr std::uint8_t kFalconHello[] = {0x0a, 0x43, 0x0d};
+inline constexpr std::uint8_t kFalconHelloAnswer[] = {0x0a, 0x44, 0x2c, 0x0d};
+/// Before the firmware; comes back.
+inline constexpr std::uint8_t kFalconLoadMark = 0x41;
+/// Of the firmware at a time; each chunk comes back.
+inline constexpr std::size_t kFalconChunkBytes = kFalconUsbPacketBytes - kFtdiStatusBytes;
+
+}  // namespace kerf

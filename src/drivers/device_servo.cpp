@@ -1,0 +1,275 @@
+#include "drivers/device_servo.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "haptics/deadlines.h"
+#include "haptics/loop_clock.h"
+#include "haptics/realtime.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kOldSample_s = 0.1;      // nobody holds a tool by what the handle did then
+constexpr double kClutchOut_s = 0.05;     // over which the clutch takes the force away
+constexpr double kClutchIn_s = 0.3;       // and gives it back
+constexpr std::uint64_t kTellEvery = 64;  // rounds
+constexpr int kStopRounds = 5;
+constexpr double kTurning_rad_per_s = 2;  // of a tool that is turned by keys
+
+double Now_s() {
+  MonotonicClock clock;
+  return 1e-9 * static_cast<double>(clock.Now());
+}
+
+int FindButton(const DriverTraits& traits, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    const auto found = std::find(traits.buttons.begin(), traits.buttons.end(), name);
+    if (found != traits.buttons.end()) return static_cast<int>(found - traits.buttons.begin());
+  }
+  return -1;
+}
+
+WorkspaceParams MakeWorkspace(const DeviceServoOptions& options, const DriverTraits& traits, const Vec3& p_TC_mm) {
+  const Quat R_WD = options.left_handed ? MirrorForLeftHand(options.R_WD) : options.R_WD;
+  return {options.motion_scale, R_WD, p_TC_mm, traits.senses_orientation};
+}
+
+}  // namespace
+
+DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& options,
+                         const std::function<bool(const std::string& doing, double share)>& show)
+    : name_(std::move(name)), open_(std::move(open)), options_(options), workspace_({}) {
+  driver_ = open_();
+  driver_->Start(show);
+  traits_ = driver_->traits();
+  profile_ = ScaleProfile(driver_->profile(), options.motion_scale);
+  workspace_ = Workspace(MakeWorkspace(options_, traits_, Vec3{0}));
+  orientation_.Publish(workspace_.params().R_WD);
+  clutch_bit_ = FindButton(traits_, {"clutch", "centre"});
+  if (clutch_bit_ < 0 && !traits_.buttons.empty()) clutch_bit_ = 0;
+  spindle_bit_ = FindButton(traits_, {"spindle", "forward"});
+  if (spindle_bit_ < 0 && traits_.buttons.size() > 1) spindle_bit_ = clutch_bit_ == 1 ? 0 : 1;
+  right_bit_ = FindButton(traits_, {"right", "plus"});
+  left_bit_ = FindButton(traits_, {"left", "minus"});
+  round_.emplace(driver_->profile(), traits_, options.servo);
+  thread_ = std::thread([this] { Run(); });
+}
+
+DeviceServo::~DeviceServo() {
+  stop_.store(true);
+  if (thread_.joinable()) thread_.join();
+}
+
+std::vector<std::string> DeviceServo::TakeMessages() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(messages_, {});
+}
+
+void DeviceServo::Say(std::string message) {
+  const std::lock_guard lock(mutex_);
+  messages_.push_back(fmt::format("{}: {}", name_, std::move(message)));
+}
+
+void DeviceServo::SayState(ServoState before, ServoState now) {
+  const bool again = round_->sample().engagements > 0;
+  switch (now) {
+    case ServoState::kHoming:
+      if (traits_.homes) Say(fmt::format("{}; there is no force before that", traits_.homing));
+      break;
+    case ServoState::kWaiting:
+      if (again) Say("is there again; press a button on it, or agree here, to have force again");
+      break;
+    case ServoState::kEngaged:
+      if (before == ServoState::kSilent) {
+        Say("answers again; the force comes back slowly");
+      } else if (again) {
+        Say("in the hand; the force comes on slowly");
+      }
+      break;
+    case ServoState::kSilent:
+      Say("does not answer: no force");
+      break;
+    case ServoState::kClosed:
+      Say("is gone: no force, and the tool stands still. Plug it in again to go on");
+      break;
+  }
+}
+
+bool DeviceServo::Reopen() {
+  try {
+    driver_ = open_();
+    driver_->Start([this](const std::string&, double) { return !stop_.load(); });
+  } catch (const Error&) {
+    driver_.reset();  // not there yet: somebody has been told that it is gone
+    return false;
+  }
+  round_->Open(Now_s());
+  return true;
+}
+
+void DeviceServo::Run() {
+  RealtimeGrants grants;
+  if (options_.priority > 0) AskForPriority(options_.priority, grants);
+  MonotonicClock clock;
+  const auto period_ns = static_cast<std::int64_t>(1e9 / traits_.rate_hz);
+  const auto reopen_ns = static_cast<std::int64_t>(1e9 * options_.reopen_s);
+  Deadlines deadlines(period_ns);
+  const auto begin = [&] {
+    deadlines.Start(clock.Now());
+    return clock.Now();
+  };
+  round_->Open(Now_s());
+  std::int64_t last_ns = begin();
+  ServoState before = ServoState::kClosed;
+  while (!stop_.load()) {
+    if (!driver_) {
+      clock.SleepUntil(clock.Now() + reopen_ns);
+      if (stop_.load() || !Reopen()) continue;
+      agrees_.store(false);  // whatever was said before it was there
+      last_ns = begin();
+    }
+    clock.SleepUntil(deadlines.due_ns());
+    const std::int64_t now_ns = clock.Now();
+    deadlines.Begin(now_ns);
+    commands_.Update();
+    const bool agrees = round_->state() == ServoState::kWaiting && agrees_.exchange(false);
+    const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns);
+    const ServoState state =
+        round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
+    last_ns = now_ns;
+    const std::int64_t end_ns = clock.Now();
+    round_times_.Add(end_ns - now_ns);
+    for_loop_.Publish(round_->sample());
+    for_others_.Publish(round_->sample());
+    state_.store(state);
+    if (state != before) SayState(before, state);
+    before = state;
+    if (state == ServoState::kClosed) {
+      driver_.reset();
+      continue;
+    }
+    if (round_->counts().rounds % kTellEvery == 0) {
+      const std::lock_guard lock(mutex_);
+      counts_.rounds = round_->counts();
+      counts_.gate = round_->gate().counts();
+      counts_.closed_by = round_->gate().closed_by();
+    }
+    deadlines.End(clock.Now());
+  }
+  if (!driver_) return;
+  DriverSample sample;
+  for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
+  driver_->Stop();
+}
+
+void DeviceServo::SetTool(const Pose& X_WT, const ServedTool& tool) {
+  X_WT_ = X_WT;
+  tool_ = tool;
+  workspace_ = Workspace(MakeWorkspace(options_, traits_, tool.p_TC_mm));
+  engagements_ = 0;  // the handle holds it anew
+  R_WT_wanted_.reset();
+  tool_orientation_.Update();
+}
+
+void DeviceServo::SetToolOrientation(const Quat& R_WT) {
+  tool_orientation_.Publish(R_WT);
+}
+
+void DeviceServo::SetOrientation(const Quat& R_WD) {
+  orientation_.Publish(R_WD);
+}
+
+void DeviceServo::TurnTool() {
+  if (tool_orientation_.Update()) R_WT_wanted_ = tool_orientation_.front();
+  if (traits_.senses_orientation || !R_WT_wanted_) return;
+  const Quat turn = *R_WT_wanted_ * glm::conjugate(X_WT_.R_AB);
+  const double angle = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w));
+  if (!(angle > 1e-6)) return;
+  const double share = std::min(1.0, kTurning_rad_per_s * dt_s_ / angle);
+  Pose X_WT = X_WT_;
+  X_WT.R_AB = glm::normalize(glm::slerp(X_WT_.R_AB, *R_WT_wanted_, share));
+  X_WT.p_AB = X_WT_.Point(tool_.p_TC_mm) - X_WT.R_AB * tool_.p_TC_mm;
+  workspace_.Anchor(X_DH_, X_WT);
+  X_WT_ = X_WT;
+}
+
+void DeviceServo::Elapse(double dt_s) noexcept {
+  dt_s_ = std::clamp(dt_s, 0.0, 0.1);
+  const bool on = held_ && !clutched_;
+  share_ = std::clamp(share_ + (on ? dt_s / kClutchIn_s : -dt_s / kClutchOut_s), 0.0, 1.0);
+}
+
+bool DeviceServo::Read(DeviceSample& sample) noexcept {
+  for_loop_.Update();
+  const ServoSample& newest = for_loop_.front();
+  X_DH_ = newest.sample.X_DH;
+  sample.X_WH = X_WT_;
+  sample.buttons = newest.sample.buttons;
+  if (options_.left_handed && right_bit_ >= 0 && left_bit_ >= 0) {
+    sample.buttons = ExchangeButtons(sample.buttons, right_bit_, left_bit_);
+  }
+  const bool held = newest.state == ServoState::kEngaged && Now_s() - newest.at_s <= kOldSample_s;
+  if (!held) {
+    held_ = false;
+    share_ = 0;
+    return false;
+  }
+  const bool clutched = IsClutched(newest.sample.buttons);
+  if (newest.engagements != engagements_ || (clutched_ && !clutched)) {
+    orientation_.Update();
+    workspace_.Anchor(X_DH_, X_WT_, orientation_.front());
+    engagements_ = newest.engagements;
+  }
+  held_ = true;
+  clutched_ = clutched;
+  if (!clutched) {
+    X_WT_ = workspace_.CalcToolPose(X_DH_);
+    TurnTool();
+  }
+  sample.X_WH = X_WT_;
+  return true;
+}
+
+bool DeviceServo::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept {
+  ServoCommand command;
+  command.sequence = ++sequence_;
+  command.made_at_s = Now_s();
+  if (held_) {
+    DriverCommand& asked = command.command;
+    asked.f_D_N = share_ * workspace_.ToDevice(f_H_W_N);
+    asked.tau_D_Nmm = share_ * workspace_.ToDevice(tau_H_W_Nmm);
+    asked.p_D_mm = X_DH_.p_AB;
+    asked.stiffness_N_per_mm = share_ * options_.motion_scale * tool_.stiffness_N_per_mm;
+    asked.damping_Ns_per_mm = share_ * options_.motion_scale * tool_.damping_Ns_per_mm;
+  }
+  commands_.Publish(command);
+  return true;
+}
+
+std::array<double, 6> DeviceServo::ReadDeflection() noexcept {
+  for_loop_.Update();
+  const ServoSample& newest = for_loop_.front();
+  return newest.state == ServoState::kEngaged ? newest.sample.deflection : std::array<double, 6>{};
+}
+
+ServoSample DeviceServo::TakeSample() {
+  for_others_.Update();
+  return for_others_.front();
+}
+
+void DeviceServo::Command(const DriverCommand& command) {
+  commands_.Publish({++sequence_, Now_s(), command});
+}
+
+DeviceServo::Counts DeviceServo::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+}  // namespace kerf

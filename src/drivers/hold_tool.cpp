@@ -1,0 +1,106 @@
+#include "drivers/hold_tool.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "devices/profiles.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+// The device's round and the loop's tick know nothing of each other: one of each, at most.
+constexpr int kServedDelay_ticks = 2;
+constexpr double kSamePeak = 1 + 1e-9;
+constexpr double kOfGateSlew = 0.9;
+
+Pose ReadPose(SimulatedDevice& device) {
+  DeviceSample sample;
+  device.Read(sample);
+  return sample.X_WH;
+}
+
+}  // namespace
+
+DeviceServoOptions MakeServoOptions(const Scene& scene) {
+  DeviceServoOptions options;
+  options.motion_scale = scene.device.motion_scale;
+  options.R_WD = scene.device.orientation;
+  options.left_handed = scene.device.left_handed;
+  return options;
+}
+
+void SetDevice(Scene& scene, const DeviceServo& servo) {
+  if (!servo.traits().makes_force) return;
+  const DeviceProfile& there = servo.profile();
+  scene.device.motion_scale = servo.options().motion_scale;
+  scene.device.left_handed = servo.options().left_handed;
+  // Steeper, and the safety gate would take it for a fault.
+  scene.device.slew_N_per_s =
+      std::min(scene.device.slew_N_per_s, kOfGateSlew * SafetyGateOptions{}.max_slew_per_s * there.peak_force_N);
+  if (scene.device.file.empty()) {
+    scene.device.profile = there.name;
+    const double peak_N = FindDeviceProfile(there.name).peak_force_N;
+    if (peak_N > kSamePeak * there.peak_force_N) {
+      throw Error(fmt::format(
+          "the device makes {:g} N at most, and the profile '{}' says {:g} N: give the scene a table with its "
+          "figures, [device] file",
+          there.peak_force_N, there.name, peak_N));
+    }
+  }
+  scene.device.delay_ticks = std::max(scene.device.delay_ticks, kServedDelay_ticks);
+}
+
+LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
+                  const std::function<void(const std::string&)>& say) {
+  LoopDevice device;
+  device.begin = [&servo, stop, say](const Pose& X_WT, const CouplingParams& coupling, double force_scale) -> Device& {
+    servo.SetTool(X_WT, {.p_TC_mm = coupling.p_TC_mm,
+                         .stiffness_N_per_mm = force_scale * coupling.stiffness_N_per_mm,
+                         .damping_Ns_per_mm = force_scale * coupling.damping_Ns_per_mm});
+    for (;;) {
+      for (const std::string& message : servo.TakeMessages()) say(message);
+      const ServoState state = servo.state();
+      if (state == ServoState::kEngaged) return servo;
+      if (state == ServoState::kWaiting) servo.Agree();
+      if (stop != nullptr && stop->load()) throw Error("stopped while waiting for the device's handle");
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+  };
+  return device;
+}
+
+Pose MoveByDeflection(const Pose& X_WH, const std::array<double, 6>& deflection, const Quat& R_WD, const Vec3& p_TC_mm,
+                      const DeflectionSpeeds& speeds, double dt_s) {
+  const Vec3 way_W = R_WD * (speeds.mm_per_s * dt_s * Vec3(deflection[0], deflection[1], deflection[2]));
+  const Vec3 turn_W = R_WD * (speeds.rad_per_s * dt_s * Vec3(deflection[3], deflection[4], deflection[5]));
+  Pose X = X_WH;
+  const Vec3 p_WC = X_WH.Point(p_TC_mm) + way_W;
+  if (const double angle = glm::length(turn_W); angle > 0) {
+    X.R_AB = glm::normalize(glm::angleAxis(angle, turn_W / angle) * X_WH.R_AB);
+  }
+  X.p_AB = p_WC - X.R_AB * p_TC_mm;
+  return X;
+}
+
+DeflectionHand::DeflectionHand(SimulatedDevice& device, DeviceServo& servo, const Quat& R_WD, const Vec3& p_TC_mm,
+                               const DeflectionSpeeds& speeds)
+    : servo_(servo),
+      R_WD_(R_WD),
+      p_TC_mm_(p_TC_mm),
+      speeds_(speeds),
+      X_WH_(ReadPose(device)),
+      target_(X_WH_),
+      hand_(device, target_, X_WH_, p_TC_mm) {}
+
+void DeflectionHand::Advance(double dt_s) noexcept {
+  const std::array<double, 6> deflection = servo_.ReadDeflection();
+  X_WH_ = MoveByDeflection(X_WH_, deflection, R_WD_, p_TC_mm_, speeds_, dt_s);
+  target_.Publish(X_WH_);
+  hand_.Advance(dt_s);
+}
+
+}  // namespace kerf

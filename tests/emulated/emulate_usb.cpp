@@ -1,0 +1,216 @@
+// emulate_usb: runs a program, as it is, on a machine that seems to have haptic devices plugged in.
+#include <fmt/format.h>
+#include <linux/capability.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <thread>
+
+#include "devices/profiles.h"
+#include "emulated/emulated_devices.h"
+#include "emulated/emulated_kernel.h"
+#include "emulated/scene_hand.h"
+#include "emulation/scripted_hand.h"
+#include "kerf/error.h"
+
+namespace kerf::test {
+namespace {
+
+struct Options {
+  std::string device = "falcon";
+  EmulatedDeviceOptions emulated;
+  EmulatedSocket socket;
+  ScriptedHandOptions hand;
+  std::string firmware_file;
+  std::string hand_model = "H3";
+  std::string scene;
+  std::string way = "still";
+  std::vector<std::string> presses;
+  std::string report_file;
+  double unplug_at_s = -1;
+  std::uint64_t unplug_after = 0;
+  double plug_in_at_s = -1;
+  double silent_at_s = -1;
+  double loud_at_s = -1;
+  bool no_homing = false;
+};
+
+std::vector<std::uint8_t> ReadBytes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(fmt::format("{}: can't be read", path));
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+HandPress ReadPress(const std::string& text) {
+  HandPress press;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%u@%lf-%lf%c", &press.buttons, &press.from_s, &press.to_s, &rest) != 3) {
+    throw Error(fmt::format("--press {}: must be BITS@FROM-TO, seconds of the way", text));
+  }
+  return press;
+}
+
+/// The last part of `argv` is the program's.
+std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
+  CLI::App app{"Runs a program on a machine that seems to have a haptic device plugged in, by umockdev", "emulate_usb"};
+  app.add_option("--device", options.device, "What is plugged in")->check(CLI::IsMember(NamesOfEmulatedDevices()));
+  app.add_option("--firmware", options.firmware_file, "The only file that a Falcon runs; else any");
+  app.add_flag("--firmware-there", options.emulated.firmware_is_there, "It runs already");
+  app.add_flag("--homed", options.emulated.homed, "And is homed");
+  app.add_option("--wrong-echoes", options.emulated.wrong_echoes, "Uploads of firmware that go wrong");
+  app.add_flag("--no-permission", options.socket.no_permission, "The device's file can't be opened");
+  app.add_option("--driver", options.socket.driver, "Of the kernel, that has the device");
+  app.add_flag("--driver-holds", options.socket.driver_holds, "And does not let go of it");
+  app.add_option("--unplug-at", options.unplug_at_s, "s after the program began");
+  app.add_option("--unplug-after", options.unplug_after, "Packets that the program has sent; 0: not");
+  app.add_option("--plug-in-at", options.plug_in_at_s, "Again, s after the program began");
+  app.add_option("--silent-at", options.silent_at_s, "From then on nothing comes back, s");
+  app.add_option("--loud-at", options.loud_at_s, "And from then on again, s");
+  app.add_option("--hand", options.way, "What the hand does, once the program exchanges: still, circle, line")
+      ->check(CLI::IsMember({"still", "circle", "line"}));
+  app.add_option("--scene", options.scene, "It cuts what this scene says, once the device's lamp is green");
+  app.add_option("--hand-model", options.hand_model, "H0 to H4");
+  app.add_option("--radius", options.hand.radius_mm, "Of the circle, mm");
+  app.add_option("--period", options.hand.period_s, "s");
+  app.add_option("--press", options.presses, "BITS@FROM-TO: buttons, in seconds of the way");
+  app.add_flag("--no-homing", options.no_homing, "The hand does not home the device");
+  app.add_option("--report", options.report_file, "File for what the device has been through, JSON");
+  const auto end = std::find_if(argv, argv + argc, [](const char* word) { return std::strcmp(word, "--") == 0; });
+  std::vector<std::string> program(std::min(end + 1, argv + argc), argv + argc);
+  try {
+    app.parse(static_cast<int>(end - argv), argv);
+    if (program.empty()) throw CLI::ValidationError("no program to run: emulate_usb [OPTIONS] -- PROGRAM ...");
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    std::exit(code == 0 ? 0 : 2);
+  }
+  return program;
+}
+
+/// Gives up what would let root open each file, and runs it.
+[[noreturn]] void Become(std::vector<std::string>& program, bool no_permission) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  prctl(PR_SET_TIMERSLACK, 1);
+  if (no_permission) {
+    prctl(PR_CAPBSET_DROP, CAP_DAC_OVERRIDE);
+    prctl(PR_CAPBSET_DROP, CAP_DAC_READ_SEARCH);
+  }
+  std::vector<char*> words;
+  for (std::string& word : program) words.push_back(word.data());
+  words.push_back(nullptr);
+  execvp(words[0], words.data());
+  std::fprintf(stderr, "emulate_usb: %s can't be run: %s\n", words[0], std::strerror(errno));
+  _exit(127);
+}
+
+volatile std::sig_atomic_t child = 0;
+
+void PassOn(int signal) {
+  if (child > 0) kill(child, signal);
+}
+
+int Run(int argc, char** argv) {
+  Options options;
+  std::vector<std::string> program = ReadOptions(argc, argv, options);
+  if (!options.firmware_file.empty()) options.emulated.firmware = ReadBytes(options.firmware_file);
+  for (const std::string& press : options.presses) options.hand.presses.push_back(ReadPress(press));
+  options.hand.way = std::map<std::string, HandWay>{
+      {"still", HandWay::kStill}, {"circle", HandWay::kCircle}, {"line", HandWay::kLine}}[options.way];
+  ScriptedHand hand(FindDeviceProfile("falcon"), FindHandModel(options.hand_model), options.hand);
+  std::optional<SceneHand> cutting;
+  if (!options.scene.empty()) cutting.emplace(ReadScene(options.scene), FindDeviceProfile("falcon"));
+  Mechanism& handle = cutting ? static_cast<Mechanism&>(*cutting) : hand;
+  const std::unique_ptr<EmulatedDevice> device = MakeEmulatedDevice(options.device, handle, options.emulated);
+  EmulatedKernel kernel;
+  const int socket = kernel.PlugIn(device->model(), options.socket);
+
+  const pid_t id = fork();
+  if (id == 0) Become(program, options.socket.no_permission);
+  child = id;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, PassOn);
+
+  struct Event {
+    double at_s;
+    std::function<void()> what;
+  };
+  std::vector<Event> events = {{options.unplug_at_s, [&] { kernel.Unplug(socket); }},
+                               {options.plug_in_at_s, [&] { kernel.PlugInAgain(socket); }},
+                               {options.silent_at_s, [&] { kernel.SetSilent(socket, true); }},
+                               {options.loud_at_s, [&] { kernel.SetSilent(socket, false); }}};
+  std::erase_if(events, [](const Event& event) { return event.at_s < 0; });
+  std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.at_s < b.at_s; });
+  const auto begin = std::chrono::steady_clock::now();
+  int status = 0;
+  double peak_N = 0;
+  double before_s = 0;
+  while (waitpid(id, &status, WNOHANG) == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    const std::chrono::duration<double> now = std::chrono::steady_clock::now() - begin;
+    while (!events.empty() && now.count() >= events.front().at_s) {
+      events.front().what();
+      events.erase(events.begin());
+    }
+    bool pull = false;
+    kernel.Look([&] { pull = options.unplug_after > 0 && device->packets() >= options.unplug_after; });
+    if (pull) {
+      options.unplug_after = 0;
+      kernel.Unplug(socket);
+    }
+    kernel.Look([&] {
+      device->Follow(handle, now.count() - before_s);
+      before_s = now.count();
+      if (cutting) {
+        cutting->SetEngaged(device->engaged());
+        cutting->SetWaiting(device->waits());
+        if (device->wants_homing()) cutting->Home();
+      } else if (device->wants_homing() && !options.no_homing) {
+        hand.Home();
+      } else if (device->driven()) {
+        hand.Begin();
+      }
+      peak_N = std::max(peak_N, glm::length(cutting ? cutting->f_D_N() : hand.f_D_N()));
+    });
+  }
+  child = 0;
+  if (!options.report_file.empty()) {
+    nlohmann::ordered_json report;
+    kernel.Look([&] {
+      report = device->Report();
+      report["peak_force_N"] = peak_N;
+      report["force_at_end_N"] = glm::length(cutting ? cutting->f_D_N() : hand.f_D_N());
+      report["way_s"] = cutting ? cutting->way_s() : hand.way_s();
+      if (cutting) report["strokes"] = cutting->strokes();
+    });
+    report["unknown_calls"] = kernel.unknown_calls();
+    std::ofstream(options.report_file) << report.dump(2) << '\n';
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+}  // namespace kerf::test
+
+int main(int argc, char** argv) {
+  if (const std::string failure = kerf::test::RunUnderUmockdev(argv); !failure.empty()) {
+    std::fprintf(stderr, "emulate_usb: %s\n", failure.c_str());
+    return 1;
+  }
+  try {
+    return kerf::test::Run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "emulate_usb: %s\n", error.what());
+    return 1;
+  }
+}

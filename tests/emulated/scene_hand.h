@@ -1,0 +1,52 @@
+// The hand of somebody who cuts what a scene says with an emulated device: homes it, waits until it has the tool, then
+// moves as `kerf loop`'s simulated hand does; when the device lost it, homes it again and agrees by a button.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "devices/workspace.h"
+#include "emulation/mechanism.h"
+#include "emulation/scripted_hand.h"
+#include "scene/scene.h"
+#include "session/hand_motion.h"
+#include "session/loop_setup.h"
+
+namespace kerf::test {
+
+class SceneHand final : public Mechanism {
+ public:
+  /// `profile`: of the emulated device, whose mass and friction the hand feels. Throws Error.
+  SceneHand(const Scene& scene, const DeviceProfile& profile);
+
+  void Home() { at_rest_.Home(); }
+  /// Whether the device's lamp says that the hand has the tool.
+  void SetEngaged(bool engaged);
+  /// A device that is there, homed and not engaged: a button is pressed for a moment after a while.
+  void SetWaiting(bool waiting) { waiting_ = waiting; }
+
+  void Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) override;
+  Pose handle() const override { return X_DH_; }
+  std::uint32_t buttons() const override;
+  Vec3 f_D_N() const { return f_D_N_; }
+  double way_s() const { return way_s_; }
+  long strokes() const { return motion_.strokes(); }
+
+ private:
+  Scene scene_;
+  LoopSetup setup_;
+  Path path_;
+  Workspace workspace_;
+  SimulatedDevice device_;  // in the world
+  HandMotion motion_;
+  ScriptedHand at_rest_;  // in frame D: homing and waiting
+  bool engaged_ = false;
+  bool waiting_ = false;
+  double engaged_s_ = 0;
+  double waiting_s_ = 0;
+  double way_s_ = 0;
+  Pose X_DH_;
+  Vec3 f_D_N_{0};
+};
+
+}  // namespace kerf::test

@@ -1,0 +1,110 @@
+// The program as it is, on a machine that seems to have devices plugged in.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+using test::ProgramResult;
+using test::Slurp;
+using testing::HasSubstr;
+
+class EmulatedDevices : public test::ProgramTest {
+ protected:
+  /// `kerf` under emulate_usb with these options, which leaves a report of the device.
+  ProgramResult KerfWith(const std::string& options, const std::string& arguments) const {
+    return KerfWithin("'" KERF_EMULATE_USB "' --report report.json " + options + " -- ", arguments);
+  }
+  Json Report() const { return Json::parse(Slurp(folder_ / "report.json")); }
+  /// The device that `kerf devices` finds, of which there must be one.
+  Json Find(const std::string& options) const {
+    const ProgramResult result = KerfWith(options, "devices --json");
+    EXPECT_EQ(result.code, 0) << result.err;
+    const Json json = Json::parse(result.out);
+    EXPECT_EQ(json["devices"].size(), 1U);
+    EXPECT_EQ(Report()["unknown_calls"], 0);
+    return json["devices"].empty() ? Json() : json["devices"][0];
+  }
+};
+
+TEST_F(EmulatedDevices, AreFoundAndReady) {
+  for (const std::string kind : {"falcon", "wooden", "spacemouse"}) {
+    const Json found = Find("--firmware-there --device " + kind);
+    EXPECT_EQ(found["kind"], kind);
+    EXPECT_EQ(found["device"], kind);
+    EXPECT_EQ(found["state"], "ready") << found;
+    EXPECT_EQ(found["node"], "/dev/bus/usb/001/004");
+    EXPECT_THAT(found["where"].get<std::string>(), HasSubstr("1-1 ("));
+  }
+}
+
+TEST_F(EmulatedDevices, EachProblemHasItsMend) {
+  struct Case {
+    const char* options;
+    const char* state;
+    const char* problem;
+    const char* mend;
+  };
+  for (const Case& c :
+       {Case{"", "no_firmware", "no firmware", "--falcon-firmware FILE"},
+        Case{"--no-permission", "no_permission", "/dev/bus/usb/001/004 may not be opened", "kerf devices --udev-rules"},
+        Case{"--driver cdc_acm", "busy", "the kernel's driver cdc_acm has it", "1-1:1.0/driver/unbind"},
+        Case{"--driver ftdi_sio", "no_firmware", "no firmware", "--falcon-firmware FILE"},
+        Case{"--device wooden --driver usbhid --driver-holds", "busy", "usbhid", "unbind"},
+        Case{"--device wooden --silent-at 0", "failed", "no reports", "plug it in again"}}) {
+    const Json found = Find(c.options);
+    EXPECT_EQ(found["state"], c.state) << c.options;
+    EXPECT_THAT(found["problem"].get<std::string>(), HasSubstr(c.problem)) << c.options;
+    EXPECT_THAT(found["mend"].get<std::string>(), HasSubstr(c.mend)) << c.options;
+  }
+  const ProgramResult text = KerfWith("", "devices");
+  EXPECT_THAT(text.out, HasSubstr("no firmware"));
+  EXPECT_THAT(text.out, HasSubstr("--falcon-firmware FILE"));
+}
+
+// The firmware is uploaded by the bench; nothing of it is judged but what came back.
+TEST_F(EmulatedDevices, BenchExchangesThroughLibusb) {
+  std::string firmware(7324, '\0');
+  for (std::size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<char>(i * 7 + i / 251);
+  Write("firmware.bin", firmware);
+  const ProgramResult result = KerfWith("--firmware firmware.bin --hand circle",
+                                        "bench devices --rounds 1000 --falcon-firmware firmware.bin --json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const Json json = Json::parse(result.out);
+  const Json& row = json["exchanges"].back();
+  EXPECT_EQ(row["device"], "falcon");
+  EXPECT_EQ(row["way"], "libusb");
+  EXPECT_EQ(row["failure"], "");
+  EXPECT_EQ(row["exchanges"], 1000);
+  EXPECT_EQ(row["bad"], 0);
+  EXPECT_GT(row["samples"], 900);
+  const Json report = Report();
+  EXPECT_EQ(report["uploads"], 1);
+  EXPECT_EQ(report["firmware_bytes"], 7324);
+  EXPECT_EQ(report["peak_force_N"], 0.0);
+  EXPECT_EQ(report["homing_bit_was_off"], false);
+}
+
+TEST_F(EmulatedDevices, UnpluggedWhileItIsMeasuredIsTold) {
+  const ProgramResult result =
+      KerfWith("--firmware-there --homed --unplug-after 200", "bench devices --rounds 100000 --json");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const Json row = Json::parse(result.out)["exchanges"].back();
+  EXPECT_EQ(row["failure"], "the device was unplugged");
+  EXPECT_GT(row["samples"], 0);
+}
+
+TEST_F(EmulatedDevices, TheProgramsExitCodeIsPassedOn) {
+  EXPECT_EQ(KerfWith("", "devices --nonsense").code, 2);
+  EXPECT_EQ(KerfWithin("'" KERF_EMULATE_USB "' -- sh -c 'kill -TERM $$' ", "").code, 128 + 15);
+  EXPECT_EQ(KerfWithin("'" KERF_EMULATE_USB "' -- /no/such/program ", "").code, 127);
+  EXPECT_EQ(KerfWithin("'" KERF_EMULATE_USB "' --device violin -- ", "").code, 2);
+}
+
+}  // namespace
+}  // namespace kerf
