@@ -37,6 +37,7 @@ void AddWindowOptions(CLI::App& command, WindowOptions& options) {
   command.add_option("--size", options.size, "Of the window, WIDTHxHEIGHT")->capture_default_str();
   command.add_option("--scale", options.scale, "Of words and lines, 1 to 4; without it the display's")
       ->check(NumberWithin(1, 4, "times"));
+  AddDeviceOption(command, options.device, false);
   command.add_option("--log", options.log, "File for what happens in the window, a line of JSON each");
 }
 
@@ -59,6 +60,10 @@ TheatreOptions MakeTheatreOptions(const WindowOptions& options, const std::strin
   if (fs::exists(theatre.folder + "/session.kerf")) {
     throw Error(fmt::format("{}: holds a session already; name another folder", theatre.folder));
   }
+  DeviceServoOptions servo;
+  servo.motion_scale = options.device.motion_scale.value_or(1);
+  servo.left_handed = options.device.left_handed;
+  theatre.device = OpenServo(options.device, servo, theatre.interrupt);
   MakeFolder(theatre.folder);
   return theatre;
 }

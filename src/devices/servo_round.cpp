@@ -9,7 +9,7 @@
 namespace kerf {
 
 ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits, const ServoParams& params)
-    : profile_(profile), traits_(traits), params_(params), gate_(profile, params.gate) {
+    : traits_(traits), params_(params), gate_(profile, params.gate) {
   if (!(params.silent_s >= 0.002 && params.silent_s <= 10)) {
     throw Error(fmt::format("silent_s = {} is not within 0.002 to 10", params.silent_s));
   }
@@ -19,7 +19,7 @@ ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits,
 }
 
 void ServoRound::Open(double now_s) {
-  gate_ = SafetyGate(profile_, params_.gate);  // nothing is left of what it let through
+  gate_.Restart();  // nothing is left of what it let through but the heat
   const std::uint32_t engagements = sample_.engagements;
   sample_ = {};
   sample_.engagements = engagements;

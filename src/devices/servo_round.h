@@ -63,7 +63,7 @@ class ServoRound {
 
   const ServoSample& sample() const { return sample_; }
   ServoState state() const { return sample_.state; }
-  const SafetyGate& gate() const { return gate_; }  // since the device was opened last
+  const SafetyGate& gate() const { return gate_; }
   /// Of the last round, frame D.
   const Vec3& sent_force_N() const { return f_sent_D_N_; }
   const ServoCounts& counts() const { return counts_; }
@@ -71,7 +71,6 @@ class ServoRound {
  private:
   void Take(RoundEnd end, const DriverSample& told, double now_s, bool agrees);
 
-  DeviceProfile profile_;
   DriverTraits traits_;
   ServoParams params_;
   SafetyGate gate_;

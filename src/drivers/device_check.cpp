@@ -22,6 +22,8 @@ constexpr double kRamp_s = 1;      // over which the circle's force comes and go
 constexpr double kMostBad = 0.01;  // share of rounds without a good answer
 constexpr double kWhole = 0.97;    // of the force that was asked for, sent: the rest is the gate's knee and ramps
 constexpr std::uint64_t kLeastSamples = 100;
+constexpr int kStillTries = 5;
+constexpr double kStill_mm = 2;  // more is a hand
 
 class Check {
  public:
@@ -80,6 +82,13 @@ class Check {
   void HoldStill() {
     if (servo_.traits().motion != DriverMotion::kPosition) return;
     Say(fmt::format("leave the handle alone for {:g} s", options_.still_s));
+    // Who has just homed it may still have it in the hand.
+    for (int i = 0; i < kStillTries && !result_.stopped && Measure() > kStill_mm; ++i) {
+    }
+  }
+
+  /// The longest way of the handle along an axis.
+  double Measure() {
     double n = 0;
     Vec3 mean{0};
     Vec3 squares{0};
@@ -107,11 +116,12 @@ class Check {
       last = p;
     }
     result_.still_samples = static_cast<std::uint64_t>(n);
-    if (n < 2) return;
+    if (n < 2) return 0;
     result_.rate_hz = n / (Now_s() - begin_s);
     result_.noise_mm = glm::sqrt(squares / n);
     result_.span_mm = upper - lower;
     result_.least_step_mm = std::isfinite(least) ? least : 0;
+    return std::max({result_.span_mm.x, result_.span_mm.y, result_.span_mm.z});
   }
 
   /// In x and y, then in z and x: a turn each.
@@ -183,6 +193,9 @@ class Check {
     }
     if (result_.homed && servo_.traits().motion == DriverMotion::kPosition && result_.still_samples < kLeastSamples) {
       result_.faults.push_back(fmt::format("only {} samples came in {:g} s", result_.still_samples, options_.still_s));
+    }
+    if (std::max({result_.span_mm.x, result_.span_mm.y, result_.span_mm.z}) > kStill_mm) {
+      result_.faults.emplace_back("the handle was never left alone: what is said of it at rest means nothing");
     }
     if (result_.made_force && result_.largest_sent_N < kWhole * result_.largest_asked_N) {
       result_.faults.push_back(

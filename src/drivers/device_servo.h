@@ -58,6 +58,7 @@ class DeviceServo final : public Device {
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const { return traits_; }
   const std::string& name() const { return name_; }
+  const DeviceServoOptions& options() const { return options_; }
   /// The button named "spindle" (else "forward", else the second) as it is now; for whoever switches it by that.
   bool IsSpindlePressed(std::uint32_t buttons) const {
     return spindle_bit_ >= 0 && (buttons >> spindle_bit_ & 1u) != 0;

@@ -15,6 +15,7 @@ namespace {
 // The device's round and the loop's tick know nothing of each other: one of each, at most.
 constexpr int kServedDelay_ticks = 2;
 constexpr double kSamePeak = 1 + 1e-9;
+constexpr double kOfGateSlew = 0.9;
 
 Pose ReadPose(SimulatedDevice& device) {
   DeviceSample sample;
@@ -35,6 +36,11 @@ DeviceServoOptions MakeServoOptions(const Scene& scene) {
 void SetDevice(Scene& scene, const DeviceServo& servo) {
   if (!servo.traits().makes_force) return;
   const DeviceProfile& there = servo.profile();
+  scene.device.motion_scale = servo.options().motion_scale;
+  scene.device.left_handed = servo.options().left_handed;
+  // Steeper, and the safety gate would take it for a fault.
+  scene.device.slew_N_per_s =
+      std::min(scene.device.slew_N_per_s, kOfGateSlew * SafetyGateOptions{}.max_slew_per_s * there.peak_force_N);
   if (scene.device.file.empty()) {
     scene.device.profile = there.name;
     const double peak_N = FindDeviceProfile(there.name).peak_force_N;

@@ -16,8 +16,9 @@ namespace kerf {
 /// As the scene's [device] says: scale, orientation, left hand.
 DeviceServoOptions MakeServoOptions(const Scene& scene);
 
-/// The scene with this device in [device]: its profile, and how late its force is. A table of profiles that the scene
-/// names stays, and must have it. Throws Error when the scene's figures ask for more force than the device has.
+/// The scene with this device in [device]: its profile, scale, and how late its force is; its slew within the safety
+/// gate's. A table of profiles that the scene names stays, and must have it. Throws Error when the scene's figures ask
+/// for more force than the device has.
 void SetDevice(Scene& scene, const DeviceServo& servo);
 
 /// `stop` gives up waiting for the handle (may be null); `say` is told what the user is to do. The servo must outlive

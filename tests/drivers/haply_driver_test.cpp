@@ -1,0 +1,196 @@
+// The driver of the Inverse3 against a service that speaks Haply's JSON, and one that does not.
+#include "drivers/haply_driver.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <memory>
+#include <thread>
+
+#include "drivers/haply_service.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using test::HaplyService;
+using testing::HasSubstr;
+using Mood = HaplyService::Mood;
+
+HaplyOptions MakeOptions(std::uint16_t port, int timeout_ms = 1000) {
+  HaplyOptions options;
+  options.port = port;
+  options.timeout_ms = timeout_ms;
+  options.start_timeout_ms = 2000;
+  return options;
+}
+
+std::string MessageOfStart(HaplyDriver& driver) {
+  try {
+    driver.Start(nullptr);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "nothing thrown";
+}
+
+TEST(HaplyDriver, TellsWhereTheCursorIsAndSendsTheForce) {
+  HaplyService service;
+  HaplyDriver driver(MakeOptions(service.port()));
+  driver.Start(nullptr);
+  EXPECT_EQ(driver.profile().name, "inverse3");
+  EXPECT_TRUE(driver.traits().senses_orientation);
+  EXPECT_EQ(driver.traits().buttons.size(), 3u);
+  DriverSample sample;
+  // It starts in what is taken for the middle.
+  ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  EXPECT_LT(glm::length(sample.X_DH.p_AB), 1e-9);
+  EXPECT_EQ(sample.buttons, 0b101u);
+  // A turn about the service's up is one about y of frame D.
+  EXPECT_LT(glm::length(sample.X_DH.R_AB * Vec3(0, 1, 0) - Vec3(0, 1, 0)), 1e-12);
+  EXPECT_NEAR(sample.X_DH.R_AB.y, 0.6, 1e-12);
+  // 10 mm to the right, 20 mm away from the user, 30 mm up.
+  service.Put(Vec3(0.02, -0.1, 0.23));
+  DriverCommand command;
+  command.f_D_N = {1, 2, 3};
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(driver.Exchange(command, sample), RoundEnd::kSample);
+  EXPECT_LT(glm::length(sample.X_DH.p_AB - Vec3(10, 30, -20)), 1e-9);
+  EXPECT_LT(glm::length(service.force_N() - Vec3(1, -3, 2)), 1e-12);
+  driver.Stop();
+  for (int i = 0; i < 500 && service.force_N() != Vec3{0}; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  EXPECT_EQ(service.force_N(), Vec3{0});
+  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kGone);
+}
+
+TEST(HaplyDriver, ThousandRoundsEachHaveAnAnswerOfTheirOwn) {
+  HaplyService service;
+  HaplyDriver driver(MakeOptions(service.port()));
+  driver.Start(nullptr);
+  DriverSample sample;
+  for (int i = 0; i < 1000; ++i) {
+    DriverCommand command;
+    command.f_D_N = {0.001 * i, 0, 0};
+    ASSERT_EQ(driver.Exchange(command, sample), RoundEnd::kSample);
+  }
+  EXPECT_EQ(service.forces(), 1000);
+}
+
+TEST(HaplyDriver, BadForcesAreZeroAndLongOnesShortened) {
+  HaplyService service(Mood::kGood, /*with_grip=*/false);
+  HaplyDriver driver(MakeOptions(service.port()));
+  driver.Start(nullptr);
+  EXPECT_FALSE(driver.traits().senses_orientation);
+  DriverSample sample;
+  DriverCommand command;
+  for (const double x : {std::nan(""), HUGE_VAL}) {
+    command.f_D_N = {x, 1, 1};
+    ASSERT_EQ(driver.Exchange(command, sample), RoundEnd::kSample);
+    EXPECT_EQ(service.force_N(), Vec3{0});
+  }
+  command.f_D_N = {0, 3000, 4000};
+  ASSERT_EQ(driver.Exchange(command, sample), RoundEnd::kSample);
+  EXPECT_LT(glm::length(service.force_N() - Vec3(0, -8, 6)), 1e-9);
+}
+
+TEST(HaplyDriver, GarbageIsDroppedAndTheNextIsHeard) {
+  HaplyService service;
+  HaplyDriver driver(MakeOptions(service.port()));
+  driver.Start(nullptr);
+  DriverSample sample;
+  for (const Mood mood : {Mood::kGarbage, Mood::kStrange}) {
+    service.SetMood(mood);
+    driver.Exchange({}, sample);
+    sample.buttons = 77;
+    EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kBadAnswer);
+    EXPECT_EQ(sample.buttons, 77u);
+    service.SetMood(Mood::kGood);
+    driver.Exchange({}, sample);
+    EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  }
+}
+
+TEST(HaplyDriver, SlowAndSilentServicesGiveNoAnswerAndAreHeardLater) {
+  HaplyService service;
+  HaplyDriver driver(MakeOptions(service.port(), 10));
+  driver.Start(nullptr);
+  DriverSample sample;
+  service.SetMood(Mood::kSlow);
+  int none = 0;
+  int samples = 0;
+  for (int i = 0; i < 40; ++i) {
+    const RoundEnd end = driver.Exchange({}, sample);
+    ASSERT_NE(end, RoundEnd::kGone);
+    none += end == RoundEnd::kNoAnswer ? 1 : 0;
+    samples += end == RoundEnd::kSample ? 1 : 0;
+  }
+  EXPECT_GT(none, 10);
+  EXPECT_GT(samples, 0);
+}
+
+TEST(HaplyDriver, SaysWhenTheConnectionIsClosedAndComesBack) {
+  HaplyService service;
+  HaplyDriver driver(MakeOptions(service.port()));
+  driver.Start(nullptr);
+  DriverSample sample;
+  service.SetMood(Mood::kClosing);
+  RoundEnd end = driver.Exchange({}, sample);
+  for (int i = 0; i < 5 && end == RoundEnd::kSample; ++i) end = driver.Exchange({}, sample);
+  EXPECT_EQ(end, RoundEnd::kGone);
+  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kGone);
+  service.SetMood(Mood::kGood);
+  driver.Start(nullptr);
+  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+}
+
+TEST(HaplyDriver, ADeviceThatLeavesTheListIsGone) {
+  HaplyService service;
+  HaplyDriver driver(MakeOptions(service.port()));
+  driver.Start(nullptr);
+  DriverSample sample;
+  service.SetMood(Mood::kNoDevice);
+  RoundEnd end = RoundEnd::kSample;
+  int rounds = 0;
+  for (; rounds < 500 && end != RoundEnd::kGone; ++rounds) end = driver.Exchange({}, sample);
+  EXPECT_EQ(end, RoundEnd::kGone);
+  EXPECT_GE(rounds, HaplyDriver::kMostWithout);
+}
+
+TEST(HaplyDriver, SaysWhatIsWrongAtTheStart) {
+  std::uint16_t free_port = 0;
+  {
+    HaplyService service;
+    free_port = service.port();
+  }
+  HaplyDriver nobody(MakeOptions(free_port));
+  EXPECT_THAT(MessageOfStart(nobody), HasSubstr("no Haply service listens at ws://127.0.0.1:"));
+  const auto message_in = [](Mood mood, const std::string& id = "") {
+    HaplyService service(mood);
+    HaplyOptions options = MakeOptions(service.port());
+    options.start_timeout_ms = 200;
+    options.device_id = id;
+    HaplyDriver driver(options);
+    return MessageOfStart(driver);
+  };
+  EXPECT_THAT(message_in(Mood::kNoDevice), HasSubstr("lists no Inverse3; plug it in"));
+  EXPECT_THAT(message_in(Mood::kGood, "FFFF"), HasSubstr("no Inverse3 with the id FFFF"));
+  EXPECT_THAT(message_in(Mood::kSilent), HasSubstr("says nothing"));
+  EXPECT_THAT(message_in(Mood::kGarbage), HasSubstr("does not speak the JSON"));
+  EXPECT_EQ(message_in(Mood::kShortHello), "nothing thrown");
+}
+
+TEST(HaplyDriver, KeepsToThisMachine) {
+  HaplyOptions options;
+  options.address = "192.0.2.1";
+  EXPECT_THROW(HaplyDriver{options}, Error);
+  options = {};
+  options.timeout_ms = 0;
+  EXPECT_THROW(HaplyDriver{options}, Error);
+}
+
+}  // namespace
+}  // namespace kerf

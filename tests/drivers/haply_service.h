@@ -1,0 +1,61 @@
+// A stand-in for Haply's Inverse Service: a WebSocket on loopback that speaks its JSON.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "kerf/geometry.h"
+
+namespace kerf::test {
+
+class HaplyService {
+ public:
+  enum class Mood {
+    kGood,      // a state for each force
+    kGarbage,   // no JSON
+    kStrange,   // JSON of another form
+    kNoDevice,  // lists that are empty
+    kSlow,      // each state 60 ms late
+    kSilent,
+    kClosing,    // ends the connection at the next force
+    kShortHello  // text of no meaning at first, then as kGood
+  };
+
+  explicit HaplyService(Mood mood = Mood::kGood, bool with_grip = true);
+  ~HaplyService();
+  HaplyService(const HaplyService&) = delete;
+  HaplyService& operator=(const HaplyService&) = delete;
+
+  std::uint16_t port() const { return port_; }
+  void SetMood(Mood mood) { mood_ = mood; }
+  void Put(const Vec3& p_H_m) {
+    std::lock_guard lock(mutex_);
+    p_H_m_ = p_H_m;
+  }
+  Vec3 force_N() const {
+    std::lock_guard lock(mutex_);
+    return force_N_;
+  }
+  int forces() const { return forces_; }  // messages so far
+
+ private:
+  void Serve();
+  std::string MakeState() const;
+
+  std::atomic<Mood> mood_;
+  bool with_grip_;
+  mutable std::mutex mutex_;
+  Vec3 p_H_m_{0.01, -0.12, 0.2};
+  Vec3 force_N_{0};
+  std::atomic<int> forces_{0};
+  std::atomic<bool> stop_{false};
+  std::atomic<int> connection_{-1};
+  std::uint16_t port_ = 0;
+  int listening_ = -1;
+  std::thread thread_;
+};
+
+}  // namespace kerf::test
