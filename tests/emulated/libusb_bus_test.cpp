@@ -1,7 +1,6 @@
 // libusb as it is, over devices that are not there.
 #include "drivers/libusb_bus.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -18,7 +17,6 @@ namespace {
 
 using test::EchoModel;
 using test::EmulatedKernel;
-using testing::HasSubstr;
 
 // What is waited for comes at once, or the machine stands still: never a judgement of speed.
 constexpr int kPatience_ms = 2000;
