@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -62,8 +63,8 @@ struct FarKind {
   std::string (*where)(const DriverOptions& options);
   /// In a hurry: only to see whether it is there.
   std::unique_ptr<DeviceDriver> (*make)(const DriverOptions& options, bool hurry);
-  /// In its driver's message when nobody is there at all.
-  const char* nobody;
+  /// In its driver's message when nobody is there, or somebody else.
+  std::array<const char*, 2> absent;
   const char* mend;
 };
 
@@ -75,15 +76,17 @@ constexpr FarKind kFarKinds[] = {
        if (hurry) bridge.start_timeout_ms = std::min(bridge.start_timeout_ms, kAskFor_ms);
        return std::make_unique<BridgeDriver>(bridge);
      },
-     "no bridge program listens", "End the bridge program and start it again (docs/bridge.md)."},
+     {"no bridge program listens", "no bridge program listens"},
+     "End the bridge program and start it again (docs/bridge.md)."},
     {"inverse3",
-     [](const DriverOptions& options) { return fmt::format("{}:{}", options.haply.address, options.haply.port); },
+     [](const DriverOptions& options) { return fmt::format("ws://{}:{}", options.haply.address, options.haply.port); },
      [](const DriverOptions& options, bool hurry) -> std::unique_ptr<DeviceDriver> {
        HaplyOptions haply = options.haply;
        if (hurry) haply.start_timeout_ms = std::min(haply.start_timeout_ms, kAskFor_ms);
        return std::make_unique<HaplyDriver>(haply);
      },
-     "no Haply service listens", "Look whether Haply's own program sees the Inverse3 (docs/wooden.md)."},
+     {"no Haply service listens", "does not speak the JSON of Haply"},
+     "Look whether Haply's own program shows the Inverse3, and start its service anew (docs/wooden.md)."},
 };
 
 const FarKind* FindFarKind(const KnownDevice& known) {
@@ -100,7 +103,7 @@ std::vector<KnownDevice> MakeKnownDevices() {
   for (const SpaceMouseModel& model : SpaceMouseModels()) mouse.numbers.push_back({model.vendor, model.product});
   devices.push_back(std::move(mouse));
   devices.push_back({"bridge", "a device behind a program that speaks to it by its maker's library", "UDP", true, {}});
-  devices.push_back({"inverse3", "Haply Inverse3, by its maker's service", "WebSocket", true, {}});
+  devices.push_back({"inverse3", "Haply Inverse3, behind its maker's service", "WebSocket", true, {}});
   return devices;
 }
 
@@ -279,8 +282,9 @@ std::vector<FoundDevice> FindFarDevices(const DriverOptions& options) {
       if (!driver->profile().name.empty()) found.model = driver->profile().name;
     } catch (const Error& error) {
       const std::string what = error.what();
-      if (what.find(kind->nobody) != std::string::npos) continue;
-      found.state = what.find("in use by another") != std::string::npos ? DeviceState::kBusy : DeviceState::kFailed;
+      const auto told = [&](const char* phrase) { return what.find(phrase) != std::string::npos; };
+      if (std::any_of(kind->absent.begin(), kind->absent.end(), told)) continue;
+      found.state = told("in use by another") ? DeviceState::kBusy : DeviceState::kFailed;
       found.problem = what;
       found.mend = kind->mend;
     }

@@ -35,7 +35,7 @@ struct UsbNumbers {
 struct KnownDevice {
   std::string name;  // for --device
   std::string what;  // "Novint Falcon"
-  std::string link;  // how it is reached: "USB", "USB HID", "UDP"
+  std::string link;  // how it is reached: "USB", "USB HID", "UDP", "WebSocket"
   bool makes_force = true;
   std::vector<UsbNumbers> numbers;  // none: not on USB
 };
@@ -66,8 +66,8 @@ struct FoundDevice {
 /// Opens and starts each, which moves nothing, and lets go of it. May take a second or two for each device. Throws
 /// Error when USB can't be asked.
 std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options = {});
-/// Those on USB, and those that answer on the network, where the options say that they are; waits for answers for a
-/// third of a second at most.
+/// Those on USB, and those that answer on the network, where the options say that they are; waits for each for a
+/// second at most.
 std::vector<FoundDevice> FindUsbDevices(UsbBus& bus, const DriverOptions& options = {});
 std::vector<FoundDevice> FindFarDevices(const DriverOptions& options = {});
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "drivers/child_process.h"
+#include "drivers/haply_service.h"
 #include "emulated/echo_model.h"
 #include "emulation/falcon_model.h"
 #include "emulation/model_bus.h"
@@ -168,6 +169,8 @@ TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
   {
     test::ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
     const std::string line = example.ReadLine();
+    const test::HaplyService other(test::HaplyService::Mood::kGarbage);  // of somebody else's
+    options.haply.port = other.port();
     options.bridge.port = static_cast<std::uint16_t>(std::stoi(line.substr(line.rfind(':') + 1)));
     const std::vector<FoundDevice> found = FindFarDevices(options);
     ASSERT_EQ(found.size(), 1U);
@@ -180,6 +183,24 @@ TEST(DeviceList, BridgesAreListedWhenTheyAnswer) {
     example.End(SIGTERM);
   }
   EXPECT_TRUE(FindFarDevices(options).empty());
+}
+
+TEST(DeviceList, HaplysServiceIsListedWithWhatIsMissingBehindIt) {
+  DriverOptions options;
+  options.bridge.port = 1;  // nobody's
+  test::HaplyService service;
+  options.haply.port = service.port();
+  const std::vector<FoundDevice> found = FindFarDevices(options);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].kind->name, "inverse3");
+  EXPECT_EQ(found[0].state, DeviceState::kReady) << found[0].problem;
+  const test::HaplyService empty(test::HaplyService::Mood::kNoDevice);
+  options.haply.port = empty.port();
+  const std::vector<FoundDevice> none = FindFarDevices(options);
+  ASSERT_EQ(none.size(), 1U);
+  EXPECT_EQ(none[0].state, DeviceState::kFailed);
+  EXPECT_THAT(none[0].problem, HasSubstr("lists no Inverse3"));
+  EXPECT_THAT(none[0].mend, HasSubstr("Haply's own program"));
 }
 
 TEST(DeviceList, NamesTheNearestWhenNothingIsCalledSo) {

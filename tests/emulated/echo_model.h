@@ -66,7 +66,7 @@ class EchoModel final : public UsbModel {
     return {TransferEnd::kStall, 0};
   }
   Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data) override {
-    if (endpoint != kOut) return {TransferEnd::kStall, 0};
+    if (endpoint != kOut || refuses) return {TransferEnd::kStall, 0};
     packets_.emplace_back(data.begin(), data.end());
     return {TransferEnd::kOk, static_cast<int>(data.size())};
   }
@@ -86,6 +86,7 @@ class EchoModel final : public UsbModel {
   static constexpr std::uint8_t kOut = 0x02;
   static constexpr std::uint8_t kIn = 0x81;
   std::uint16_t word = 0;
+  bool refuses = false;  // what is written
   double time_s = 0;
 
  private:

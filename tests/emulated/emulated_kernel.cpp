@@ -19,6 +19,7 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "kerf/error.h"
 
@@ -97,6 +98,7 @@ struct EmulatedKernel::Socket {
   bool plugged_in = true;
   bool silent = false;
   bool driver_bound = false;
+  std::map<int, int> endpoint_types;  // as in usbdevfs_urb, by address
   UMockdevIoctlClient* claimed_by = nullptr;
   std::deque<Urb> waiting;
   std::deque<Urb> done;
@@ -276,7 +278,10 @@ bool EmulatedKernel::Socket::TryToEnd(Urb& urb) {
 
 void EmulatedKernel::Socket::Submit(UMockdevIoctlClient* client, UMockdevIoctlData* argument) {
   Urb urb{Resolve(argument, 0, sizeof(usbdevfs_urb)), client};
-  if (claimed_by != client && urb.fields()->type != USBDEVFS_URB_TYPE_CONTROL) {
+  const auto type = endpoint_types.find(urb.fields()->endpoint);
+  const bool control = urb.fields()->type == USBDEVFS_URB_TYPE_CONTROL;
+  // Linux lets bulk transfers of libusb's pass for interrupt ones; here each must be what its endpoint is.
+  if (!control && (claimed_by != client || type == endpoint_types.end() || type->second != urb.fields()->type)) {
     umockdev_ioctl_client_complete(client, -1, EINVAL);
     return;
   }
@@ -359,6 +364,13 @@ void EmulatedKernel::AdvanceAll() {
 
 void EmulatedKernel::Attach(Socket& socket) {
   const std::vector<std::uint8_t> descriptors = socket.model->descriptors();
+  for (std::size_t at = 0; at + 3 < descriptors.size() && descriptors[at] > 0; at += descriptors[at]) {
+    constexpr std::uint8_t kEndpoint = 5;
+    constexpr int kInterrupt = 3;
+    if (descriptors[at + 1] != kEndpoint) continue;
+    socket.endpoint_types[descriptors[at + 2]] =
+        (descriptors[at + 3] & 3) == kInterrupt ? USBDEVFS_URB_TYPE_INTERRUPT : USBDEVFS_URB_TYPE_BULK;
+  }
   GError* error = nullptr;
   std::string text = DescribeUsb(socket.path, socket.address, descriptors, socket.model->bus_speed_mbit());
   const std::string interface = fmt::format("{}/{}:1.0", socket.path, socket.path.substr(socket.path.rfind('/') + 1));

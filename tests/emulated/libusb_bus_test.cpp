@@ -1,7 +1,6 @@
 // libusb as it is, over devices that are not there.
 #include "drivers/libusb_bus.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -18,7 +17,6 @@ namespace {
 
 using test::EchoModel;
 using test::EmulatedKernel;
-using testing::HasSubstr;
 
 // What is waited for comes at once, or the machine stands still: never a judgement of speed.
 constexpr int kPatience_ms = 2000;
@@ -97,6 +95,25 @@ TEST_F(LibusbBusTest, CarriesControlRequestsAndTellsThoseThatTheDeviceDoesNotKno
   EXPECT_EQ(opening.transport->Control(0x40, 99, 0, 0, {}, kPatience_ms).end, TransferEnd::kStall);
   // And goes on.
   EXPECT_EQ(opening.transport->Control(0x40, 1, 1, 0, {}, kPatience_ms).end, TransferEnd::kOk);
+}
+
+TEST_F(LibusbBusTest, WhatIsRefusedOnceIsTakenTheNextTimeAndTooMuchIsNotSent) {
+  EchoModel& model = Make();
+  kernel_.PlugIn(model);
+  UsbOpening opening = bus_.Open(Only(), 0);
+  ASSERT_TRUE(opening.transport) << opening.detail;
+  std::array<std::uint8_t, 5000> bytes{};
+  const auto packet = std::span(bytes).first(64);
+  kernel_.Look([&] { model.refuses = true; });
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kPatience_ms).end, TransferEnd::kStall);
+  kernel_.Look([&] { model.refuses = false; });
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kPatience_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kFailed);
+  // Neither is an endpoint that it does not have.
+  EXPECT_EQ(opening.transport->Write(0x05, packet, kPatience_ms).end, TransferEnd::kFailed);
+  const Transfer in = opening.transport->Read(EchoModel::kIn, packet, kPatience_ms);
+  EXPECT_EQ(in.end, TransferEnd::kOk);
+  EXPECT_EQ(in.bytes, 64);
 }
 
 TEST_F(LibusbBusTest, SilenceIsATimeoutAndTheDeviceGoesOn) {
