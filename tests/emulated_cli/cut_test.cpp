@@ -1,0 +1,96 @@
+// A bar cut through with an emulated Falcon, by the program as it is: hand, USB, homing, force and bone together.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "emulated_program.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+using test::ProgramResult;
+using testing::HasSubstr;
+using testing::Not;
+
+/// A bar of 3 x 4 mm along x, which the disc is lowered through.
+constexpr char kBar[] = R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 8.0
+size_y_mm = 4.0
+size_z_mm = 3.0
+voxel_mm = 0.2
+[tool]
+diameter_mm = 12.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.0, 0.0, 6.5]
+end_mm = [0.0, 0.0, 0.5]
+feed_mm_per_s = 1.5
+disc_normal = [1.0, 0.0, 0.0]
+[hand]
+model = "H4"
+[device]
+profile = "falcon"
+delay_ticks = 2
+)";
+// The blade's 0.5 mm through 3 x 4 mm. The hand gives way sideways by what its spring lets it, and the walls are of
+// voxels of 0.2 mm: at most one of them more on either side.
+constexpr double kKerf_mm3 = 0.5 * 3 * 4;
+constexpr double kMostKerf_mm3 = (0.5 + 2 * 0.2) * 3 * 4;
+
+class CutWithAFalcon : public test::EmulatedProgram {
+ protected:
+  ProgramResult Cut(const std::string& options, double seconds) {
+    WriteFirmware();
+    Write("bar.toml", kBar);
+    return KerfWith("--firmware firmware.bin --scene bar.toml " + options,
+                    "loop bar.toml --device falcon --falcon-firmware firmware.bin --record cut.kerf --json --seconds " +
+                        std::to_string(seconds));
+  }
+
+  /// Through, with no more force than there may be, and none at the end; the recording gives it again to the bit.
+  void ExpectCutThrough(const ProgramResult& result) const {
+    ASSERT_EQ(result.code, 0) << result.err;
+    const Json json = Json::parse(result.out);
+    EXPECT_EQ(json["pieces"].size(), 2U) << json["pieces"];
+    const double removed_mm3 = json["removed_mm3"];
+    EXPECT_GT(removed_mm3, 0.9 * kKerf_mm3);
+    EXPECT_LT(removed_mm3, kMostKerf_mm3);
+    const Json report = Report();
+    EXPECT_TRUE(report["homed"]);
+    EXPECT_FALSE(report["homing_bit_was_off"]);
+    EXPECT_EQ(report["unknown_calls"], 0);
+    EXPECT_EQ(report["motors_at_end"], Json({0, 0, 0}));
+    // What the motors made is what the loop asked for, to a motor count (5 mN) and what the leverage changes while the
+    // handle goes on for a round or two.
+    const double asked_N = json["force"]["largest_N"];
+    EXPECT_GT(asked_N, 0.1);
+    EXPECT_NEAR(report["peak_force_N"].get<double>(), asked_N, 0.005 + 0.03 * asked_N);
+    const ProgramResult replay = Kerf("replay cut.kerf --verify");
+    EXPECT_EQ(replay.code, 0) << replay.err;
+    EXPECT_THAT(replay.out, HasSubstr("to the bit as recorded"));
+  }
+};
+
+TEST_F(CutWithAFalcon, GoesThroughTheBar) {
+  const ProgramResult result = Cut("", 14);
+  ExpectCutThrough(result);
+  EXPECT_EQ(Report()["uploads"], 1);
+  EXPECT_THAT(result.err, HasSubstr("pull the Falcon's grip all the way out"));
+  EXPECT_THAT(result.err, Not(HasSubstr("is gone")));
+}
+
+// From 0.5 mm above it the hand needs 0.3 s to the bar and at least 2 s more to be through.
+TEST_F(CutWithAFalcon, GoesOnAfterAnUnplugWhenTheUserAgrees) {
+  const ProgramResult result = Cut("--unplug-on-way 1.3 --plug-in-later 1.5", 30);
+  ExpectCutThrough(result);
+  EXPECT_EQ(Report()["uploads"], 2);
+  EXPECT_THAT(result.err, HasSubstr("is gone: no force"));
+  EXPECT_THAT(result.err, HasSubstr("is there again; press a button"));
+}
+
+}  // namespace
+}  // namespace kerf
