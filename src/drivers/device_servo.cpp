@@ -259,6 +259,7 @@ std::array<double, 6> DeviceServo::ReadDeflection() noexcept {
 }
 
 ServoSample DeviceServo::TakeSample() {
+  const std::lock_guard lock(reading_);
   for_others_.Update();
   return for_others_.front();
 }

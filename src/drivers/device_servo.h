@@ -85,7 +85,7 @@ class DeviceServo final : public Device {
   /// Of a device without force (DriverMotion::kDeflection), instead of the three; zero while it is not there.
   std::array<double, 6> ReadDeflection() noexcept;
 
-  // ---- the newest, by the other thread
+  // ---- the newest, by any thread but the loop's
   /// Frame D.
   ServoSample TakeSample();
   /// Commands without a loop, for a test of the device: frame D.
@@ -127,6 +127,7 @@ class DeviceServo final : public Device {
   std::atomic<bool> stop_{false};
   std::optional<ServoRound> round_;  // the thread's
   LogHistogram round_times_;
+  std::mutex reading_;        // for_others_
   mutable std::mutex mutex_;  // of the two below
   std::vector<std::string> messages_;
   Counts counts_;

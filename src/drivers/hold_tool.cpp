@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <thread>
+#include <utility>
 
 #include "devices/profiles.h"
 #include "kerf/error.h"
@@ -16,6 +17,30 @@ namespace {
 constexpr int kServedDelay_ticks = 2;
 constexpr double kSamePeak = 1 + 1e-9;
 constexpr double kOfGateSlew = 0.9;
+
+/// Who has just homed a device still moves it; and from the edge of its workspace there is no way to go.
+class HandleAtRest {
+ public:
+  explicit HandleAtRest(double workspace_radius_mm) : reach_mm_(kMiddle * workspace_radius_mm) {}
+
+  /// True when it has been near the middle for a while, and in one place.
+  bool Take(const ServoSample& sample) {
+    const Vec3& p = sample.sample.X_DH.p_AB;
+    if (glm::length(p) > reach_mm_ || glm::length(p - place_D_mm_) > kStill_mm) {
+      place_D_mm_ = p;
+      since_s_ = sample.at_s;
+    }
+    return sample.at_s - since_s_ > kStill_s;
+  }
+
+ private:
+  static constexpr double kMiddle = 0.5;  // of the workspace's radius
+  static constexpr double kStill_mm = 2;
+  static constexpr double kStill_s = 0.5;
+  double reach_mm_;
+  Vec3 place_D_mm_{1e9};
+  double since_s_ = 0;
+};
 
 double FindPeak(const std::string& name) {
   try {
@@ -69,11 +94,19 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
     servo.SetTool(X_WT, {.p_TC_mm = coupling.p_TC_mm,
                          .stiffness_N_per_mm = force_scale * coupling.stiffness_N_per_mm,
                          .damping_Ns_per_mm = force_scale * coupling.damping_Ns_per_mm});
+    HandleAtRest at_rest(servo.profile().workspace_radius_mm / servo.options().motion_scale);
+    bool told = false;
     for (;;) {
       for (const std::string& message : servo.TakeMessages()) say(message);
       const ServoState state = servo.state();
       if (state == ServoState::kEngaged) return servo;
-      if (state == ServoState::kWaiting) servo.Agree();
+      if (state == ServoState::kWaiting) {
+        if (!std::exchange(told, true)) {
+          say(fmt::format("{}: hold the handle still in the middle, or press a button on it, to take the tool",
+                          servo.name()));
+        }
+        if (at_rest.Take(servo.TakeSample())) servo.Agree();
+      }
       if (stop != nullptr && stop->load()) throw Error("stopped while waiting for the device's handle");
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }

@@ -159,6 +159,7 @@ int Run(int argc, char** argv) {
   int status = 0;
   double peak_N = 0;
   double again_at_s = -1;
+  bool plugged_in = true;
   double before_s = 0;
   while (waitpid(id, &status, WNOHANG) == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -176,17 +177,19 @@ int Run(int argc, char** argv) {
       options.unplug_after = 0;
       options.unplug_on_way_s = -1;
       kernel.Unplug(socket);
+      plugged_in = false;
       again_at_s = options.plug_in_later_s >= 0 ? now.count() + options.plug_in_later_s : -1;
     }
     if (again_at_s >= 0 && now.count() >= again_at_s) {
       again_at_s = -1;
       kernel.PlugInAgain(socket);
+      plugged_in = true;
     }
     kernel.Look([&] {
       device->Follow(handle, now.count() - before_s);
       before_s = now.count();
       if (cutting) {
-        cutting->SetEngaged(device->engaged());
+        cutting->SetEngaged(plugged_in && device->engaged());  // who sees it unplugged stops
         cutting->SetWaiting(device->waits());
         if (device->wants_homing()) cutting->Home();
       } else if (device->wants_homing() && !options.no_homing) {
