@@ -42,6 +42,7 @@ struct Options {
   double unplug_at_s = -1;
   std::uint64_t unplug_after = 0;
   double plug_in_at_s = -1;
+  double plug_in_after_s = -1;
   double silent_at_s = -1;
   double loud_at_s = -1;
   bool no_homing = false;
@@ -76,6 +77,7 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   app.add_option("--unplug-at", options.unplug_at_s, "s after the program began");
   app.add_option("--unplug-after", options.unplug_after, "Packets that the program has sent; 0: not");
   app.add_option("--plug-in-at", options.plug_in_at_s, "Again, s after the program began");
+  app.add_option("--plug-in-after", options.plug_in_after_s, "Again, s after --unplug-after took it");
   app.add_option("--silent-at", options.silent_at_s, "From then on nothing comes back, s");
   app.add_option("--loud-at", options.loud_at_s, "And from then on again, s");
   app.add_option("--hand", options.way, "What the hand does, once the program exchanges: still, circle, line")
@@ -167,6 +169,9 @@ int Run(int argc, char** argv) {
     if (pull) {
       options.unplug_after = 0;
       kernel.Unplug(socket);
+      if (options.plug_in_after_s >= 0) {
+        events.push_back({now.count() + options.plug_in_after_s, [&] { kernel.PlugInAgain(socket); }});
+      }
     }
     kernel.Look([&] {
       device->Follow(handle, now.count() - before_s);
