@@ -4,8 +4,8 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <chrono>
-#include <thread>
+#include <charconv>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -31,6 +31,15 @@ constexpr std::size_t kMostPathBytes = std::size_t{1} << 28;
 
 bool IsPlayed(const std::string& device) {
   return device == kNone || device.starts_with(kScript) || device.starts_with(kRecording);
+}
+
+std::uint16_t ReadPort(const std::string& text) {
+  unsigned port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (error != std::errc() || end != text.data() + text.size() || port < 1 || port > 65535) {
+    throw CLI::ValidationError("--bridge", fmt::format("the port '{}' is not within 1 to 65535", text));
+  }
+  return static_cast<std::uint16_t>(port);
 }
 
 std::vector<PlayedPose> ReadScript(const std::string& file) {
@@ -73,6 +82,15 @@ void AddDriverOptions(CLI::App& command, DeviceOption& option) {
       ->envname(kFalconFirmwareVariable);
   command.add_option("--wooden", option.wooden,
                      "A WoodenHaptics device's sizes (TOML, as volumes/wooden_2016.toml); without it those of 2016");
+  CLI::Option* bridge = command.add_option(
+      "--bridge", option.bridge,
+      fmt::format("Where the bridge program of a device with a maker's library listens, ADDRESS[:PORT]; without it "
+                  "127.0.0.1:{}",
+                  kBridgePort));
+  command
+      .add_flag("--bridge-elsewhere", option.bridge_elsewhere,
+                "It may be another machine's: whoever can send to it there can move the device")
+      ->needs(bridge);
 }
 
 void AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
@@ -100,6 +118,12 @@ DriverOptions MakeDriverOptions(const DeviceOption& option) {
     CheckFalconFirmware(options.falcon.firmware, option.falcon_firmware);
   }
   if (!option.wooden.empty()) options.wooden = ReadWoodenConfig(option.wooden);
+  options.bridge.allow_remote = option.bridge_elsewhere;
+  if (!option.bridge.empty()) {
+    const std::size_t colon = option.bridge.rfind(':');
+    options.bridge.address = option.bridge.substr(0, colon);
+    if (colon != std::string::npos) options.bridge.port = ReadPort(option.bridge.substr(colon + 1));
+  }
   return options;
 }
 

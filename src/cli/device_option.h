@@ -19,6 +19,8 @@ struct DeviceOption {
   std::string device;           // empty: simulated
   std::string falcon_firmware;  // file
   std::string wooden;           // file
+  std::string bridge;           // ADDRESS:PORT
+  bool bridge_elsewhere = false;
   std::optional<double> motion_scale;
   bool left_handed = false;
 };

@@ -17,6 +17,14 @@ constexpr int kServedDelay_ticks = 2;
 constexpr double kSamePeak = 1 + 1e-9;
 constexpr double kOfGateSlew = 0.9;
 
+double FindPeak(const std::string& name) {
+  try {
+    return FindDeviceProfile(name).peak_force_N;
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}; give the scene a table that has it, [device] file", e.what()));
+  }
+}
+
 Pose ReadPose(SimulatedDevice& device) {
   DeviceSample sample;
   device.Read(sample);
@@ -43,7 +51,7 @@ void SetDevice(Scene& scene, const DeviceServo& servo) {
       std::min(scene.device.slew_N_per_s, kOfGateSlew * SafetyGateOptions{}.max_slew_per_s * there.peak_force_N);
   if (scene.device.file.empty()) {
     scene.device.profile = there.name;
-    const double peak_N = FindDeviceProfile(there.name).peak_force_N;
+    const double peak_N = FindPeak(there.name);
     if (peak_N > kSamePeak * there.peak_force_N) {
       throw Error(fmt::format(
           "the device makes {:g} N at most, and the profile '{}' says {:g} N: give the scene a table with its "

@@ -174,31 +174,32 @@ TEST(WoodenReports, AreReadAsTheyAreWritten) {
   EXPECT_EQ(ReadWoodenCurrents(bytes), Vec3(1234, -3000, 0));
 }
 
-TEST(WoodenReports, AMillionOfThemAnyhowNeverMoveTheHandleFasterThanAHand) {
+TEST(WoodenReports, OfAMillionWithDamageFewWrongOnesComeThrough) {
   std::mt19937_64 random(7);
   WoodenReportFilter filter;
   WoodenReport truth;
-  WoodenReport last;
-  bool has_last = false;
-  std::uint64_t news = 0;
+  int sent = 0;
+  int good = 0;
+  int wrong = 0;
   for (int i = 0; i < 1'000'000; ++i) {
     ++truth.counter;
     for (std::int16_t& count : truth.counts) count = static_cast<std::int16_t>(count + random() % 41 - 20);
+    if (random() % 50 == 0) continue;  // lost
     WoodenReport seen = truth;
-    if (random() % 100 == 0) seen.counts[random() % 3] ^= static_cast<std::int16_t>(1 << random() % 16);
+    const bool flipped = random() % 100 == 0;
+    const int bit = static_cast<int>(random() % 16);
+    if (flipped) seen.counts[random() % 3] ^= static_cast<std::int16_t>(1 << bit);
     if (random() % 100 == 0) seen.counter ^= static_cast<std::uint16_t>(1 << random() % 16);
-    if (random() % 50 == 0) continue;
-    if (filter.Judge(seen) != WoodenReportFilter::Verdict::kNew) continue;
-    ++news;
-    // Of counts that come through, none is further from the truth than a flip that a hand could have made.
-    for (std::size_t j = 0; has_last && j < 3; ++j) {
-      const auto off = static_cast<std::int16_t>(seen.counts[j] - truth.counts[j]);
-      ASSERT_LT(std::abs(int{off}), WoodenReportFilter::kMostCountsPerReport * (WoodenReportFilter::kMostLost + 2));
-    }
-    last = seen;
-    has_last = true;
+    ++sent;
+    const bool taken = filter.Judge(seen) == WoodenReportFilter::Verdict::kNew;
+    good += taken && !flipped ? 1 : 0;
+    // A flip of the 8 upper bits is 256 counts or more: no hand, but for when reports before it were lost.
+    wrong += taken && flipped && bit >= 8 ? 1 : 0;
   }
-  EXPECT_GT(news, 900'000u);
+  // Each damaged report may cost the one after it too: 2 of 100 are damaged.
+  EXPECT_GT(good, 0.95 * sent);
+  // 5,000 were sent. After one loss 320 counts pass, after a flipped counter more: some in a hundred.
+  EXPECT_LT(wrong, 250);
 }
 
 TEST(WoodenReports, DoubledAndOldOnesAreNoNews) {

@@ -1,8 +1,11 @@
-/* A bridge whose device is made of numbers: a point mass with the spring of a hand, driven round a slow circle. Copy it
- * and put your device's calls where it says DEVICE; nothing else needs to change. POSIX.
+/* A bridge whose device is made of numbers: a point mass on the spring of a hand. Copy it and put your device's calls
+ * where it says DEVICE; nothing else needs to change. POSIX.
  *
  *   cc -std=c99 -O2 example.c kerf_bridge.c -lm -o example
- *   ./example [PORT]      47810 when not given; 0: any that is free. Ends with Ctrl-C.
+ *   ./example [PORT [circle]]
+ *
+ * PORT: 47810 when not given; 0: any that is free. The hand stays where it is; with "circle" it goes round a circle of
+ * 20 mm radius through the middle, once in 6.3 s. Ends with Ctrl-C.
  */
 #define _POSIX_C_SOURCE 200809L
 
@@ -39,16 +42,18 @@ typedef struct {
   double position_mm[3];
   double velocity_mm_s[3];
   double time_s;
+  int circle; /* 1: the hand goes round */
 } device;
 
 static const kerf_bridge_description kDescription = {
     /* DEVICE: what yours can do (volumes/device_profiles.csv has figures of many). */
     "example", 3.3f, 0.88f, 0, 0, 0.4f, 0.004f, 75, 0.055f, 1000, 3, 0, 0, 2};
 
-static int device_open(device* d) {
+static int device_open(device* d, int circle) {
   /* DEVICE: OpenHaptics: hdInitDevice, hdEnable(HD_FORCE_OUTPUT), hdStartScheduler, and calibration. Force Dimension:
    * dhdOpen, dhdEnableForce. Give 0 when it fails. */
   memset(d, 0, sizeof *d);
+  d->circle = circle;
   return 1;
 }
 
@@ -60,7 +65,8 @@ static void device_step(device* d, double dt_s, const float force_n[3]) {
   int i;
   d->time_s += dt_s;
   for (i = 0; i < 3; ++i) {
-    const double wanted_mm = i == 0 ? 20 * cos(d->time_s) : i == 1 ? 20 * sin(d->time_s) : 0;
+    const double round_mm = i == 0 ? 20 * sin(d->time_s) : i == 1 ? 20 - 20 * cos(d->time_s) : 0;
+    const double wanted_mm = d->circle ? round_mm : 0;
     const double f_n =
         force_n[i] + spring_n_per_mm * (wanted_mm - d->position_mm[i]) - damper_ns_per_mm * d->velocity_mm_s[i];
     d->velocity_mm_s[i] += dt_s * 1000 * f_n / mass_kg;
@@ -102,8 +108,8 @@ int main(int argc, char** argv) {
     char* tail = NULL;
     errno = 0;
     port = strtol(argv[1], &tail, 10);
-    if (argc > 2 || errno != 0 || *argv[1] == '\0' || *tail != '\0' || port < 0 || port > 65535) {
-      fprintf(stderr, "usage: %s [PORT]\n", argv[0]);
+    if (argc > 3 || (argc == 3 && strcmp(argv[2], "circle") != 0) || errno != 0 || *argv[1] == '\0' || *tail != '\0' || port < 0 || port > 65535) {
+      fprintf(stderr, "usage: %s [PORT [circle]]\n", argv[0]);
       return 2;
     }
   }
@@ -121,7 +127,7 @@ int main(int argc, char** argv) {
     fprintf(stderr, "%s: no socket at port %ld: %s\n", argv[0], port, strerror(errno));
     return 1;
   }
-  if (!device_open(&d)) {
+  if (!device_open(&d, argc == 3)) {
     fprintf(stderr, "%s: no device\n", argv[0]);
     return 1;
   }

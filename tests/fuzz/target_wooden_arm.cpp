@@ -1,0 +1,22 @@
+#include <cmath>
+
+#include "devices/hid/wooden_kinematics.h"
+#include "drivers/wooden_config.h"
+#include "target.h"
+
+namespace kerf::fuzz {
+
+KERF_FUZZ_TARGET(wooden_arm) {
+  WoodenParams params;
+  if (!Takes([&] { params = ParseWoodenConfig(std::string(bytes), "fuzz.toml"); })) return;
+  // Any arm that is taken has places and currents.
+  const Vec3 angles = CalcWoodenAngles(params, {-12345, 32767, 1});
+  const Vec3 p_D_mm = CalcWoodenPosition(params, angles);
+  const Vec3 currents_mA = CalcWoodenCurrents(params, angles, {1, -2, 3});
+  for (int i = 0; i < 3; ++i) {
+    if (!(std::abs(p_D_mm[i]) < 1e5)) Finding(fmt::format("the handle at {} mm", p_D_mm[i]));
+    if (!(std::abs(currents_mA[i]) < 3000.001)) Finding(fmt::format("a current of {} mA", currents_mA[i]));
+  }
+}
+
+}  // namespace kerf::fuzz
