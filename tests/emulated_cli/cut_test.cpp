@@ -60,7 +60,7 @@ class EmulatedCut : public test::ProgramTest {
 };
 
 TEST_F(EmulatedCut, FromFirmwareAndHomingToTheKerf) {
-  const ProgramResult result = Cut("", "--seconds 5 -o out");
+  const ProgramResult result = Cut("", "--seconds 7 -o out");
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("pull the Falcon's grip all the way out"));
   const Json report = Read("report.json");
@@ -94,14 +94,14 @@ TEST_F(EmulatedCut, FromFirmwareAndHomingToTheKerf) {
 // The cable is pulled two seconds into the cut, and put back half a second later: firmware, homing and the user's
 // consent by a button, then force again.
 TEST_F(EmulatedCut, GoesOnWithConsentAfterTheCableWasPulled) {
-  const ProgramResult result = Cut("--unplug-after 6000 --plug-in-after 0.5", "--seconds 11 --json");
+  const ProgramResult result = Cut("--unplug-after 5500 --plug-in-after 0.5", "--seconds 18 --json");
   ASSERT_EQ(result.code, 0) << result.err;
   const Json report = Read("report.json");
   EXPECT_EQ(report["uploads"], 2);
   EXPECT_EQ(report["homed"], true);
   EXPECT_EQ(report["homing_bit_was_off"], false);
   EXPECT_EQ(report["force_at_end_N"], 0.0);
-  EXPECT_GT(report["commands"], 6000);
+  EXPECT_GT(report["commands"], 5500);
   const std::size_t gone = result.err.find("falcon: is gone: no force");
   ASSERT_NE(gone, std::string::npos) << result.err;
   const std::size_t there = result.err.find("press a button on it", gone);
