@@ -42,7 +42,8 @@ struct Options {
   double unplug_at_s = -1;
   std::uint64_t unplug_after = 0;
   double plug_in_at_s = -1;
-  double plug_in_after_s = -1;
+  double unplug_on_way_s = -1;
+  double plug_in_later_s = -1;
   double silent_at_s = -1;
   double loud_at_s = -1;
   bool no_homing = false;
@@ -77,7 +78,8 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   app.add_option("--unplug-at", options.unplug_at_s, "s after the program began");
   app.add_option("--unplug-after", options.unplug_after, "Packets that the program has sent; 0: not");
   app.add_option("--plug-in-at", options.plug_in_at_s, "Again, s after the program began");
-  app.add_option("--plug-in-after", options.plug_in_after_s, "Again, s after --unplug-after took it");
+  app.add_option("--unplug-on-way", options.unplug_on_way_s, "s of the way of a hand that cuts a scene");
+  app.add_option("--plug-in-later", options.plug_in_later_s, "Again, s after --unplug-after or --unplug-on-way came");
   app.add_option("--silent-at", options.silent_at_s, "From then on nothing comes back, s");
   app.add_option("--loud-at", options.loud_at_s, "And from then on again, s");
   app.add_option("--hand", options.way, "What the hand does, once the program exchanges: still, circle, line")
@@ -156,6 +158,7 @@ int Run(int argc, char** argv) {
   const auto begin = std::chrono::steady_clock::now();
   int status = 0;
   double peak_N = 0;
+  double again_at_s = -1;
   double before_s = 0;
   while (waitpid(id, &status, WNOHANG) == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -165,13 +168,19 @@ int Run(int argc, char** argv) {
       events.erase(events.begin());
     }
     bool pull = false;
-    kernel.Look([&] { pull = options.unplug_after > 0 && device->packets() >= options.unplug_after; });
+    kernel.Look([&] {
+      pull = (options.unplug_after > 0 && device->packets() >= options.unplug_after) ||
+             (cutting && options.unplug_on_way_s >= 0 && cutting->way_s() >= options.unplug_on_way_s);
+    });
     if (pull) {
       options.unplug_after = 0;
+      options.unplug_on_way_s = -1;
       kernel.Unplug(socket);
-      if (options.plug_in_after_s >= 0) {
-        events.push_back({now.count() + options.plug_in_after_s, [&] { kernel.PlugInAgain(socket); }});
-      }
+      again_at_s = options.plug_in_later_s >= 0 ? now.count() + options.plug_in_later_s : -1;
+    }
+    if (again_at_s >= 0 && now.count() >= again_at_s) {
+      again_at_s = -1;
+      kernel.PlugInAgain(socket);
     }
     kernel.Look([&] {
       device->Follow(handle, now.count() - before_s);

@@ -2,25 +2,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
-#include "support/program.h"
+#include "emulated_program.h"
 
 namespace kerf {
 namespace {
 
 using Json = nlohmann::json;
 using test::ProgramResult;
-using test::Slurp;
 using testing::HasSubstr;
 
-class EmulatedDevices : public test::ProgramTest {
+class EmulatedDevices : public test::EmulatedProgram {
  protected:
-  /// `kerf` under emulate_usb with these options, which leaves a report of the device.
-  ProgramResult KerfWith(const std::string& options, const std::string& arguments) const {
-    return KerfWithin("'" KERF_EMULATE_USB "' --report report.json " + options + " -- ", arguments);
-  }
-  Json Report() const { return Json::parse(Slurp(folder_ / "report.json")); }
   /// The device that `kerf devices` finds, of which there must be one.
   Json Find(const std::string& options) const {
     const ProgramResult result = KerfWith(options, "devices --json");
@@ -69,9 +61,7 @@ TEST_F(EmulatedDevices, EachProblemHasItsMend) {
 
 // The firmware is uploaded by the bench; nothing of it is judged but what came back.
 TEST_F(EmulatedDevices, BenchExchangesThroughLibusb) {
-  std::string firmware(7324, '\0');
-  for (std::size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<char>(i * 7 + i / 251);
-  Write("firmware.bin", firmware);
+  WriteFirmware();
   const ProgramResult result = KerfWith("--firmware firmware.bin --hand circle",
                                         "bench devices --rounds 1000 --falcon-firmware firmware.bin --json");
   ASSERT_EQ(result.code, 0) << result.err;

@@ -1,0 +1,28 @@
+// The program as it is, on a machine that seems to have devices plugged in.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "support/program.h"
+
+namespace kerf::test {
+
+class EmulatedProgram : public ProgramTest {
+ protected:
+  /// `kerf` under emulate_usb with these options, which leaves a report of the device.
+  ProgramResult KerfWith(const std::string& options, const std::string& arguments) const {
+    return KerfWithin("'" KERF_EMULATE_USB "' --report report.json " + options + " -- ", arguments);
+  }
+  nlohmann::json Report() const { return nlohmann::json::parse(Slurp(folder_ / "report.json")); }
+  /// Bytes that stand for a Falcon's firmware: of its own there is none here.
+  void WriteFirmware() const {
+    std::string firmware(7324, '\0');
+    for (std::size_t i = 0; i < firmware.size(); ++i) firmware[i] = static_cast<char>(i * 7 + i / 251);
+    Write("firmware.bin", firmware);
+  }
+};
+
+}  // namespace kerf::test
