@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""A cut in the window by a Novint Falcon that is emulated below libusb, pulled out and plugged in again in mid-cut.
+
+    device_test.py KERF EMULATE_USB
+
+Exit code 77: skipped, with the reason."""
+
+import math
+import shutil
+import subprocess
+import sys
+
+from drive import Display, Window, skip_without_display_programs, workspace
+
+# As the window looks at first (render/view_frame.cpp, three-quarter), the device's right, up and towards the user in the world.
+TOWARDS_EYE = (0.75, -1.0, 0.55)
+
+SCENE = """
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 8.0
+size_y_mm = 4.0
+size_z_mm = 3.0
+voxel_mm = 0.2
+[tool]
+diameter_mm = 12.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.0, 0.0, 6.5]
+end_mm = [0.0, 0.0, 0.5]
+feed_mm_per_s = 1.0
+disc_normal = [1.0, 0.0, 0.0]
+[hand]
+model = "H4"
+[device]
+profile = "falcon"
+delay_ticks = 2
+orientation = [{}]
+"""
+
+
+def quaternion_of(right, up, towards):
+    """Of the rotation with these columns; w, x, y, z."""
+    m = [[right[i], up[i], towards[i]] for i in range(3)]
+    w = math.sqrt(max(0.0, 1 + m[0][0] + m[1][1] + m[2][2])) / 2
+    return w, (m[2][1] - m[1][2]) / (4 * w), (m[0][2] - m[2][0]) / (4 * w), (m[1][0] - m[0][1]) / (4 * w)
+
+
+def cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def unit(a):
+    length = math.sqrt(sum(x * x for x in a))
+    return tuple(x / length for x in a)
+
+
+def main():
+    kerf, emulate = sys.argv[1:3]
+    skip_without_display_programs()
+    towards = unit(TOWARDS_EYE)
+    right = unit(cross((0, 0, 1), towards))
+    folder = workspace()
+    (folder / "bar.toml").write_text(SCENE.format(", ".join(repr(x) for x in quaternion_of(right, cross(towards, right), towards))))
+    (folder / "firmware.bin").write_bytes(bytes(i % 251 for i in range(7324)))
+    with Display() as display:
+        w = Window(display, emulate,
+                   ["--firmware", "firmware.bin", "--scene", "bar.toml", "--report", "report.json", "--unplug-on-way", "3",
+                    "--plug-in-later", "1", "--", kerf, "rehearse", "bar.toml", "--device", "falcon", "--falcon-firmware",
+                    "firmware.bin", "-o", "out"], folder, title="kerf rehearse")
+        w.wait_event("running")
+        w.key("space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w.wait_state("told that it is gone", lambda s: "is gone: no force" in s["message"], seconds=60)
+        w.wait_state("told that it is there", lambda s: "is there again" in s["message"], seconds=60)
+        # The hand agrees by a button of the device, and cuts on.
+        w.wait_state("the bar is cut", lambda s: s["removed_mm3"] > 5, seconds=90)
+        w.key("ctrl+q")
+        code, text = w.wait_end()
+        assert code == 0, text
+    done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0 and "to the bit as recorded" in done.stdout, (done.stdout, done.stderr)
+    shutil.rmtree(folder)
+    print("cut in the window with an emulated device: ok")
+
+
+if __name__ == "__main__":
+    main()
