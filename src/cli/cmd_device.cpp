@@ -4,6 +4,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +22,7 @@ namespace {
 struct Options {
   DeviceOption device;
   DeviceCheckOptions check;
+  bool watch = false;
   bool json = false;
 };
 
@@ -60,6 +62,13 @@ void Run(Options& options) {
   {
     const RawKeys keys;
     options.check.goes_on = [&] { return !stop.load() && !keys.Pressed(); };
+    if (options.watch) {
+      WatchDevice(*servo, options.check.goes_on, [](const std::string& line) {
+        fmt::print("{}\n", line);
+        std::fflush(stdout);
+      });
+      return;
+    }
     options.check.say = [](const std::string& message) { fmt::print(stderr, "kerf: {}\n", message); };
     result = CheckDevice(*servo, options.check);
   }
@@ -85,6 +94,7 @@ void AddDeviceCommand(CLI::App& app) {
   test->add_option("--force", check.circle_share, "Of the circle, share of the device's peak, 0.01 to 0.2")
       ->check(NumberWithin(0.01, 0.2, "of the peak"))
       ->capture_default_str();
+  test->add_flag("--up", check.up, "It points up all the time, for weights to be lifted: 1 N lifts 102 g");
   test->add_option("--circle", check.circle_s, "How long the force goes round, s, 4 to 60")
       ->check(NumberWithin(4, 60, "s"))
       ->capture_default_str();
@@ -94,7 +104,11 @@ void AddDeviceCommand(CLI::App& app) {
   test->add_option("--homing", check.homing_s, "How long to wait for homing, s, 1 to 600")
       ->check(NumberWithin(1, 600, "s"))
       ->capture_default_str();
-  test->add_flag("--json", options->json, "As JSON");
+  CLI::Option* json = test->add_flag("--json", options->json, "As JSON");
+  test->add_flag("--watch", options->watch,
+                 "Only show the handle's place and the buttons, ten times a second and without force, until a key is "
+                 "pressed")
+      ->excludes(json);
   test->callback([options] { Run(*options); });
 }
 

@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cstdint>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -31,6 +32,12 @@ constexpr std::size_t kMostPathBytes = std::size_t{1} << 28;
 
 bool IsPlayed(const std::string& device) {
   return device == kNone || device.starts_with(kScript) || device.starts_with(kRecording);
+}
+
+std::string FileOf(const std::string& device, std::string_view what) {
+  const std::string file = device.substr(what.size());
+  if (file.empty()) throw CLI::ValidationError("--device", fmt::format("\"{}\" needs a file behind it", what));
+  return file;
 }
 
 std::uint16_t ReadPort(const std::string& text) {
@@ -69,6 +76,9 @@ std::vector<PlayedPose> ReadHandle(const std::string& file) {
     }
   }
   if (poses.empty()) throw Error(fmt::format("{}: has no pose of a handle", file));
+  if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
+    fmt::print(stderr, "kerf: warning: {}: {}; the handle stands still after that\n", file, damage);
+  }
   return poses;
 }
 
@@ -127,14 +137,18 @@ DriverOptions MakeDriverOptions(const DeviceOption& option) {
   return options;
 }
 
-std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
-                                       const std::atomic<bool>* stop) {
-  if (option.device.empty() || IsPlayed(option.device)) return nullptr;
+void CheckDeviceName(const DeviceOption& option) {
   try {
     FindKnownDevice(option.device);
   } catch (const Error& e) {
     throw CLI::ValidationError("--device", e.what());
   }
+}
+
+std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
+                                       const std::atomic<bool>* stop) {
+  if (option.device.empty() || IsPlayed(option.device)) return nullptr;
+  CheckDeviceName(option);
   const DriverOptions driver = MakeDriverOptions(option);
   if (!driver.falcon.firmware.empty() && option.device.starts_with("falcon")) {
     fmt::print(stderr, "kerf: {}: {} bytes, SHA-256 {}\n", option.falcon_firmware, driver.falcon.firmware.size(),
@@ -161,11 +175,15 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, Scene& scene,
 LoopDevice MakePlayedDevice(const DeviceOption& option) {
   LoopDevice device;
   if (!IsPlayed(option.device)) return device;
-  std::vector<PlayedPose> poses;
-  if (option.device.starts_with(kScript)) poses = ReadScript(option.device.substr(std::string(kScript).size()));
-  if (option.device.starts_with(kRecording)) {
-    poses = ReadHandle(option.device.substr(std::string(kRecording).size()));
+  if (option.motion_scale || option.left_handed) {
+    throw CLI::ValidationError("--device",
+                               fmt::format("\"{}\" tells poses of the tool: --motion-scale and --left-handed are for a "
+                                           "device that is there",
+                                           option.device));
   }
+  std::vector<PlayedPose> poses;
+  if (option.device.starts_with(kScript)) poses = ReadScript(FileOf(option.device, kScript));
+  if (option.device.starts_with(kRecording)) poses = ReadHandle(FileOf(option.device, kRecording));
   const auto played = std::make_shared<std::optional<PlayedDevice>>();
   device.in_real_time = false;
   device.begin = [played, poses = std::move(poses)](const Pose& X_WT, const CouplingParams&, double) -> Device& {

@@ -33,6 +33,9 @@ void AddDriverOptions(CLI::App& command, DeviceOption& option);
 /// Reads the files. Throws Error.
 DriverOptions MakeDriverOptions(const DeviceOption& option);
 
+/// Throws the command line's error that names the nearest when no device that can be there is called so.
+void CheckDeviceName(const DeviceOption& option);
+
 /// Opens a device that is really there, firmware and all, and puts it into the scene's [device]; what is being done
 /// goes to stderr. Null when it is simulated or played. Throws Error.
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, Scene& scene, const std::atomic<bool>* stop);

@@ -133,8 +133,8 @@ class Check {
 
   void MakeCircle() {
     const double peak_N = options_.circle_share * servo_.profile().peak_force_N;
-    Say(fmt::format("hold the handle loosely: a force of {:.2g} N goes round for {:g} s; any key stops it", peak_N,
-                    options_.circle_s));
+    Say(fmt::format("hold the handle loosely: a force of {:.2g} N {} for {:g} s; any key stops it", peak_N,
+                    options_.up ? "points up" : "goes round", options_.circle_s));
     servo_.Agree();
     const double wait_s = Now_s() + 2;
     while (servo_.state() != ServoState::kEngaged && Now_s() < wait_s) {
@@ -152,7 +152,7 @@ class Check {
     const double begin_s = Now_s();
     for (double t_s = 0; t_s < options_.circle_s && Pass(); t_s = Now_s() - begin_s) {
       const double swell = std::clamp(std::min(t_s, options_.circle_s - t_s) / kRamp_s, 0.0, 1.0);
-      const Vec3 way = CalcWay(kCircleTurns * t_s / options_.circle_s);
+      const Vec3 way = options_.up ? Vec3{0, 1, 0} : CalcWay(kCircleTurns * t_s / options_.circle_s);
       DriverCommand command;
       command.f_D_N = swell * peak_N * way;
       servo_.Command(command);
@@ -225,6 +225,29 @@ DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& opti
     throw Error(fmt::format("the test's force can't be {:g} of the peak; 0.01 to 0.2", options.circle_share));
   }
   return Check(servo, options).Run();
+}
+
+void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
+                 const std::function<void(const std::string&)>& show) {
+  constexpr std::int64_t kPeriod_ns = 100'000'000;
+  MonotonicClock clock;
+  const DriverTraits& traits = servo.traits();
+  while (goes_on()) {
+    for (const std::string& message : servo.TakeMessages()) show(message);
+    const ServoSample s = servo.TakeSample();
+    const Vec3& p = s.sample.X_DH.p_AB;
+    const Quat& q = s.sample.X_DH.R_AB;
+    std::string line =
+        fmt::format("{}; right {:+8.2f}  up {:+8.2f}  towards you {:+8.2f} mm", Describe(s.state), p.x, p.y, p.z);
+    if (traits.motion == DriverMotion::kDeflection) {
+      const std::array<double, 6>& d = s.sample.deflection;
+      line = fmt::format("{}; right {:+5.2f}  up {:+5.2f}  towards you {:+5.2f}; about them {:+5.2f} {:+5.2f} {:+5.2f}",
+                         Describe(s.state), d[0], d[1], d[2], d[3], d[4], d[5]);
+    }
+    if (traits.senses_orientation) line += fmt::format("; turned {:.3f} {:.3f} {:.3f} {:.3f}", q.w, q.x, q.y, q.z);
+    show(fmt::format("{}; buttons {}", line, NamePressed(traits, s.sample.buttons)));
+    clock.SleepUntil(clock.Now() + kPeriod_ns);
+  }
 }
 
 std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& r) {

@@ -14,6 +14,7 @@ struct DeviceCheckOptions {
   double homing_s = 60;       // to wait for the handle to be moved
   double still_s = 2;         // of a handle that nobody moves
   double circle_s = 8;        // of a force that goes round, twice
+  bool up = false;            // it points up all the time instead, for weights to be lifted
   double circle_share = 0.2;  // of the device's peak, 0.01 to 0.2
   double buttons_s = 5;       // to press each button
   /// False ends it at once, without force. May be empty.
@@ -53,6 +54,10 @@ struct DeviceCheckResult {
 
 /// Waits, with nobody else at the servo. Stays below circle_share of the peak. Throws Error for an option out of range.
 DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& options);
+
+/// Shows place and buttons ten times a second by `show`, without force, until `goes_on` is false.
+void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
+                 const std::function<void(const std::string&)>& show);
 
 /// Stable keys with units.
 std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& result);

@@ -15,7 +15,6 @@
 namespace kerf {
 namespace {
 
-constexpr double kOldSample_s = 0.1;      // nobody holds a tool by what the handle did then
 constexpr double kClutchOut_s = 0.05;     // over which the clutch takes the force away
 constexpr double kClutchIn_s = 0.3;       // and gives it back
 constexpr std::uint64_t kTellEvery = 64;  // rounds
@@ -101,14 +100,26 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
   }
 }
 
+bool DeviceServo::StartAgain() {
+  try {
+    driver_->Start([this](const std::string&, double) { return !stop_.load(); });
+    return true;
+  } catch (const std::exception& e) {
+    // It is there, and yet: once is enough to know why.
+    if (!stop_.load() && told_failure_ != e.what()) Say(told_failure_ = e.what());
+  }
+  driver_.reset();
+  return false;
+}
+
 bool DeviceServo::Reopen() {
   try {
     driver_ = open_();
-    driver_->Start([this](const std::string&, double) { return !stop_.load(); });
-  } catch (const Error&) {
-    driver_.reset();  // not there yet: somebody has been told that it is gone
-    return false;
+  } catch (const std::exception&) {
+    return false;  // not there yet: somebody has been told that it is gone
   }
+  if (!driver_ || !StartAgain()) return false;
+  told_failure_.clear();
   round_->Open(Now_s());
   return true;
 }
@@ -138,10 +149,13 @@ void DeviceServo::Run() {
     const std::int64_t now_ns = clock.Now();
     deadlines.Begin(now_ns);
     commands_.Update();
-    const bool agrees = round_->state() == ServoState::kWaiting && agrees_.exchange(false);
+    // Whoever agrees in a round without an answer has agreed in the next too.
+    const bool agrees = round_->state() == ServoState::kWaiting && agrees_.load();
     const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns);
     const ServoState state =
         round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
+    // Nothing that is said while the hand has it holds for later.
+    if (state == ServoState::kEngaged || state == ServoState::kSilent) agrees_.store(false);
     last_ns = now_ns;
     const std::int64_t end_ns = clock.Now();
     round_times_.Add(end_ns - now_ns);
@@ -173,6 +187,9 @@ void DeviceServo::SetTool(const Pose& X_WT, const ServedTool& tool) {
   tool_ = tool;
   workspace_ = Workspace(MakeWorkspace(options_, traits_, tool.p_TC_mm));
   engagements_ = 0;  // the handle holds it anew
+  held_ = false;
+  clutched_ = false;
+  share_ = 0;
   R_WT_wanted_.reset();
   tool_orientation_.Update();
 }
@@ -202,7 +219,7 @@ void DeviceServo::TurnTool() {
 void DeviceServo::Elapse(double dt_s) noexcept {
   dt_s_ = std::clamp(dt_s, 0.0, 0.1);
   const bool on = held_ && !clutched_;
-  share_ = std::clamp(share_ + (on ? dt_s / kClutchIn_s : -dt_s / kClutchOut_s), 0.0, 1.0);
+  share_ = std::clamp(share_ + (on ? dt_s_ / kClutchIn_s : -dt_s_ / kClutchOut_s), 0.0, 1.0);
 }
 
 bool DeviceServo::Read(DeviceSample& sample) noexcept {
@@ -214,14 +231,14 @@ bool DeviceServo::Read(DeviceSample& sample) noexcept {
   if (options_.left_handed && right_bit_ >= 0 && left_bit_ >= 0) {
     sample.buttons = ExchangeButtons(sample.buttons, right_bit_, left_bit_);
   }
-  const bool held = newest.state == ServoState::kEngaged && Now_s() - newest.at_s <= kOldSample_s;
+  const bool held = newest.state == ServoState::kEngaged && Now_s() - newest.at_s <= options_.old_s;
   if (!held) {
     held_ = false;
     share_ = 0;
     return false;
   }
   const bool clutched = IsClutched(newest.sample.buttons);
-  if (newest.engagements != engagements_ || (clutched_ && !clutched)) {
+  if (!held_ || newest.engagements != engagements_ || (clutched_ && !clutched)) {
     orientation_.Update();
     workspace_.Anchor(X_DH_, X_WT_, orientation_.front());
     engagements_ = newest.engagements;

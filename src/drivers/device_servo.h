@@ -29,6 +29,7 @@ struct DeviceServoOptions {
   bool left_handed = false;  // mirrors that, and exchanges the buttons named right and left
   int priority = 79;         // of the thread, SCHED_FIFO where it is allowed; 0: not asked for. Below the loop's.
   double reopen_s = 0.5;     // so often it is looked for while it is not there
+  double old_s = 0.1;        // nobody holds a tool by what the handle did so long ago
 };
 
 /// What the device holds of the tool (CouplingParams), in the device's newtons.
@@ -101,6 +102,7 @@ class DeviceServo final : public Device {
  private:
   void Run();
   bool Reopen();
+  bool StartAgain();
   void Say(std::string message);
   void SayState(ServoState before, ServoState now);
   void TurnTool();
@@ -125,7 +127,8 @@ class DeviceServo final : public Device {
   std::atomic<ServoState> state_{ServoState::kHoming};
   std::atomic<bool> agrees_{false};
   std::atomic<bool> stop_{false};
-  std::optional<ServoRound> round_;  // the thread's
+  std::optional<ServoRound> round_;  // the thread's, and the next
+  std::string told_failure_;         // of opening it again
   LogHistogram round_times_;
   std::mutex reading_;        // for_others_
   mutable std::mutex mutex_;  // of the two below

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "devices/profiles.h"
+#include "files/files.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -42,11 +43,22 @@ class HandleAtRest {
   double since_s_ = 0;
 };
 
-double FindPeak(const std::string& name) {
+constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
+
+/// Of the profile that the scene goes by. Of a table that can't be read: nothing, for the loop tells it with its place.
+double FindPeak(const SceneDevice& device) {
+  if (device.file.empty()) {
+    try {
+      return FindDeviceProfile(device.profile).peak_force_N;
+    } catch (const Error& e) {
+      throw Error(fmt::format("{}; give the scene a table that has it, [device] file", e.what()));
+    }
+  }
   try {
-    return FindDeviceProfile(name).peak_force_N;
-  } catch (const Error& e) {
-    throw Error(fmt::format("{}; give the scene a table that has it, [device] file", e.what()));
+    const std::string table = ReadTextFile(device.file, kMaxProfileBytes);
+    return FindDeviceProfile(ParseDeviceProfiles(table, device.file), device.profile).peak_force_N;
+  } catch (const Error&) {
+    return 0;
   }
 }
 
@@ -74,15 +86,13 @@ void SetDevice(Scene& scene, const DeviceServo& servo) {
   // Steeper, and the safety gate would take it for a fault.
   scene.device.slew_N_per_s =
       std::min(scene.device.slew_N_per_s, kOfGateSlew * SafetyGateOptions{}.max_slew_per_s * there.peak_force_N);
-  if (scene.device.file.empty()) {
-    scene.device.profile = there.name;
-    const double peak_N = FindPeak(there.name);
-    if (peak_N > kSamePeak * there.peak_force_N) {
-      throw Error(fmt::format(
-          "the device makes {:g} N at most, and the profile '{}' says {:g} N: give the scene a table with its "
-          "figures, [device] file",
-          there.peak_force_N, there.name, peak_N));
-    }
+  if (scene.device.file.empty()) scene.device.profile = there.name;
+  const double peak_N = FindPeak(scene.device);
+  if (peak_N > kSamePeak * there.peak_force_N) {
+    throw Error(fmt::format(
+        "the device makes {:g} N at most, and the profile '{}' says {:g} N: give the scene a table with its "
+        "figures, [device] file",
+        there.peak_force_N, scene.device.profile, peak_N));
   }
   scene.device.delay_ticks = std::max(scene.device.delay_ticks, kServedDelay_ticks);
 }

@@ -17,7 +17,7 @@ namespace kerf {
 DeviceServoOptions MakeServoOptions(const Scene& scene);
 
 /// The scene with this device in [device]: its profile, scale, and how late its force is; its slew within the safety
-/// gate's. A table of profiles that the scene names stays, and must have it. Throws Error when the scene's figures ask
+/// gate's. A table of profiles that the scene names stays, and which of them it is. Throws Error when those figures ask
 /// for more force than the device has.
 void SetDevice(Scene& scene, const DeviceServo& servo);
 

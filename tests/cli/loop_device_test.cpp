@@ -1,0 +1,195 @@
+// kerf loop --device, as far as it goes without a device: what is played, and what is refused.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <vector>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+using test::ProgramResult;
+using test::Slurp;
+using testing::HasSubstr;
+
+constexpr char kScene[] = R"([bone]
+model = "block"
+[bone.block]
+size_x_mm = 6.0
+size_y_mm = 4.0
+size_z_mm = 3.0
+voxel_mm = 0.25
+[tool]
+diameter_mm = 12.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.0, 0.0, 7.8]
+end_mm = [0.0, 0.0, 2.5]
+feed_mm_per_s = 3.0
+disc_normal = [1.0, 0.0, 0.0]
+[output]
+pictures = false
+)";
+
+/// Straight down onto the block and into it; the disc's axis along x.
+constexpr char kScript[] =
+    "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n"
+    "0,0,0,7.8,0.70710678118654757,0,0.70710678118654757,0\n"
+    "0.5,0,0,7.3,0.70710678118654757,0,0.70710678118654757,0\n"
+    "1.5,0,0,5.3,0.70710678118654757,0,0.70710678118654757,0\n";
+
+class LoopDevices : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    Write("s.toml", kScene);
+    Write("script.csv", kScript);
+  }
+  Json Loop(const std::string& arguments) const {
+    const ProgramResult result = Kerf("loop s.toml --virtual --json " + arguments);
+    EXPECT_EQ(result.code, 0) << result.err;
+    return result.code == 0 ? Json::parse(result.out) : Json();
+  }
+  /// A misuse of the command line (2) or what can't be done (1): one sentence and no result.
+  void ExpectFailure(int code, const std::string& arguments, const std::string& part) const {
+    const ProgramResult result = Kerf(arguments);
+    EXPECT_EQ(result.code, code) << arguments;
+    EXPECT_THAT(result.err, HasSubstr(part)) << arguments;
+    EXPECT_EQ(result.out, "") << arguments;
+    // A misuse is followed by where to find help.
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), code) << result.err;
+  }
+};
+
+/// The rows of forces.csv under these columns.
+template <std::size_t kColumns>
+std::vector<std::array<double, kColumns>> ReadColumns(const std::string& text,
+                                                      const std::array<std::string, kColumns>& columns) {
+  std::istringstream lines(text);
+  std::vector<std::array<double, kColumns>> rows;
+  std::array<std::size_t, kColumns> places{};
+  for (std::string line; std::getline(lines, line);) {
+    std::vector<std::string> cells;
+    std::istringstream cell_stream(line);
+    for (std::string cell; std::getline(cell_stream, cell, ',');) cells.push_back(cell);
+    if (cells.at(0) == "time_s") {
+      for (std::size_t i = 0; i < kColumns; ++i) {
+        const auto found = std::find(cells.begin(), cells.end(), columns.at(i));
+        EXPECT_NE(found, cells.end()) << columns.at(i);
+        places.at(i) = static_cast<std::size_t>(found - cells.begin());
+      }
+      continue;
+    }
+    std::array<double, kColumns> row{};
+    for (std::size_t i = 0; i < kColumns; ++i) row.at(i) = std::stod(cells.at(places.at(i)));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+TEST_F(LoopDevices, ARecordingCutsTheSameBoneToTheBit) {
+  const Json recorded = Loop("--seconds 3 --record a.kerf -o first");
+  const Json played = Loop("--seconds 3 --device recording:a.kerf -o second");
+  EXPECT_GT(recorded.at("removed_mm3"), 0.1);
+  for (const char* key : {"bone_hash", "force_hash", "removed_mm3"}) EXPECT_EQ(recorded.at(key), played.at(key)) << key;
+  EXPECT_EQ(Slurp(folder_ / "first/forces.csv"), Slurp(folder_ / "second/forces.csv"));
+  // In another order of rates it is the same way, not the same bits.
+  const Json faster = Loop("--seconds 3 --rate-hz 2000 --device recording:a.kerf");
+  EXPECT_NE(recorded.at("force_hash"), faster.at("force_hash"));
+  EXPECT_NEAR(recorded.at("removed_mm3").get<double>(), faster.at("removed_mm3").get<double>(),
+              0.05 * recorded.at("removed_mm3").get<double>());
+}
+
+TEST_F(LoopDevices, AScriptGoesAlongItsTable) {
+  const Json json = Loop("--seconds 2 --device script:script.csv -o out");
+  EXPECT_GT(json.at("removed_mm3"), 0.1);
+  const auto rows = ReadColumns<5>(Slurp(folder_ / "out/forces.csv"),
+                                   {"time_s", "handle_z_mm", "tool_z_mm", "device_z_N", "handle_x_mm"});
+  ASSERT_EQ(rows.size(), 2000U);
+  double largest_N = 0;
+  double largest_lag_mm = 0;
+  for (const auto& [time_s, handle_z_mm, tool_z_mm, device_z_N, handle_x_mm] : rows) {
+    const double wanted_mm = time_s < 0.5 ? 7.8 - time_s : std::max(5.3, 7.3 - 2 * (time_s - 0.5));
+    ASSERT_NEAR(handle_z_mm, wanted_mm, 1e-5) << time_s;  // five places are written
+    ASSERT_EQ(handle_x_mm, 0);
+    largest_N = std::max(largest_N, device_z_N);
+    largest_lag_mm = std::max(largest_lag_mm, tool_z_mm - handle_z_mm);
+  }
+  // The bone pushes back, upwards, by the coupling's spring.
+  EXPECT_GT(largest_N, 0.05);
+  EXPECT_GT(largest_lag_mm, 0.05);
+  EXPECT_NEAR(json.at("force").at("largest_N").get<double>(), largest_N, 0.5 * largest_N);
+  EXPECT_EQ(json.at("bone_hash"), Loop("--seconds 2 --device script:script.csv").at("bone_hash"));
+}
+
+TEST_F(LoopDevices, NoneStandsStillAndRemovesNothing) {
+  const Json json = Loop("--seconds 0.5 --device none -o out");
+  EXPECT_EQ(json.at("removed_mm3"), 0.0);
+  const auto rows = ReadColumns<3>(Slurp(folder_ / "out/forces.csv"), {"handle_x_mm", "handle_y_mm", "handle_z_mm"});
+  ASSERT_EQ(rows.size(), 500U);
+  for (const auto& row : rows) ASSERT_EQ(row, (std::array<double, 3>{0, 0, 7.8}));
+  // By the clock too.
+  EXPECT_EQ(Kerf("loop s.toml --seconds 0.1 --device none").code, 0);
+}
+
+TEST_F(LoopDevices, ARecordingCutOffIsPlayedAsFarAsItGoesAndSaysSo) {
+  ASSERT_EQ(Kerf("loop s.toml --virtual --seconds 3 --record a.kerf").code, 0);
+  const std::string whole = Slurp(folder_ / "a.kerf");
+  Write("cut.kerf", whole.substr(0, whole.size() * 2 / 3));
+  const ProgramResult played = Kerf("loop s.toml --virtual --seconds 0.2 --device recording:cut.kerf");
+  EXPECT_EQ(played.code, 0);
+  EXPECT_THAT(played.err, HasSubstr("the handle stands still after that"));
+  Write("head.kerf", whole.substr(0, 40));
+  ExpectFailure(1, "loop s.toml --virtual --device recording:head.kerf", "head.kerf: ");
+}
+
+TEST_F(LoopDevices, RefusesWhatItCanNotPlay) {
+  ExpectFailure(1, "loop s.toml --virtual --device script:no.csv", "no.csv: there is no such file");
+  ExpectFailure(1, "loop s.toml --virtual --device recording:no.kerf", "no.kerf: there is no such file");
+  ExpectFailure(1, "loop s.toml --virtual --device recording:s.toml", "s.toml: is not a recording");
+  ExpectFailure(2, "loop s.toml --virtual --device script:", "\"script:\" needs a file behind it");
+  ExpectFailure(2, "loop s.toml --virtual --device recording:", "needs a file behind it");
+  std::string text = kScript;
+  text.replace(text.find("7.3"), 3, "nan");
+  Write("nan.csv", text);
+  ExpectFailure(1, "loop s.toml --virtual --device script:nan.csv",
+                "nan.csv:3:9: z_mm = \"nan\" is not a finite number");
+  ASSERT_EQ(Kerf("run s.toml -o run --record run.kerf").code, 0);
+  ExpectFailure(1, "loop s.toml --virtual --device recording:run.kerf", "in which no hand moved");
+  ExpectFailure(2, "loop s.toml --virtual --device none --motion-scale 2", "for a device that is there");
+  ExpectFailure(2, "loop s.toml --virtual --device none --left-handed", "for a device that is there");
+  ExpectFailure(2, "loop s.toml --motion-scale 2", "--motion-scale requires --device");
+}
+
+TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
+  ExpectFailure(2, "loop s.toml --device flacon", "no device is called \"flacon\"; the nearest is \"falcon\"");
+  ExpectFailure(2, "loop s.toml --virtual --device flacon", "the nearest is \"falcon\"");
+  ExpectFailure(2, "loop s.toml --virtual --device falcon", "--virtual: has no time for a real device");
+  ExpectFailure(2, "loop s.toml --device falcon --motion-scale 0", "--motion-scale");
+  Write("firmware.bin", "0123456789");
+  ExpectFailure(1, "loop s.toml --device falcon --falcon-firmware firmware.bin", "firmware.bin: has 10 bytes");
+  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:0", "the port '0' is not within 1 to 65535");
+  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:99999", "not within 1 to 65535");
+  ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:", "not within 1 to 65535");
+  ExpectFailure(1, "loop s.toml --device bridge --bridge 192.0.2.7:4000", "192.0.2.7 is not this machine");
+  ExpectFailure(2, "loop s.toml --device bridge --bridge-elsewhere", "--bridge-elsewhere requires --bridge");
+  Write("w.toml", "gears = 3\n");
+  ExpectFailure(1, "loop s.toml --device wooden --wooden w.toml",
+                "w.toml:1:1: unknown key \"gears\" in the file; the nearest valid key is \"gear\"");
+  for (const char* device : {"none", "script:script.csv"}) {
+    ExpectFailure(2, std::string("device test ") + device, "must be a device that is there");
+  }
+  ExpectFailure(2, "device test flacon", "the nearest is \"falcon\"");
+  ExpectFailure(2, "device test falcon --force 0.5", "give 0.01 to 0.2");
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,281 @@
+// The look at a device: what it finds of one that is known, and that it never does more than it may.
+#include "drivers/device_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "devices/falcon/falcon_driver.h"
+#include "devices/falcon/falcon_usb.h"
+#include "drivers/told_device.h"
+#include "emulation/falcon_model.h"
+#include "emulation/model_bus.h"
+#include "emulation/scripted_hand.h"
+
+namespace kerf {
+namespace {
+
+using test::PatientOptions;
+using test::Served;
+using test::ToldDevice;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kQuantum_mm = 0.04;
+constexpr double kSpring_N_per_mm = 0.5;
+
+/// A handle on a spring, told in steps; at rest it goes to and fro by one.
+void FeelSpring(ToldDevice::State& state) {
+  Vec3 p_mm = state.told.f_D_N / kSpring_N_per_mm;
+  p_mm.y += state.rounds / 3 % 2 == 0 ? kQuantum_mm : 0;
+  state.sample.X_DH.p_AB = kQuantum_mm * glm::round(p_mm / kQuantum_mm);
+}
+
+DeviceCheckOptions ShortOptions() {
+  DeviceCheckOptions options;
+  options.homing_s = 20;
+  options.still_s = 0.3;
+  options.circle_s = 2.4;
+  options.buttons_s = 20;  // it ends with the last of them
+  return options;
+}
+
+double FalconsPeak() {
+  return FindDeviceProfile("falcon").peak_force_N;
+}
+
+TEST(DeviceCheck, FindsWhatIsKnownOfTheDevice) {
+  Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
+  DeviceCheckOptions options = ShortOptions();
+  std::string said;
+  options.say = [&](const std::string& text) {
+    said += text + "\n";
+    if (text.starts_with("press each button")) {
+      served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b1011; });
+    } else if (text == "button left") {
+      served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b0100; });
+    }
+  };
+  const DeviceCheckResult r = CheckDevice(*served.servo, options);
+  EXPECT_THAT(r.faults, IsEmpty());
+  EXPECT_TRUE(r.homed);
+  EXPECT_FALSE(r.stopped);
+  EXPECT_GT(r.still_samples, 100U);
+  EXPECT_NEAR(r.least_step_mm, kQuantum_mm, 1e-9);
+  EXPECT_NEAR(r.span_mm.y, kQuantum_mm, 1e-9);
+  EXPECT_EQ(r.span_mm.x, 0);
+  // Up and down for as long as each other; samples that are skipped by chance make it less even.
+  EXPECT_GT(r.noise_mm.y, 0.2 * kQuantum_mm);
+  EXPECT_LE(r.noise_mm.y, 0.5 * kQuantum_mm + 1e-9);
+  EXPECT_TRUE(r.made_force);
+  EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
+  EXPECT_NEAR(r.largest_sent_N, 0.2 * FalconsPeak(), 0.03 * 0.2 * FalconsPeak());
+  EXPECT_LE(served.device->Look().largest_N, 0.2 * FalconsPeak() + 1e-9);
+  EXPECT_NEAR(r.moved_mm, 0.2 * FalconsPeak() / kSpring_N_per_mm, 0.1);
+  EXPECT_GT(r.followed, 0.9);
+  EXPECT_EQ(r.buttons, 0b1111U);
+  EXPECT_THAT(said, HasSubstr("leave the handle alone"));
+  EXPECT_THAT(said, HasSubstr("button right"));
+
+  const auto json = nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r));
+  EXPECT_EQ(json["ok"], true);
+  EXPECT_EQ(json["buttons"], "clutch, spindle, right, left");
+  EXPECT_EQ(json["still"]["samples"], r.still_samples);
+  EXPECT_THAT(FormatDeviceCheck("told", *served.servo, r), HasSubstr("least step 0.0400 mm"));
+}
+
+TEST(DeviceCheck, EndsAtOnceWithoutForce) {
+  Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
+  DeviceCheckOptions options = ShortOptions();
+  options.circle_s = 60;
+  options.goes_on = [&] { return served.device->Look().largest_N < 0.5; };
+  const DeviceCheckResult r = CheckDevice(*served.servo, options);
+  EXPECT_TRUE(r.stopped);
+  EXPECT_THAT(r.faults, IsEmpty());
+  EXPECT_EQ(r.buttons, 0U);
+  EXPECT_LT(r.largest_asked_N, 0.2 * FalconsPeak());
+  EXPECT_TRUE(test::WaitFor([&] { return served.device->Look().told.f_D_N == Vec3(0); }, 10));
+  EXPECT_EQ(nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r))["ok"], false);
+}
+
+TEST(DeviceCheck, MakesNoForceWithADeviceThatHasNone) {
+  Served served(PatientOptions(), [](ToldDevice::State& state) {
+    state.traits.makes_force = false;
+    state.traits.motion = DriverMotion::kDeflection;
+    state.traits.buttons.clear();
+  });
+  const DeviceCheckResult r = CheckDevice(*served.servo, ShortOptions());
+  EXPECT_THAT(r.faults, IsEmpty());
+  EXPECT_FALSE(r.made_force);
+  EXPECT_EQ(served.device->Look().largest_N, 0);
+  EXPECT_THAT(FormatDeviceCheck("told", *served.servo, r), HasSubstr("the device makes none"));
+}
+
+TEST(DeviceCheck, NamesWhatIsWrong) {
+  {
+    Served served(PatientOptions(), [](ToldDevice::State& state) { state.sample.homed = false; });
+    DeviceCheckOptions options = ShortOptions();
+    options.homing_s = 0.1;
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_FALSE(r.homed);
+    EXPECT_THAT(r.faults, ElementsAre("the handle was not homed in 0.1 s: pull it out"));
+    EXPECT_EQ(served.device->Look().largest_N, 0);
+  }
+  DeviceCheckOptions options = ShortOptions();
+  options.buttons_s = 0;
+  // One round of ten has no good answer, and the handle is never at rest; the force comes all the same.
+  Served served(PatientOptions(), [](ToldDevice::State& state) {
+    state.feels = [](ToldDevice::State& s) {
+      s.sample.X_DH.p_AB.x = 5 * std::sin(0.1 * static_cast<double>(s.rounds));
+      s.end = s.rounds % 10 == 0 ? RoundEnd::kBadAnswer : RoundEnd::kSample;
+    };
+  });
+  options.still_s = 0.15;
+  const DeviceCheckResult r = CheckDevice(*served.servo, options);
+  EXPECT_THAT(r.faults,
+              ElementsAre(HasSubstr("rounds had no good answer"), HasSubstr("the handle was never left alone")));
+  EXPECT_TRUE(r.made_force);
+}
+
+TEST(DeviceCheck, RefusesMoreThanAFifthOfThePeak) {
+  Served served;
+  for (const double share : {0.0, 0.005, 0.21, 1.0, std::nan("")}) {
+    DeviceCheckOptions options = ShortOptions();
+    options.circle_share = share;
+    EXPECT_THROW(CheckDevice(*served.servo, options), Error) << share;
+  }
+  EXPECT_EQ(served.device->Look().largest_N, 0);
+}
+
+/// A Falcon made of numbers, in a hand, whose time is the machine's.
+class LiveFalcon {
+ public:
+  LiveFalcon() : hand_(FindDeviceProfile("falcon"), FindHandModel("H3"), {}), model_(hand_, {}) { bus_.PlugIn(model_); }
+
+  std::unique_ptr<DeviceDriver> Open();
+  void Home() {
+    const std::lock_guard lock(mutex_);
+    hand_.Home();
+  }
+  bool homed() {
+    const std::lock_guard lock(mutex_);
+    return model_.homed() && !hand_.homing();
+  }
+  std::array<int, 3> motors() {
+    const std::lock_guard lock(mutex_);
+    return model_.last_command().motors;
+  }
+  int uploads() {
+    const std::lock_guard lock(mutex_);
+    return model_.uploads();
+  }
+  void Unplug() {
+    const std::lock_guard lock(mutex_);
+    UsbFaults faults;
+    faults.unplugged = true;
+    bus_.SetFaults(faults);
+  }
+  void PlugInAgain() {
+    const std::lock_guard lock(mutex_);
+    bus_.PlugInAgain();
+  }
+
+ private:
+  class Driver;
+  std::mutex mutex_;
+  ScriptedHand hand_;
+  FalconModel model_;
+  ModelBus bus_;
+};
+
+/// No more than 20 ms at once, however late the machine is: the hand goes on from there.
+class LiveFalcon::Driver final : public DeviceDriver {
+ public:
+  Driver(LiveFalcon& falcon, std::unique_ptr<FalconDriver> driver)
+      : falcon_(falcon), driver_(std::move(driver)), last_(std::chrono::steady_clock::now()) {}
+  const DeviceProfile& profile() const override { return driver_->profile(); }
+  const DriverTraits& traits() const override { return driver_->traits(); }
+  void Start(const std::function<bool(const std::string&, double)>& show) override {
+    const std::lock_guard lock(falcon_.mutex_);
+    driver_->Start(show);
+  }
+  RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override {
+    const std::lock_guard lock(falcon_.mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    falcon_.bus_.Advance(std::min(0.02, std::chrono::duration<double>(now - last_).count()));
+    last_ = now;
+    return driver_->Exchange(command, sample);
+  }
+  void Stop() noexcept override {
+    const std::lock_guard lock(falcon_.mutex_);
+    driver_->Stop();
+  }
+
+ private:
+  LiveFalcon& falcon_;
+  std::unique_ptr<FalconDriver> driver_;
+  std::chrono::steady_clock::time_point last_;
+};
+
+std::unique_ptr<DeviceDriver> LiveFalcon::Open() {
+  const std::lock_guard lock(mutex_);
+  FalconOptions options;
+  options.firmware.assign(2000, 0x5a);
+  const std::vector<UsbDeviceInfo> devices = bus_.List();
+  if (devices.empty()) throw Error("no Falcon is plugged in");
+  return std::make_unique<Driver>(
+      *this, std::make_unique<FalconDriver>(bus_.Open(devices.front(), kFalconInterface).transport, options));
+}
+
+TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
+  LiveFalcon falcon;
+  DeviceServo servo(
+      "falcon", [&] { return falcon.Open(); }, PatientOptions(), [](const std::string&, double) { return true; });
+  DeviceCheckOptions options = ShortOptions();
+  options.buttons_s = 0;
+  options.say = [&](const std::string& text) {
+    if (text.find("no force before that") != std::string::npos) falcon.Home();
+  };
+  const DeviceCheckResult r = CheckDevice(servo, options);
+  EXPECT_THAT(r.faults, IsEmpty());
+  EXPECT_TRUE(r.homed);
+  EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
+  EXPECT_GT(r.moved_mm, 0.5);
+  EXPECT_GT(r.followed, 0.5);
+  ASSERT_TRUE(test::WaitFor([&] { return falcon.motors() == std::array<int, 3>{}; }));
+
+  // In mid-force.
+  const auto push = [&] {
+    DriverCommand command;
+    command.f_D_N = {0, 1, 0};
+    servo.Command(command);
+  };
+  ASSERT_TRUE(test::WaitFor([&] {
+    push();
+    return falcon.motors() != std::array<int, 3>{};
+  }));
+  falcon.Unplug();
+  ASSERT_TRUE(test::WaitFor([&] { return servo.state() == ServoState::kClosed; }));
+  falcon.PlugInAgain();
+  ASSERT_TRUE(test::WaitFor([&] {
+    push();
+    return servo.state() == ServoState::kHoming;
+  }));
+  EXPECT_EQ(falcon.uploads(), 2);
+  falcon.Home();
+  ASSERT_TRUE(test::WaitFor([&] {
+    push();
+    EXPECT_EQ(falcon.motors(), (std::array<int, 3>{}));
+    return servo.state() == ServoState::kWaiting;
+  }));
+  servo.Agree();
+  EXPECT_TRUE(test::WaitFor([&] {
+    push();
+    return falcon.motors() != std::array<int, 3>{};
+  }));
+}
+
+}  // namespace
+}  // namespace kerf
