@@ -18,10 +18,10 @@ namespace {
 
 constexpr double kCommand_s = 0.001;
 constexpr double kCircleTurns = 2;
-constexpr double kRamp_s = 1;      // over which the circle's force comes and goes
-constexpr double kMostBad = 0.01;  // share of rounds without a good answer
-constexpr double kWhole = 0.97;    // of the force that was asked for, sent: the rest is the gate's knee and ramps
-constexpr std::uint64_t kLeastSamples = 100;
+constexpr double kRamp_s = 1;         // over which the circle's force comes and goes
+constexpr double kMostBad = 0.01;     // share of rounds without a good answer
+constexpr double kWhole = 0.97;       // of the force that was asked for, sent: the rest is the gate's knee and ramps
+constexpr double kLeastRate_hz = 50;  // of samples
 constexpr int kStillTries = 5;
 constexpr double kStill_mm = 2;  // more is a hand
 
@@ -33,7 +33,7 @@ class Check {
     result_.homed = WaitForHandle();
     if (result_.homed) {
       HoldStill();
-      if (servo_.traits().makes_force) MakeCircle();
+      if (servo_.traits().makes_force && !result_.stopped && !gone_) MakeCircle();
       WatchButtons();
     }
     servo_.Command({});
@@ -56,7 +56,8 @@ class Check {
     clock_.SleepUntil(due_ns_);
     Tell();
     if (options_.goes_on && !options_.goes_on()) result_.stopped = true;
-    return !result_.stopped;
+    gone_ = gone_ || servo_.state() == ServoState::kClosed;
+    return !result_.stopped && !gone_;
   }
   double Now_s() { return 1e-9 * static_cast<double>(clock_.Now()); }
   void Say(const std::string& message) const {
@@ -83,7 +84,7 @@ class Check {
     if (servo_.traits().motion != DriverMotion::kPosition) return;
     Say(fmt::format("leave the handle alone for {:g} s", options_.still_s));
     // Who has just homed it may still have it in the hand.
-    for (int i = 0; i < kStillTries && !result_.stopped && Measure() > kStill_mm; ++i) {
+    for (int i = 0; i < kStillTries && !result_.stopped && !gone_ && Measure() > kStill_mm; ++i) {
     }
   }
 
@@ -167,7 +168,7 @@ class Check {
 
   void WatchButtons() {
     const DriverTraits& traits = servo_.traits();
-    if (traits.buttons.empty() || result_.stopped) return;
+    if (traits.buttons.empty() || result_.stopped || gone_) return;
     Say(fmt::format("press each button ({}) within {:g} s", fmt::join(traits.buttons, ", "), options_.buttons_s));
     const auto all = static_cast<std::uint32_t>((1ull << traits.buttons.size()) - 1);
     const double end_s = Now_s() + options_.buttons_s;
@@ -184,14 +185,16 @@ class Check {
   }
 
   void Judge() {
-    if (result_.stopped) return;
+    if (gone_) result_.faults.emplace_back("the device went away in the middle of the test");
+    if (result_.stopped || gone_) return;
     const ServoCounts& r = result_.rounds;
     const auto bad = static_cast<double>(r.no_answers + r.bad_answers);
     if (r.rounds > 0 && bad > kMostBad * static_cast<double>(r.rounds)) {
       result_.faults.push_back(
           fmt::format("{} of {} rounds had no good answer", r.no_answers + r.bad_answers, r.rounds));
     }
-    if (result_.homed && servo_.traits().motion == DriverMotion::kPosition && result_.still_samples < kLeastSamples) {
+    if (result_.homed && servo_.traits().motion == DriverMotion::kPosition &&
+        static_cast<double>(result_.still_samples) < kLeastRate_hz * options_.still_s) {
       result_.faults.push_back(fmt::format("only {} samples came in {:g} s", result_.still_samples, options_.still_s));
     }
     if (std::max({result_.span_mm.x, result_.span_mm.y, result_.span_mm.z}) > kStill_mm) {
@@ -207,6 +210,7 @@ class Check {
   const DeviceCheckOptions& options_;
   MonotonicClock clock_;
   std::int64_t due_ns_ = 0;
+  bool gone_ = false;
   DeviceCheckResult result_;
 };
 

@@ -10,8 +10,11 @@ HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pos
   frame.messages = servo_->TakeMessages();
   const ServoSample sample = servo_->TakeSample();
   const bool pressed = servo_->IsSpindlePressed(sample.sample.buttons);
-  frame.switches_spindle = sample.state == ServoState::kEngaged && pressed && !pressed_;
+  // The press that agrees to have force is none for the spindle.
+  const bool engaged = sample.state == ServoState::kEngaged;
+  frame.switches_spindle = engaged && engaged_ && pressed && !pressed_;
   pressed_ = pressed;
+  engaged_ = engaged;
 
   const Quat R_WD = glm::normalize(glm::quat_cast(glm::dmat3(view.right_W, view.up_W, -view.forward_W)));
   if (holds()) {

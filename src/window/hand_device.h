@@ -32,7 +32,9 @@ class HandDevice {
 
  private:
   std::shared_ptr<DeviceServo> servo_;
+  // In the last frame.
   bool pressed_ = true;
+  bool engaged_ = false;
 };
 
 }  // namespace kerf

@@ -37,7 +37,7 @@ DeviceCheckOptions ShortOptions() {
   DeviceCheckOptions options;
   options.homing_s = 20;
   options.still_s = 0.3;
-  options.circle_s = 2.4;
+  options.circle_s = 3;    // the second of it at full force: time for the gate to open again after a stall
   options.buttons_s = 20;  // it ends with the last of them
   return options;
 }
@@ -62,7 +62,7 @@ TEST(DeviceCheck, FindsWhatIsKnownOfTheDevice) {
   EXPECT_THAT(r.faults, IsEmpty());
   EXPECT_TRUE(r.homed);
   EXPECT_FALSE(r.stopped);
-  EXPECT_GT(r.still_samples, 100U);
+  EXPECT_GT(r.still_samples, 15U);
   EXPECT_NEAR(r.least_step_mm, kQuantum_mm, 1e-9);
   EXPECT_NEAR(r.span_mm.y, kQuantum_mm, 1e-9);
   EXPECT_EQ(r.span_mm.x, 0);
@@ -132,11 +132,24 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
       s.end = s.rounds % 10 == 0 ? RoundEnd::kBadAnswer : RoundEnd::kSample;
     };
   });
-  options.still_s = 0.15;
   const DeviceCheckResult r = CheckDevice(*served.servo, options);
   EXPECT_THAT(r.faults,
               ElementsAre(HasSubstr("rounds had no good answer"), HasSubstr("the handle was never left alone")));
   EXPECT_TRUE(r.made_force);
+}
+
+TEST(DeviceCheck, UnpluggedInMidForceItEndsAtOnceAndSaysSo) {
+  Served served(PatientOptions(), [](ToldDevice::State& state) {
+    state.feels = [](ToldDevice::State& s) {
+      FeelSpring(s);
+      if (s.largest_N > 0.5) s.is_there = false;
+    };
+  });
+  DeviceCheckOptions options = ShortOptions();
+  options.circle_s = 60;
+  const DeviceCheckResult r = CheckDevice(*served.servo, options);
+  EXPECT_THAT(r.faults, ElementsAre("the device went away in the middle of the test"));
+  EXPECT_FALSE(r.stopped);
 }
 
 TEST(DeviceCheck, RefusesMoreThanAFifthOfThePeak) {
