@@ -91,10 +91,11 @@ TEST(HoldTool, RefusesFiguresThatAskForMoreThanTheDeviceHas) {
 TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {
   Served served(PatientOptions(), [](ToldDevice::State& state) { state.sample.homed = false; });
   std::atomic<bool> stop{false};
+  bool stops = true;
   std::string said;
   const LoopDevice held = HoldBy(*served.servo, &stop, [&](const std::string& text) {
     said += text;
-    stop.store(true);
+    stop.store(stops);
   });
   CouplingParams coupling;
   coupling.p_TC_mm = {0, 0, 70};
@@ -102,8 +103,19 @@ TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {
   EXPECT_THAT(FailureOf([&] { held.begin({}, coupling, 0.25); }), HasSubstr("stopped while waiting"));
   EXPECT_THAT(said, HasSubstr("pull it out"));
 
+  // Homed, but at the edge of the workspace: it is asked for the middle.
   stop.store(false);
-  served.device->With([](ToldDevice::State& state) { state.sample.homed = true; });
+  served.device->With([](ToldDevice::State& state) {
+    state.sample.homed = true;
+    state.sample.X_DH.p_AB = {0, 0, -0.8 * FindDeviceProfile("falcon").workspace_radius_mm};
+  });
+  said.clear();
+  EXPECT_THAT(FailureOf([&] { held.begin({}, coupling, 0.25); }), HasSubstr("stopped while waiting"));
+  EXPECT_THAT(said, HasSubstr("hold the handle still in the middle"));
+
+  stop.store(false);
+  stops = false;
+  served.device->With([](ToldDevice::State& state) { state.sample.X_DH.p_AB = {0, 0, 3}; });
   const Pose X_WT{{1, 0, 0, 0}, {5, 6, 7}};
   Device& device = held.begin(X_WT, coupling, 0.25);
   EXPECT_EQ(&device, served.servo.get());
