@@ -35,7 +35,7 @@ bool IsPlayed(const std::string& device) {
 }
 
 std::string FileOf(const std::string& device, std::string_view what) {
-  const std::string file = device.substr(what.size());
+  std::string file = device.substr(what.size());
   if (file.empty()) throw CLI::ValidationError("--device", fmt::format("\"{}\" needs a file behind it", what));
   return file;
 }
