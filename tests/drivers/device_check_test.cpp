@@ -208,6 +208,10 @@ class LiveFalcon::Driver final : public DeviceDriver {
  public:
   Driver(LiveFalcon& falcon, std::unique_ptr<FalconDriver> driver)
       : falcon_(falcon), driver_(std::move(driver)), last_(std::chrono::steady_clock::now()) {}
+  ~Driver() override {
+    const std::lock_guard lock(falcon_.mutex_);
+    driver_.reset();
+  }
   const DeviceProfile& profile() const override { return driver_->profile(); }
   const DriverTraits& traits() const override { return driver_->traits(); }
   void Start(const std::function<bool(const std::string&, double)>& show) override {

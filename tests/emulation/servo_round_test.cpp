@@ -181,12 +181,14 @@ class FalconOnABus {
   ScriptedHand& hand() { return hand_; }
   FalconModel& model() { return model_; }
 
-  ModelBus bus;
-  std::unique_ptr<FalconDriver> driver;
-
  private:
+  // These outlive the driver, which tells the device good-bye.
   ScriptedHand hand_;
   FalconModel model_;
+
+ public:
+  ModelBus bus;
+  std::unique_ptr<FalconDriver> driver;
 };
 
 /// Passes time with each round, as a real device does.
