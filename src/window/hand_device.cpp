@@ -1,5 +1,7 @@
 #include "window/hand_device.h"
 
+#include <fmt/format.h>
+
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 
@@ -8,7 +10,9 @@ namespace kerf {
 HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pose& X_WT, SawControls& controls) {
   HandDeviceFrame frame;
   frame.messages = servo_->TakeMessages();
+  if (!frame.messages.empty()) told_ = frame.messages.back();
   const ServoSample sample = servo_->TakeSample();
+  engagements_ = sample.engagements;
   const bool pressed = servo_->IsSpindlePressed(sample.sample.buttons);
   // The press that agrees to have force is none for the spindle.
   const bool engaged = sample.state == ServoState::kEngaged;
@@ -28,6 +32,30 @@ HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pos
     servo_->Agree();  // no force comes of it
   }
   return frame;
+}
+
+std::optional<HudBanner> HandDevice::MakeBanner() const {
+  if (!holds()) return std::nullopt;
+  HudBanner banner;
+  switch (servo_->state()) {
+    case ServoState::kEngaged:
+      return std::nullopt;
+    case ServoState::kHoming:
+      banner.text = fmt::format("{}: {}. There is no force before that", servo_->name(), servo_->traits().homing);
+      break;
+    case ServoState::kWaiting:
+      banner.text = engagements_ > 0
+                        ? fmt::format("{} is there again, without force until you agree", servo_->name())
+                        : fmt::format("{}: hold the handle still in the middle to take the saw", servo_->name());
+      banner.answers = "Enter, or a button of the device";
+      break;
+    case ServoState::kSilent:
+    case ServoState::kClosed:
+      banner.kind = HudBanner::Kind::kWarning;
+      banner.text = told_.empty() ? fmt::format("{} is gone: no force", servo_->name()) : told_;
+      break;
+  }
+  return banner;
 }
 
 }  // namespace kerf

@@ -1,11 +1,14 @@
 // A device that is really there, as the window sees it: its messages, its buttons, and where its handle is seen from.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "drivers/hold_tool.h"
+#include "view/hud.h"
 #include "window/saw_controls.h"
 
 namespace kerf {
@@ -29,12 +32,16 @@ class HandDevice {
 
   /// Once a frame. `X_WT`: the saw. Its right is the picture's right, whenever the handle takes the saw anew.
   HandDeviceFrame Update(double dt_s, const ViewBasis& view, const Pose& X_WT, SawControls& controls);
+  /// Why there is no force, and what the user does about it; none while the device has the saw.
+  std::optional<HudBanner> MakeBanner() const;
 
  private:
   std::shared_ptr<DeviceServo> servo_;
   // In the last frame.
   bool pressed_ = true;
   bool engaged_ = false;
+  std::uint32_t engagements_ = 0;
+  std::string told_;  // by the device, last
 };
 
 }  // namespace kerf

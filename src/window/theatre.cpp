@@ -457,7 +457,6 @@ HudState Theatre::MakeHud() {
   hud.status.spindle_on = spindle_on();
   if (session_) hud.status.saw = DescribeTool(session_->scene().tool);
   if (now_s_ < said_until_s_) hud.status.message = said_;
-  if (device_ && device_->waits()) hud.status.message = "Enter, or a button of the device: force on";
   if (is_running()) hud.status.recording_s = figures_.time_s;
   // Some are missed on every machine, and do no harm: what is felt is told.
   const double missed =
@@ -477,6 +476,9 @@ HudState Theatre::MakeHud() {
   }
   if (work_) hud.progress = work_;
   activity_->Fill(hud);
+  if (device_ && is_running() && !options_.scripted) {
+    if (std::optional<HudBanner> banner = device_->MakeBanner()) hud.banner = std::move(banner);
+  }
   if (entry_) {
     hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,
                            .text = fmt::format("{} {}_", entry_->question(), entry_->text()),

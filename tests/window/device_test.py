@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """A cut in the window by a Novint Falcon that is emulated below libusb, pulled out and plugged in again in mid-cut.
 
-    device_test.py KERF EMULATE_USB
+    device_test.py KERF EMULATE_USB [PICTURE]
 
-Exit code 77: skipped, with the reason."""
+PICTURE: a PNG of the moment after it was pulled out, as docs/devices.md shows it. Exit code 77: skipped, with the reason."""
 
 import math
 import shutil
@@ -74,6 +74,9 @@ def main():
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w.wait_state("told that it is gone", lambda s: "is gone: no force" in s["message"], seconds=60)
+        if len(sys.argv) > 3:
+            w.key("F12")
+            shutil.copy(folder / w.wait_event("picture")["file"], sys.argv[3])
         w.wait_state("told that it is there", lambda s: "is there again" in s["message"], seconds=60)
         # The hand agrees by a button of the device, and cuts on.
         w.wait_state("the bar is cut", lambda s: s["removed_mm3"] > 5, seconds=90)
