@@ -54,8 +54,7 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
     }
     if (s.costs) fmt::print("{}", FormatCostTable(*s.costs));
   }
-  fmt::print("  device    {} in the hand {}: {:.3g} N on the device for 1 N in the simulation\n", s.device, s.hand,
-             s.force.scale);
+  fmt::print("  device    {}: {:.3g} N on the device for 1 N in the simulation\n", DescribeHeld(s), s.force.scale);
   fmt::print("  coupling  {}\n            {}\n", DescribeCoupling(s.setup), DescribeLimits(s.setup));
   fmt::print(
       "  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} N a tick, limit {:.4g}\n",

@@ -101,8 +101,8 @@ PlotSpec MakeLatenessPlot(const LoopSummary& s) {
 PlotSpec MakeForcePlot(const LoopSummary& s) {
   PlotSpec spec;
   spec.title = "Force on the hand";
-  spec.caption = fmt::format("{} held by {}; device force = {:.3g} x simulated; slew limit {:.3g} N a tick", s.device,
-                             s.hand, s.force.scale, s.force.slew_bound_N);
+  spec.caption = fmt::format("{}; device force = {:.3g} x simulated; slew limit {:.3g} N a tick", DescribeHeld(s),
+                             s.force.scale, s.force.slew_bound_N);
   spec.x.label = "time (s)";
   spec.y.label = "force (N)";
   PlotSeries device;
@@ -144,6 +144,10 @@ std::string JoinTimes(const std::vector<LoopTimeSummary>& all) {
 }
 
 }  // namespace
+
+std::string DescribeHeld(const LoopSummary& s) {
+  return s.hand.empty() ? s.device : fmt::format("{} in the hand {}", s.device, s.hand);
+}
 
 std::string DescribeRemoved(const LoopSummary& s) {
   const double least = kSameVolume * std::max(s.removed_mm3, s.removed_by_occupancy_mm3);
@@ -219,7 +223,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"rate_hz", s.rate_hz},
       {"virtual_time", s.virtual_time},
       {"device", s.device},
-      {"hand", s.hand},
+      {"hand", s.hand.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(s.hand)},
       {"coupling",
        {{"asked_stiffness_N_per_mm", s.setup.asked_stiffness_N_per_mm},
         {"stiffness_N_per_mm", fitted.coupling.stiffness_N_per_mm},
@@ -320,8 +324,8 @@ std::string FormatLoopCsv(const LoopSummary& s) {
 
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pictures) {
   std::string text = fmt::format("# {}\n\n", scene.title.empty() ? scene.name : scene.title);
-  text += fmt::format("`{}` in the hand {} on the device {}, {:.1f} s of it {} at {:g} Hz.\n\n", scene.name, s.hand,
-                      s.device, s.simulated_s, s.virtual_time ? "without the clock" : "live", s.rate_hz);
+  text += fmt::format("`{}` with {}, {:.1f} s of it {} at {:g} Hz.\n\n", scene.name, DescribeHeld(s), s.simulated_s,
+                      s.virtual_time ? "without the clock" : "live", s.rate_hz);
   if (s.end != LoopEnd::kAsked) text += fmt::format("**The loop ended by itself: {}.**\n\n", s.failure);
   for (const std::string& warning : s.warnings) text += fmt::format("**Warning: {}.**\n\n", warning);
   if (!s.virtual_time) text += fmt::format("- {}\n- {}\n", s.grants.scheduling, s.grants.memory);

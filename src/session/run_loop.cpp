@@ -312,7 +312,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   const DeviceProfile& profile = s.setup.profile;
   const HandModel& hand = s.setup.hand;
   s.device = profile.name;
-  s.hand = options.device.is_there() ? "a person's" : hand.name;
+  s.hand = options.device.is_there() ? "" : hand.name;
 
   StepBodyParams body_params;
   body_params.rpm = scene.tool.rpm;

@@ -134,7 +134,7 @@ struct LoopSummary {
   double rate_hz = 0;
   bool virtual_time = false;
   std::string device;
-  std::string hand;
+  std::string hand;  // empty: it was no simulated one
   LoopSetup setup;
   // what happened
   std::optional<Replayed> replayed;
@@ -204,6 +204,8 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
                     const std::function<void(const std::string&, double)>& progress);
 
 /// For people, a phrase each.
+/// "omega_6 in the hand H3", "falcon".
+std::string DescribeHeld(const LoopSummary& summary);
 std::string DescribeRemoved(const LoopSummary& summary);
 std::string DescribeStrokes(const LoopSummary& summary);
 std::string DescribePieces(const LoopSummary& summary);
