@@ -61,7 +61,7 @@ void Run(Options& options) {
   DeviceCheckResult result;
   {
     const RawKeys keys;
-    options.check.goes_on = [&] { return !stop.load() && !keys.Pressed(); };
+    options.check.goes_on = [&] { return !stop.load() && !keys.Pressed() && std::ferror(stdout) == 0; };
     if (options.watch) {
       WatchDevice(*servo, options.check.goes_on, [](const std::string& line) {
         fmt::print("{}\n", line);

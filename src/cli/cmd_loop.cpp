@@ -55,6 +55,7 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
     if (s.costs) fmt::print("{}", FormatCostTable(*s.costs));
   }
   fmt::print("  device    {}: {:.3g} N on the device for 1 N in the simulation\n", DescribeHeld(s), s.force.scale);
+  if (!s.served.empty()) fmt::print("  served    {}\n", DescribeServed(s));
   fmt::print("  coupling  {}\n            {}\n", DescribeCoupling(s.setup), DescribeLimits(s.setup));
   fmt::print(
       "  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} N a tick, limit {:.4g}\n",
@@ -178,9 +179,10 @@ void Run(Options& options) {
   LoopSummary summary;
   {
     StageBars bars;
+    bool waited = false;
     const auto show = [&](const std::string& now, double fraction) {
       bars.Show(now, fraction);
-      if (servo) FollowServo(*servo);
+      if (servo) FollowServo(*servo, waited);
       if (now == "cutting") bars.SetNote(*note);
     };
     summary = RunLoop(scene, options.loop, show);

@@ -12,8 +12,10 @@
 
 #include "cli/numbers.h"
 #include "cli/progress.h"
+#include "cli/signals.h"
 #include "core/sha256.h"
 #include "devices/played_device.h"
+#include "devices/profiles.h"
 #include "drivers/libusb_bus.h"
 #include "drivers/wooden_config.h"
 #include "files/files.h"
@@ -116,6 +118,10 @@ void AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
   command.add_option("--motion-scale", option.motion_scale, "mm of the tool for each of the handle, 0.02 to 20")
       ->needs(device)
       ->check(NumberWithin(0.02, 20, "times"));
+  command
+      .add_option("--profile", option.profile,
+                  "What the device is like, of 'kerf devices --profiles', where it is not the one of its own name")
+      ->needs(device);
   command.add_flag("--left-handed", option.left_handed, "The device stands mirrored, right and left button exchanged")
       ->needs(device);
 }
@@ -123,7 +129,7 @@ void AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
 DriverOptions MakeDriverOptions(const DeviceOption& option) {
   DriverOptions options;
   if (!option.falcon_firmware.empty()) {
-    const std::string text = ReadTextFile(option.falcon_firmware, kFalconMostFirmwareBytes + 1);
+    const std::string text = ReadTextFile(option.falcon_firmware, std::size_t{1} << 20);
     options.falcon.firmware.assign(text.begin(), text.end());
     CheckFalconFirmware(options.falcon.firmware, option.falcon_firmware);
   }
@@ -132,6 +138,7 @@ DriverOptions MakeDriverOptions(const DeviceOption& option) {
   if (!option.bridge.empty()) {
     const std::size_t colon = option.bridge.rfind(':');
     options.bridge.address = option.bridge.substr(0, colon);
+    if (options.bridge.address == "localhost") options.bridge.address = "127.0.0.1";
     if (colon != std::string::npos) options.bridge.port = ReadPort(option.bridge.substr(colon + 1));
   }
   return options;
@@ -141,19 +148,22 @@ void CheckDeviceName(const DeviceOption& option) {
   try {
     FindKnownDevice(option.device);
   } catch (const Error& e) {
-    throw CLI::ValidationError("--device", e.what());
+    throw CLI::ValidationError(
+        "--device", fmt::format("{}; 'kerf loop' has \"none\", \"script:FILE\" and \"recording:FILE\" too", e.what()));
   }
 }
 
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
                                        const std::atomic<bool>* stop) {
   if (option.device.empty() || IsPlayed(option.device)) return nullptr;
+  if (!option.profile.empty()) FindDeviceProfile(option.profile);
   CheckDeviceName(option);
   const DriverOptions driver = MakeDriverOptions(option);
   if (!driver.falcon.firmware.empty() && option.device.starts_with("falcon")) {
     fmt::print(stderr, "kerf: {}: {} bytes, SHA-256 {}\n", option.falcon_firmware, driver.falcon.firmware.size(),
                CalcSha256(driver.falcon.firmware));
   }
+  HandleSignalsOfDevices();
   const auto bus = std::make_shared<LibusbBus>();
   StageBars bars;
   return std::make_shared<DeviceServo>(
@@ -167,7 +177,9 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceS
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, Scene& scene, const std::atomic<bool>* stop) {
   if (option.motion_scale) scene.device.motion_scale = *option.motion_scale;
   if (option.left_handed) scene.device.left_handed = true;
-  std::shared_ptr<DeviceServo> servo = OpenServo(option, MakeServoOptions(scene), stop);
+  DeviceServoOptions options = MakeServoOptions(scene);
+  options.profile = option.profile;
+  std::shared_ptr<DeviceServo> servo = OpenServo(option, options, stop);
   if (servo) SetDevice(scene, *servo);
   return servo;
 }
@@ -194,16 +206,19 @@ LoopDevice MakePlayedDevice(const DeviceOption& option) {
   return device;
 }
 
-void FollowServo(DeviceServo& servo) {
+void FollowServo(DeviceServo& servo, bool& waited) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   for (const std::string& message : servo.TakeMessages()) {
     fmt::print(stderr, "{}kerf: {}\n", terminal ? "\r\x1b[K" : "", message);  // over a progress bar
   }
-  if (servo.state() != ServoState::kWaiting || isatty(STDIN_FILENO) != 1) return;
+  if (isatty(STDIN_FILENO) != 1) return;
+  // What was typed before it asked is no answer.
+  const bool asks = servo.state() == ServoState::kWaiting;
+  const bool asked = std::exchange(waited, asks);
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   if (poll(&input, 1, 0) != 1) return;
   char line[256];
-  if (read(STDIN_FILENO, line, sizeof(line)) > 0) servo.Agree();
+  if (read(STDIN_FILENO, line, sizeof(line)) > 0 && asks && asked) servo.Agree();
 }
 
 }  // namespace kerf::cli

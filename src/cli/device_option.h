@@ -23,6 +23,7 @@ struct DeviceOption {
   bool bridge_elsewhere = false;
   std::optional<double> motion_scale;
   bool left_handed = false;
+  std::string profile;
 };
 
 /// --device and what goes with it. `played`: also "none", "script:FILE" and "recording:FILE".
@@ -47,6 +48,7 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceS
 LoopDevice MakePlayedDevice(const DeviceOption& option);
 
 /// What it says goes to stderr; on a terminal, Enter agrees to have force again.
-void FollowServo(DeviceServo& servo);
+/// `waited`: between calls; false at first.
+void FollowServo(DeviceServo& servo, bool& waited);
 
 }  // namespace kerf::cli

@@ -3,18 +3,32 @@
 #include <atomic>
 #include <csignal>
 
+#include "drivers/device_servo.h"
 #include "files/files.h"
 
 namespace kerf::cli {
 namespace {
 
+constexpr int kLetGo_ms = 300;
+
 extern "C" void RemoveTemporariesAndEnd(int number) {
+  DeviceServo::LetGoOfAll(kLetGo_ms);
   RemoveTemporaries();
   raise(number);  // SA_RESETHAND: ends the program once the handler returns
 }
 
 std::atomic<bool> interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
+
+extern "C" void LetGoAndEnd(int number) {
+  DeviceServo::LetGoOfAll(kLetGo_ms);
+  raise(number);  // SA_RESETHAND
+}
+
+extern "C" void LetGoAndStop(int) {
+  DeviceServo::LetGoOfAll(kLetGo_ms);
+  raise(SIGSTOP);
+}
 
 extern "C" void NoteInterrupt(int) {
   interrupted.store(true);
@@ -32,6 +46,16 @@ const std::atomic<bool>& CatchInterrupt() {
     sigaction(number, &action, nullptr);
   }
   return interrupted;
+}
+
+void HandleSignalsOfDevices() {
+  struct sigaction action {};
+  action.sa_handler = LetGoAndEnd;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  for (const int number : {SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) sigaction(number, &action, nullptr);
+  action.sa_handler = LetGoAndStop;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGTSTP, &action, nullptr);
 }
 
 void HandleSignals() {

@@ -9,6 +9,10 @@ namespace kerf::cli {
 /// half written first, and a file that grows beyond the process's limit fails to be written (SIGXFSZ).
 void HandleSignals();
 
+/// From now on a signal that ends or stops the program, a fault of its own included, takes the force from the haptic
+/// devices first (DeviceServo::LetGoOfAll). Not SIGKILL and SIGSTOP, which nobody can catch.
+void HandleSignalsOfDevices();
+
 /// From now on the first SIGINT, SIGTERM or SIGHUP (those that are ignored stay so) sets this to true, for work that
 /// ends itself safely; a second one is handled as before.
 const std::atomic<bool>& CatchInterrupt();

@@ -63,6 +63,7 @@ TheatreOptions MakeTheatreOptions(const WindowOptions& options, const std::strin
   DeviceServoOptions servo;
   servo.motion_scale = options.device.motion_scale.value_or(1);
   servo.left_handed = options.device.left_handed;
+  servo.profile = options.device.profile;
   theatre.device = OpenServo(options.device, servo, theatre.interrupt);
   MakeFolder(theatre.folder);
   return theatre;

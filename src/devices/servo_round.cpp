@@ -7,11 +7,19 @@
 #include "kerf/error.h"
 
 namespace kerf {
+namespace {
+
+constexpr double kNoLeap_mm = 3;  // noise, and rounds that come in quick succession
+
+}  // namespace
 
 ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits, const ServoParams& params)
     : traits_(traits), params_(params), gate_(profile, params.gate) {
   if (!(params.silent_s >= 0.002 && params.silent_s <= 10)) {
     throw Error(fmt::format("silent_s = {} is not within 0.002 to 10", params.silent_s));
+  }
+  if (!(params.leap_mm_per_s >= 100 && params.leap_mm_per_s <= 1e9)) {
+    throw Error(fmt::format("leap_mm_per_s = {} is not within 100 to 1e9", params.leap_mm_per_s));
   }
   if (!(params.agree_s >= params.silent_s && params.agree_s <= 3600)) {
     throw Error(fmt::format("agree_s = {} is not within silent_s to 3600", params.agree_s));
@@ -30,15 +38,26 @@ void ServoRound::Open(double now_s) {
   f_sent_D_N_ = Vec3{0};
 }
 
+void ServoRound::LetGo() noexcept {
+  gate_.Restart();
+  f_sent_D_N_ = Vec3{0};
+  if (sample_.state == ServoState::kEngaged || sample_.state == ServoState::kSilent) {
+    sample_.state = ServoState::kWaiting;
+  }
+}
+
 ServoState ServoRound::Step(DeviceDriver& driver, double now_s, double dt_s, const ServoCommand& newest,
                             bool agrees) noexcept {
   ++counts_.rounds;
+  just_now_ = false;
+  // Whoever served it stood still: nobody looked at the handle meanwhile.
+  if (dt_s > params_.silent_s) BeginSilence();
   GateState device;
   device.now_s = now_s;
   device.dt_s = dt_s;
   device.homed = sample_.sample.homed && sample_.state != ServoState::kHoming;
   device.fresh = heard_;
-  device.engaged = sample_.state == ServoState::kEngaged || sample_.state == ServoState::kSilent;
+  device.engaged = sample_.state == ServoState::kEngaged;
   const GateOutput gated =
       gate_.Step({newest.sequence, newest.made_at_s, newest.command.f_D_N, newest.command.tau_D_Nmm}, device);
   f_sent_D_N_ = gated.f_N;
@@ -59,6 +78,19 @@ ServoState ServoRound::Step(DeviceDriver& driver, double now_s, double dt_s, con
   return sample_.state;
 }
 
+void ServoRound::BeginSilence() {
+  if (sample_.state != ServoState::kEngaged) return;
+  sample_.state = ServoState::kSilent;
+  just_now_ = true;
+  ++counts_.silences;
+}
+
+bool ServoRound::IsLeap(const DriverSample& told, double since_s) const {
+  if (traits_.motion != DriverMotion::kPosition) return false;
+  const double way_mm = glm::length(told.X_DH.p_AB - sample_.sample.X_DH.p_AB);
+  return !(way_mm <= kNoLeap_mm + params_.leap_mm_per_s * std::fmax(since_s, 0));
+}
+
 void ServoRound::Take(RoundEnd end, const DriverSample& told, double now_s, bool agrees) {
   if (end == RoundEnd::kGone) {
     sample_.state = ServoState::kClosed;
@@ -66,15 +98,16 @@ void ServoRound::Take(RoundEnd end, const DriverSample& told, double now_s, bool
   }
   if (end != RoundEnd::kSample) {
     ++(end == RoundEnd::kBadAnswer ? counts_.bad_answers : counts_.no_answers);
-    if (sample_.state == ServoState::kEngaged && now_s - heard_at_s_ > params_.silent_s) {
-      sample_.state = ServoState::kSilent;
-      ++counts_.silences;
-    }
+    if (now_s - heard_at_s_ > params_.silent_s) BeginSilence();
     return;
   }
   ++counts_.samples;
   const double silence_s = now_s - heard_at_s_;
-  heard_at_s_ = now_s;
+  if (sample_.state == ServoState::kEngaged && IsLeap(told, silence_s)) {
+    ++counts_.leaps;
+    BeginSilence();
+  }
+  if (sample_.state != ServoState::kSilent || !just_now_) heard_at_s_ = now_s;
   sample_.sample = told;
   sample_.at_s = now_s;
   const bool pressed = (told.buttons & ~buttons_before_) != 0;
@@ -94,7 +127,9 @@ void ServoRound::Take(RoundEnd end, const DriverSample& told, double now_s, bool
       ++sample_.engagements;
       break;
     case ServoState::kSilent:
+      if (just_now_) break;  // so that everybody sees it
       sample_.state = silence_s > params_.agree_s ? ServoState::kWaiting : ServoState::kEngaged;
+      if (sample_.state == ServoState::kEngaged) ++sample_.engagements;
       break;
     case ServoState::kEngaged:
       break;

@@ -62,7 +62,7 @@ BridgeDriver::BridgeDriver(const BridgeOptions& options) : options_(options) {
   if (!IsLoopbackAddress(options.address) && !options.allow_remote) {
     throw Error(
         fmt::format("{} is not this machine (127.x.x.x); packets to a bridge are neither secret nor signed, so another "
-                    "machine has to be allowed explicitly",
+                    "machine has to be allowed (--bridge-elsewhere)",
                     options.address));
   }
   profile_.name = "bridge";

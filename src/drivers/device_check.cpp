@@ -10,6 +10,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "drivers/hold_tool.h"
 #include "haptics/loop_clock.h"
 #include "kerf/error.h"
 
@@ -23,6 +24,8 @@ constexpr double kMostBad = 0.01;     // share of rounds without a good answer
 constexpr double kWhole = 0.97;       // of the force that was asked for, sent: the rest is the gate's knee and ramps
 constexpr double kLeastRate_hz = 50;  // of samples
 constexpr int kStillTries = 5;
+constexpr double kTakeHold_s = 3;
+constexpr double kMostWait_s = 20;
 constexpr double kStill_mm = 2;  // more is a hand
 
 class Check {
@@ -134,16 +137,20 @@ class Check {
 
   void MakeCircle() {
     const double peak_N = options_.circle_share * servo_.profile().peak_force_N;
-    Say(fmt::format("hold the handle loosely: a force of {:.2g} N {} for {:g} s; any key stops it", peak_N,
-                    options_.up ? "points up" : "goes round", options_.circle_s));
-    servo_.Agree();
-    const double wait_s = Now_s() + 2;
-    while (servo_.state() != ServoState::kEngaged && Now_s() < wait_s) {
+    Say(fmt::format(
+        "take the handle loosely and keep it still in the middle, or press a button on it: then, in {:g} s at the "
+        "earliest, a force of {:.2g} N {} for {:g} s; any key stops it",
+        kTakeHold_s, peak_N, options_.up ? "points up" : "goes round", options_.circle_s));
+    const double begin_wait_s = Now_s();
+    HandleAtRest at_rest(servo_);
+    while (servo_.state() != ServoState::kEngaged) {
       servo_.Command({});
+      const bool still = at_rest.Take(servo_.TakeSample());
+      const double waited_s = Now_s() - begin_wait_s;
+      if (still && waited_s > kTakeHold_s) servo_.Agree();
       if (!Pass()) return;
-    }
-    if (servo_.state() != ServoState::kEngaged) {
-      result_.faults.emplace_back("the force could not be switched on");
+      if (waited_s < kMostWait_s && servo_.state() != ServoState::kClosed) continue;
+      result_.faults.emplace_back("the handle was never kept still in the middle, so no force was made");
       return;
     }
     result_.made_force = true;
@@ -154,6 +161,10 @@ class Check {
     for (double t_s = 0; t_s < options_.circle_s && Pass(); t_s = Now_s() - begin_s) {
       const double swell = std::clamp(std::min(t_s, options_.circle_s - t_s) / kRamp_s, 0.0, 1.0);
       const Vec3 way = options_.up ? Vec3{0, 1, 0} : CalcWay(kCircleTurns * t_s / options_.circle_s);
+      if (servo_.state() != ServoState::kEngaged) {
+        result_.faults.emplace_back("the device was lost while it made force");
+        break;
+      }
       DriverCommand command;
       command.f_D_N = swell * peak_N * way;
       servo_.Command(command);

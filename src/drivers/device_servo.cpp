@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <ctime>
 #include <exception>
 #include <utility>
 
+#include "devices/profiles.h"
 #include "haptics/deadlines.h"
 #include "haptics/loop_clock.h"
 #include "haptics/realtime.h"
@@ -19,7 +22,33 @@ constexpr double kClutchOut_s = 0.05;     // over which the clutch takes the for
 constexpr double kClutchIn_s = 0.3;       // and gives it back
 constexpr std::uint64_t kTellEvery = 64;  // rounds
 constexpr int kStopRounds = 5;
+constexpr std::int64_t kRemindFirst_ns = 300'000'000;
+constexpr std::int64_t kRemindAgain_ns = 30'000'000'000;
 constexpr double kTurning_rad_per_s = 2;  // of a tool that is turned by keys
+
+// Of LetGoOfAll().
+std::atomic<int> servos{0};
+std::atomic<std::uint32_t> let_go_asked{0};
+std::atomic<std::uint32_t> let_go_done{0};
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+
+/// Signals come to other threads: a handler that waits for this one must not run on it.
+void BlockSignals() {
+  sigset_t all;
+  sigfillset(&all);
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) sigdelset(&all, number);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+}
+
+/// What a table knows of a device of that name, it makes no more, whatever it says of itself.
+DeviceProfile LimitByTable(DeviceProfile profile) {
+  for (const DeviceProfile& known : DeviceProfiles()) {
+    if (known.name != profile.name) continue;
+    profile.peak_force_N = std::min(profile.peak_force_N, known.peak_force_N);
+    profile.peak_torque_Nmm = std::min(profile.peak_torque_Nmm, known.peak_torque_Nmm);
+  }
+  return profile;
+}
 
 double Now_s() {
   MonotonicClock clock;
@@ -56,8 +85,12 @@ DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& 
   if (spindle_bit_ < 0 && traits_.buttons.size() > 1) spindle_bit_ = clutch_bit_ == 1 ? 0 : 1;
   right_bit_ = FindButton(traits_, {"right", "plus"});
   left_bit_ = FindButton(traits_, {"left", "minus"});
-  round_.emplace(driver_->profile(), traits_, options.servo);
-  thread_ = std::thread([this] { Run(); });
+  round_.emplace(LimitByTable(driver_->profile()), traits_, options.servo);
+  ++servos;
+  thread_ = std::thread([this] {
+    Run();
+    --servos;
+  });
 }
 
 DeviceServo::~DeviceServo() {
@@ -79,30 +112,87 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
   const bool again = round_->sample().engagements > 0;
   switch (now) {
     case ServoState::kHoming:
-      if (traits_.homes) Say(fmt::format("{}; there is no force before that", traits_.homing));
-      break;
+      break;  // RemindOfHoming()
     case ServoState::kWaiting:
-      if (again) Say("is there again; press a button on it, or agree here, to have force again");
+      if (again && traits_.makes_force) Say("is there again; press a button on it, or agree here, to have force again");
       break;
     case ServoState::kEngaged:
-      if (before == ServoState::kSilent) {
+      if (!traits_.makes_force) {
+        Say("moves the tool");
+      } else if (before == ServoState::kSilent) {
         Say("answers again; the force comes back slowly");
       } else if (again) {
         Say("in the hand; the force comes on slowly");
       }
       break;
     case ServoState::kSilent:
-      Say("does not answer: no force");
+      if (std::exchange(leaps_, round_->counts().leaps) != round_->counts().leaps) {
+        Say("told a leap that no hand makes: no force for a moment, and the tool stays where it was");
+      } else {
+        Say("does not answer: no force");
+      }
       break;
     case ServoState::kClosed:
-      Say("is gone: no force, and the tool stands still. Plug it in again to go on");
+      Say("is gone: no force, and the tool stands still. Plug it in, or start it, again to go on");
       break;
   }
+}
+
+/// A device that is homed already says so in its first answers.
+void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
+  if (state != ServoState::kHoming || !traits_.homes) {
+    homing_since_ns_ = -1;
+    return;
+  }
+  if (homing_since_ns_ < 0) homing_since_ns_ = now_ns + kRemindFirst_ns;
+  if (now_ns < homing_since_ns_) return;
+  homing_since_ns_ = now_ns + kRemindAgain_ns;
+  Say(fmt::format("{}; there is no force before that", traits_.homing));
+}
+
+bool DeviceServo::LetGoOfAll(int timeout_ms) noexcept {
+  const std::uint32_t before = let_go_done.load();
+  const int all = servos.load();
+  if (all == 0) return true;
+  ++let_go_asked;
+  const timespec millisecond{.tv_sec = 0, .tv_nsec = 1'000'000};
+  for (int waited = 0; let_go_done.load() - before < static_cast<std::uint32_t>(all); ++waited) {
+    if (waited >= timeout_ms) return false;
+    nanosleep(&millisecond, nullptr);
+  }
+  return true;
+}
+
+void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
+  const std::uint32_t asked = let_go_asked.load();
+  if (asked == seen) return;
+  seen = asked;
+  round_->LetGo();
+  agrees_.store(false);
+  if (driver_) {
+    DriverSample sample;
+    for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
+  }
+  ++let_go_done;
+}
+
+/// Whoever agreed agreed to that one.
+void DeviceServo::CheckSame() {
+  const DeviceProfile profile = ScaleProfile(driver_->profile(), options_.motion_scale);
+  const DriverTraits& traits = driver_->traits();
+  if (profile.name == profile_.name && profile.peak_force_N == profile_.peak_force_N &&
+      profile.peak_torque_Nmm == profile_.peak_torque_Nmm && traits.makes_force == traits_.makes_force &&
+      traits.senses_orientation == traits_.senses_orientation && traits.buttons == traits_.buttons) {
+    return;
+  }
+  driver_->Stop();
+  throw Error(fmt::format("has come back as another device ({}); start kerf again to use it", profile.name));
 }
 
 bool DeviceServo::StartAgain() {
   try {
     driver_->Start([this](const std::string&, double) { return !stop_.load(); });
+    CheckSame();
     return true;
   } catch (const std::exception& e) {
     // It is there, and yet: once is enough to know why.
@@ -125,6 +215,7 @@ bool DeviceServo::Reopen() {
 }
 
 void DeviceServo::Run() {
+  BlockSignals();
   RealtimeGrants grants;
   if (options_.priority > 0) AskForPriority(options_.priority, grants);
   MonotonicClock clock;
@@ -138,7 +229,9 @@ void DeviceServo::Run() {
   round_->Open(Now_s());
   std::int64_t last_ns = begin();
   ServoState before = ServoState::kClosed;
+  std::uint32_t let_go_seen = let_go_asked.load();
   while (!stop_.load()) {
+    LetGoIfAsked(let_go_seen);
     if (!driver_) {
       clock.SleepUntil(clock.Now() + reopen_ns);
       if (stop_.load() || !Reopen()) continue;
@@ -150,7 +243,7 @@ void DeviceServo::Run() {
     deadlines.Begin(now_ns);
     commands_.Update();
     // Whoever agrees in a round without an answer has agreed in the next too.
-    const bool agrees = round_->state() == ServoState::kWaiting && agrees_.load();
+    const bool agrees = round_->state() == ServoState::kWaiting && (agrees_.load() || !traits_.makes_force);
     const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns);
     const ServoState state =
         round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
@@ -163,6 +256,7 @@ void DeviceServo::Run() {
     for_others_.Publish(round_->sample());
     state_.store(state);
     if (state != before) SayState(before, state);
+    RemindOfHoming(state, now_ns);
     before = state;
     if (state == ServoState::kClosed) {
       driver_.reset();

@@ -28,6 +28,7 @@ struct DeviceServoOptions {
   Quat R_WD = kFacingPatient;
   bool left_handed = false;  // mirrors that, and exchanges the buttons named right and left
   int priority = 79;         // of the thread, SCHED_FIFO where it is allowed; 0: not asked for. Below the loop's.
+  std::string profile;       // its name in the table of profiles, in place of the device's own; empty: that
   double reopen_s = 0.5;     // so often it is looked for while it is not there
   double old_s = 0.1;        // nobody holds a tool by what the handle did so long ago
 };
@@ -54,6 +55,10 @@ class DeviceServo final : public Device {
               const std::function<bool(const std::string& doing, double share)>& show);
   /// No force, closed.
   ~DeviceServo() override;
+
+  /// No force on any device of this program, at once; then the user must agree again. For a program that is about to be
+  /// ended or stopped: may be called in a signal's handler, and waits for it, at most so long. False: it was too long.
+  static bool LetGoOfAll(int timeout_ms) noexcept;
 
   /// As it is at the tool: ScaleProfile().
   const DeviceProfile& profile() const override { return profile_; }
@@ -103,6 +108,9 @@ class DeviceServo final : public Device {
   void Run();
   bool Reopen();
   bool StartAgain();
+  void CheckSame();
+  void RemindOfHoming(ServoState state, std::int64_t now_ns);
+  void LetGoIfAsked(std::uint32_t& seen);
   void Say(std::string message);
   void SayState(ServoState before, ServoState now);
   void TurnTool();
@@ -128,7 +136,9 @@ class DeviceServo final : public Device {
   std::atomic<bool> agrees_{false};
   std::atomic<bool> stop_{false};
   std::optional<ServoRound> round_;  // the thread's, and the next
-  std::string told_failure_;         // of opening it again
+  std::uint64_t leaps_ = 0;          // told of
+  std::int64_t homing_since_ns_ = -1;
+  std::string told_failure_;  // of opening it again
   LogHistogram round_times_;
   std::mutex reading_;        // for_others_
   mutable std::mutex mutex_;  // of the two below

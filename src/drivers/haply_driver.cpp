@@ -23,6 +23,9 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using Clock = std::chrono::steady_clock;
 
+constexpr auto kLate = std::chrono::milliseconds(5);
+constexpr int kMostMessages = 64;  // in a row
+
 /// The WebSocket, with an end to each wait: what is under way goes on in the next call.
 class HaplyDriver::Line {
  public:
@@ -70,7 +73,7 @@ class HaplyDriver::Line {
   /// The newest message that has come; none when the time is up or the line is broken.
   std::optional<std::string> Receive(Clock::time_point end) {
     std::optional<std::string> newest;
-    for (;;) {
+    for (int i = 0; i < kMostMessages; ++i) {
       BeginReading();
       const auto until = newest ? Clock::now() : end;
       if (!RunUntil(until, [this] { return !reading_ || error_; })) break;
@@ -100,9 +103,13 @@ class HaplyDriver::Line {
   template <typename Done>
   bool RunUntil(Clock::time_point end, const Done& done) {
     context_.restart();
+    // What is there already is taken also where no time is left, but a service that never stops sending is not.
+    const Clock::time_point last = std::max(end, Clock::now()) + kLate;
     while (!done()) {
-      // What is there already is taken also where no time is left.
-      if (context_.poll_one() > 0) continue;
+      if (context_.poll_one() > 0) {
+        if (Clock::now() > last) break;
+        continue;
+      }
       if (context_.stopped() || context_.run_one_until(end) == 0) break;
     }
     return done();

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "devices/profiles.h"
 #include "files/files.h"
@@ -16,32 +18,8 @@ namespace {
 
 // The device's round and the loop's tick know nothing of each other: one of each, at most.
 constexpr int kServedDelay_ticks = 2;
-constexpr double kSamePeak = 1 + 1e-9;
+constexpr double kSamePeak = 1 + 1e-6;  // a bridge tells it as a float
 constexpr double kOfGateSlew = 0.9;
-
-/// Who has just homed a device still moves it; and from the edge of its workspace there is no way to go.
-class HandleAtRest {
- public:
-  explicit HandleAtRest(double workspace_radius_mm) : reach_mm_(kMiddle * workspace_radius_mm) {}
-
-  /// True when it has been near the middle for a while, and in one place.
-  bool Take(const ServoSample& sample) {
-    const Vec3& p = sample.sample.X_DH.p_AB;
-    if (glm::length(p) > reach_mm_ || glm::length(p - place_D_mm_) > kStill_mm) {
-      place_D_mm_ = p;
-      since_s_ = sample.at_s;
-    }
-    return sample.at_s - since_s_ > kStill_s;
-  }
-
- private:
-  static constexpr double kMiddle = 0.5;  // of the workspace's radius
-  static constexpr double kStill_mm = 2;
-  static constexpr double kStill_s = 0.5;
-  double reach_mm_;
-  Vec3 place_D_mm_{1e9};
-  double since_s_ = 0;
-};
 
 constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
 
@@ -59,6 +37,25 @@ double FindPeak(const SceneDevice& device) {
     return FindDeviceProfile(ParseDeviceProfiles(table, device.file), device.profile).peak_force_N;
   } catch (const Error&) {
     return 0;
+  }
+}
+
+void ChooseProfile(SceneDevice& device, const DeviceServo& servo) {
+  if (const std::string& asked = servo.options().profile; !asked.empty()) {
+    device.profile = FindDeviceProfile(asked).name;
+    device.file.clear();
+    return;
+  }
+  if (!device.file.empty()) return;
+  const std::string& name = servo.profile().name;
+  const std::vector<DeviceProfile>& table = DeviceProfiles();
+  if (std::any_of(table.begin(), table.end(), [&](const DeviceProfile& p) { return p.name == name; })) {
+    device.profile = name;
+  } else if (!device.given) {
+    throw Error(
+        fmt::format("the device calls itself '{}', of which there is no profile; say by --profile which one is like it "
+                    "('kerf devices --profiles'), or in the scene's [device]",
+                    name));
   }
 }
 
@@ -86,7 +83,8 @@ void SetDevice(Scene& scene, const DeviceServo& servo) {
   // Steeper, and the safety gate would take it for a fault.
   scene.device.slew_N_per_s =
       std::min(scene.device.slew_N_per_s, kOfGateSlew * SafetyGateOptions{}.max_slew_per_s * there.peak_force_N);
-  if (scene.device.file.empty()) scene.device.profile = there.name;
+  ChooseProfile(scene.device, servo);
+  scene.device.given = true;  // so that a recording has it
   const double peak_N = FindPeak(scene.device);
   if (peak_N > kSamePeak * there.peak_force_N) {
     throw Error(fmt::format(
@@ -97,6 +95,15 @@ void SetDevice(Scene& scene, const DeviceServo& servo) {
   scene.device.delay_ticks = std::max(scene.device.delay_ticks, kServedDelay_ticks);
 }
 
+bool HandleAtRest::Take(const ServoSample& sample) {
+  const Vec3& p = sample.sample.X_DH.p_AB;
+  if (glm::length(p) > reach_mm_ || glm::length(p - place_D_mm_) > kStill_mm) {
+    place_D_mm_ = p;
+    since_s_ = sample.at_s;
+  }
+  return sample.at_s - since_s_ > kStill_s;
+}
+
 LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
                   const std::function<void(const std::string&)>& say) {
   LoopDevice device;
@@ -104,7 +111,7 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
     servo.SetTool(X_WT, {.p_TC_mm = coupling.p_TC_mm,
                          .stiffness_N_per_mm = force_scale * coupling.stiffness_N_per_mm,
                          .damping_Ns_per_mm = force_scale * coupling.damping_Ns_per_mm});
-    HandleAtRest at_rest(servo.profile().workspace_radius_mm / servo.options().motion_scale);
+    HandleAtRest at_rest(servo);
     bool told = false;
     for (;;) {
       for (const std::string& message : servo.TakeMessages()) say(message);
@@ -120,6 +127,21 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
       if (stop != nullptr && stop->load()) throw Error("stopped while waiting for the device's handle");
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
+  };
+  device.figures = [&servo] {
+    const DeviceServo::Counts counts = servo.counts();
+    const ServoCounts& rounds = counts.rounds;
+    const LogHistogram& times = servo.round_times();
+    const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+    return std::vector<std::pair<std::string, double>>{{"rounds", number(rounds.rounds)},
+                                                       {"without_an_answer", number(rounds.no_answers)},
+                                                       {"with_a_bad_one", number(rounds.bad_answers)},
+                                                       {"silences", number(rounds.silences)},
+                                                       {"leaps", number(rounds.leaps)},
+                                                       {"largest_sent_N", rounds.largest_N},
+                                                       {"round_p50_us", times.CalcPercentile_us(0.5)},
+                                                       {"round_p99_us", times.CalcPercentile_us(0.99)},
+                                                       {"round_max_us", times.max_us()}};
   };
   return device;
 }

@@ -16,15 +16,34 @@ namespace kerf {
 /// As the scene's [device] says: scale, orientation, left hand.
 DeviceServoOptions MakeServoOptions(const Scene& scene);
 
-/// The scene with this device in [device]: its profile, scale, and how late its force is; its slew within the safety
-/// gate's. A table of profiles that the scene names stays, and which of them it is. Throws Error when those figures ask
-/// for more force than the device has.
+/// The scene with this device in [device]: its profile (DeviceServoOptions::profile, else that of its own name, else
+/// what the scene says), scale, and how late its force is; its slew within the safety gate's. A table of profiles that
+/// the scene names stays, and which of them it is. Throws Error when those figures ask for more force than the device
+/// has.
 void SetDevice(Scene& scene, const DeviceServo& servo);
 
 /// `stop` gives up waiting for the handle (may be null); `say` is told what the user is to do. The servo must outlive
 /// the loop.
 LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
                   const std::function<void(const std::string&)>& say);
+
+/// Who has just homed a device still moves it; and from the edge of its workspace there is no way to go.
+class HandleAtRest {
+ public:
+  explicit HandleAtRest(const DeviceServo& servo)
+      : reach_mm_(kMiddle * servo.profile().workspace_radius_mm / servo.options().motion_scale) {}
+
+  /// True when it has been near the middle for a while, and in one place.
+  bool Take(const ServoSample& sample);
+
+ private:
+  static constexpr double kMiddle = 0.5;  // of the workspace's radius
+  static constexpr double kStill_mm = 2;
+  static constexpr double kStill_s = 0.5;
+  double reach_mm_;
+  Vec3 place_D_mm_{1e9};
+  double since_s_ = 0;
+};
 
 struct DeflectionSpeeds {
   double mm_per_s = 60;  // at the end of the cap's way

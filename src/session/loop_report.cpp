@@ -149,6 +149,16 @@ std::string DescribeHeld(const LoopSummary& s) {
   return s.hand.empty() ? s.device : fmt::format("{} in the hand {}", s.device, s.hand);
 }
 
+std::string DescribeServed(const LoopSummary& s) {
+  std::string text;
+  for (const auto& [name, figure] : s.served) {
+    std::string words = name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    text += fmt::format("{}{} {:.5g}", text.empty() ? "" : ", ", words, figure);
+  }
+  return text;
+}
+
 std::string DescribeRemoved(const LoopSummary& s) {
   const double least = kSameVolume * std::max(s.removed_mm3, s.removed_by_occupancy_mm3);
   if (std::abs(s.removed_mm3 - s.removed_by_occupancy_mm3) <= least) return fmt::format("{:.3f} mm3", s.removed_mm3);
@@ -216,6 +226,8 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
     for (const LoopBar& bar : all) list.push_back({bar.lower_us, bar.upper_us, bar.count});
     return list;
   };
+  ordered_json served;
+  for (const auto& [name, figure] : s.served) served[name] = figure;
   ordered_json json = {
       {"kerf", VersionString()},
       {"scene", scene.name},
@@ -223,6 +235,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"rate_hz", s.rate_hz},
       {"virtual_time", s.virtual_time},
       {"device", s.device},
+      {"served", served},
       {"hand", s.hand.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(s.hand)},
       {"coupling",
        {{"asked_stiffness_N_per_mm", s.setup.asked_stiffness_N_per_mm},
@@ -338,6 +351,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
       "- Force that was not finite: {}. Handle poses that were none: {}. Ticks limited or faulty: {} (bits of the "
       "status column).\n",
       s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks);
+  if (!s.served.empty()) text += fmt::format("- The device itself: {}.\n", DescribeServed(s));
   text += fmt::format(
       "- Largest force on the device {:.3f} N, in the simulation {:.3f} N; largest step from tick to tick {:.4f} N, "
       "where the slew limit is {:.4g} N a tick.\n",

@@ -539,6 +539,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
     read(1);
   };
   send_rest();
+  if (options.device.figures) s.served = options.device.figures();
   if (recording) {
     recording->Finish(stopped()                ? "stopped"
                       : loop.failure().empty() ? "asked"

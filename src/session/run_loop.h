@@ -145,6 +145,7 @@ struct LoopSummary {
   RealtimeGrants grants;
   LoopCounts counts;
   ForceCounts device_counts;
+  std::vector<std::pair<std::string, double>> served;  // LoopDevice::figures
   long watchdog_trips = 0;
   double simulated_s = 0;
   double wall_s = 0;
@@ -206,6 +207,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
 /// For people, a phrase each.
 /// "omega_6 in the hand H3", "falcon".
 std::string DescribeHeld(const LoopSummary& summary);
+std::string DescribeServed(const LoopSummary& summary);
 std::string DescribeRemoved(const LoopSummary& summary);
 std::string DescribeStrokes(const LoopSummary& summary);
 std::string DescribePieces(const LoopSummary& summary);

@@ -125,7 +125,7 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
   }
   DeviceCheckOptions options = ShortOptions();
   options.buttons_s = 0;
-  // One round of ten has no good answer, and the handle is never at rest; the force comes all the same.
+  // One round of ten has no good answer, and the handle is never at rest: nobody holds it, and no force is made.
   Served served(PatientOptions(), [](ToldDevice::State& state) {
     state.feels = [](ToldDevice::State& s) {
       s.sample.X_DH.p_AB.x = 5 * std::sin(0.1 * static_cast<double>(s.rounds));
@@ -133,9 +133,10 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
     };
   });
   const DeviceCheckResult r = CheckDevice(*served.servo, options);
-  EXPECT_THAT(r.faults,
-              ElementsAre(HasSubstr("rounds had no good answer"), HasSubstr("the handle was never left alone")));
-  EXPECT_TRUE(r.made_force);
+  EXPECT_THAT(r.faults, ElementsAre(HasSubstr("never kept still in the middle"), HasSubstr("rounds had no good answer"),
+                                    HasSubstr("the handle was never left alone")));
+  EXPECT_FALSE(r.made_force);
+  EXPECT_EQ(served.device->Look().largest_N, 0);
 }
 
 TEST(DeviceCheck, UnpluggedInMidForceItEndsAtOnceAndSaysSo) {

@@ -32,6 +32,9 @@ feed_mm_per_s = 1.5
 disc_normal = [1.0, 0.0, 0.0]
 [hand]
 model = "H4"
+)";
+// What the hand that holds the device must know of it; kerf finds out by itself.
+constexpr char kDevice[] = R"(
 [device]
 profile = "falcon"
 delay_ticks = 2
@@ -46,7 +49,8 @@ class CutWithAFalcon : public test::EmulatedProgram {
   ProgramResult Cut(const std::string& options, double seconds) {
     WriteFirmware();
     Write("bar.toml", kBar);
-    return KerfWith("--firmware firmware.bin --scene bar.toml " + options,
+    Write("hand.toml", std::string(kBar) + kDevice);
+    return KerfWith("--firmware firmware.bin --scene hand.toml " + options,
                     "loop bar.toml --device falcon --falcon-firmware firmware.bin --record cut.kerf --json --seconds " +
                         std::to_string(seconds));
   }
@@ -66,6 +70,8 @@ class CutWithAFalcon : public test::EmulatedProgram {
     EXPECT_EQ(report["motors_at_end"], Json({0, 0, 0}));
     // What the motors made is what the loop asked for, to a motor count (5 mN) and what the leverage changes while the
     // handle goes on for a round or two.
+    EXPECT_EQ(json["served"]["leaps"], 0) << json["served"];
+    EXPECT_GT(json["served"]["rounds"], 1000);
     const double asked_N = json["force"]["largest_N"];
     EXPECT_GT(asked_N, 0.1);
     EXPECT_NEAR(report["peak_force_N"].get<double>(), asked_N, 0.005 + 0.03 * asked_N);

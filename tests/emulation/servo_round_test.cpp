@@ -131,7 +131,7 @@ TEST(ServoRound, AShortSilenceEndsTheForceALongOneAsksAgain) {
   driver.end = RoundEnd::kSample;
   rounds.Run(driver, 2);
   EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
-  EXPECT_EQ(rounds.round.sample().engagements, 1u);
+  EXPECT_EQ(rounds.round.sample().engagements, 2u);  // the handle may be elsewhere
   EXPECT_DOUBLE_EQ(glm::length(driver.told.f_D_N), kForce_N);
   driver.end = RoundEnd::kBadAnswer;
   rounds.Run(driver, 1);
@@ -139,6 +139,63 @@ TEST(ServoRound, AShortSilenceEndsTheForceALongOneAsksAgain) {
   EXPECT_EQ(rounds.Run(driver, 1), 0);
   EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
   EXPECT_EQ(rounds.round.counts().silences, 2u);
+}
+
+TEST(ServoRound, WhoStoodStillAsksAgain) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 0.1);
+  rounds.Run(driver, 2, true);
+  ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
+  // 0.3 s in which nobody served it: seen by all for a round, then the handle takes the tool anew.
+  rounds.now_s += 0.3;
+  rounds.command.made_at_s = rounds.now_s;
+  ++rounds.command.sequence;
+  EXPECT_EQ(rounds.round.Step(driver, rounds.now_s, 0.3, rounds.command, false), ServoState::kSilent);
+  rounds.Run(driver, 0.01);
+  EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+  EXPECT_EQ(rounds.round.sample().engagements, 2u);
+  // A minute: the user is asked.
+  rounds.now_s += 60;
+  rounds.command.made_at_s = rounds.now_s;
+  ++rounds.command.sequence;
+  rounds.round.Step(driver, rounds.now_s, 60, rounds.command, false);
+  rounds.Run(driver, 0.05);  // the ramp out of 20 ms
+  EXPECT_EQ(rounds.Run(driver, 2), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
+}
+
+TEST(ServoRound, ALeapIsNoMotionOfAHand) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 0.1);
+  rounds.Run(driver, 2, true);
+  // 4 m/s is a fast hand.
+  for (int i = 0; i < 20; ++i) {
+    driver.next.X_DH.p_AB.x += 4;
+    rounds.Run(driver, 0.5 * kRound_s);
+  }
+  EXPECT_EQ(rounds.round.counts().leaps, 0u);
+  EXPECT_EQ(rounds.round.sample().engagements, 1u);
+  driver.next.X_DH.p_AB.x += 12;
+  rounds.Run(driver, 0.5 * kRound_s);
+  EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+  rounds.Run(driver, 0.03);
+  EXPECT_EQ(rounds.round.counts().leaps, 1u);
+  EXPECT_EQ(rounds.round.sample().engagements, 2u);
+  EXPECT_EQ(glm::length(driver.told.f_D_N), 0);  // it comes back from nothing
+  EXPECT_DOUBLE_EQ(rounds.Run(driver, 2), kForce_N);
+}
+
+TEST(ServoRound, LettingGoEndsTheForceInTheNextRound) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 0.1);
+  rounds.Run(driver, 2, true);
+  ASSERT_GT(glm::length(driver.told.f_D_N), 0);
+  rounds.round.LetGo();
+  EXPECT_EQ(rounds.Run(driver, 2), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
 }
 
 TEST(ServoRound, AsksForNoMemory) {

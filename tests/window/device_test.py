@@ -34,6 +34,9 @@ feed_mm_per_s = 1.0
 disc_normal = [1.0, 0.0, 0.0]
 [hand]
 model = "H4"
+"""
+# Of the hand alone.
+DEVICE = """
 [device]
 profile = "falcon"
 delay_ticks = 2
@@ -63,11 +66,12 @@ def main():
     towards = unit(TOWARDS_EYE)
     right = unit(cross((0, 0, 1), towards))
     folder = workspace()
-    (folder / "bar.toml").write_text(SCENE.format(", ".join(repr(x) for x in quaternion_of(right, cross(towards, right), towards))))
+    (folder / "bar.toml").write_text(SCENE)
+    (folder / "hand.toml").write_text(SCENE + DEVICE.format(", ".join(repr(x) for x in quaternion_of(right, cross(towards, right), towards))))
     (folder / "firmware.bin").write_bytes(bytes(i % 251 for i in range(7324)))
     with Display() as display:
         w = Window(display, emulate,
-                   ["--firmware", "firmware.bin", "--scene", "bar.toml", "--report", "report.json", "--unplug-on-way", "3",
+                   ["--firmware", "firmware.bin", "--scene", "hand.toml", "--report", "report.json", "--unplug-on-way", "3",
                     "--plug-in-later", "1", "--", kerf, "rehearse", "bar.toml", "--device", "falcon", "--falcon-firmware",
                     "firmware.bin", "-o", "out"], folder, title="kerf rehearse")
         w.wait_event("running")

@@ -78,11 +78,14 @@ FalconDriver::Step FalconDriver::AwaitEcho(std::span<const std::uint8_t> bytes, 
   std::size_t matched = 0;
   // A chunk takes 5 ms on the line, and a packet with or without data comes every 16 ms.
   constexpr int kMostReads = 12;
-  for (int i = 0; i < kMostReads && matched < bytes.size(); ++i) {
+  constexpr int kMostSilent = 2;
+  int silent = 0;
+  for (int i = 0; i < kMostReads && silent < kMostSilent && matched < bytes.size(); ++i) {
     std::array<std::uint8_t, kFalconUsbPacketBytes> packet{};
     const Transfer transfer = transport_->Read(kFalconEndpointIn, packet, kBootTransfer_ms);
     if (transfer.end == TransferEnd::kGone) return Step::kGone;
     if (transfer.bytes < 0) return Step::kFailed;
+    silent = transfer.bytes == 0 ? silent + 1 : 0;
     for (const std::uint8_t byte : CutFtdiStatus(std::span(packet).first(static_cast<std::size_t>(transfer.bytes)))) {
       if (matched < bytes.size() && byte == bytes[matched]) {
         ++matched;
@@ -131,7 +134,7 @@ FalconDriver::Step FalconDriver::LooksAlive() noexcept {
 }
 
 /// The serial port and the boot loader, up to where the firmware is expected.
-FalconDriver::Step FalconDriver::Greet() noexcept {
+FalconDriver::Step FalconDriver::Greet(const std::function<void()>& tell) {
   struct Setting {
     std::uint8_t request;
     std::uint16_t value;
@@ -145,6 +148,7 @@ FalconDriver::Step FalconDriver::Greet() noexcept {
   }
   Step answered = Step::kFailed;
   for (int i = 0; i < kGreetings && answered == Step::kFailed; ++i) {
+    tell();
     if (const Step step = SendAll(kFalconHello); step != Step::kDone) return step;
     answered = AwaitEcho(kFalconHelloAnswer, true);
   }
@@ -163,7 +167,7 @@ FalconDriver::Step FalconDriver::Upload(const Show& show, int attempt) {
     if (show && !show(doing, share)) throw Error("loading the Falcon's firmware was called off");
   };
   tell(0);
-  if (const Step step = Greet(); step != Step::kDone) return step;
+  if (const Step step = Greet([&] { tell(0); }); step != Step::kDone) return step;
   const std::span<const std::uint8_t> firmware = options_.firmware;
   for (std::size_t at = 0; at < firmware.size(); at += kFalconChunkBytes) {
     const std::span<const std::uint8_t> chunk = firmware.subspan(at, std::min(kFalconChunkBytes, firmware.size() - at));

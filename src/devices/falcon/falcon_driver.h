@@ -66,7 +66,7 @@ class FalconDriver final : public DeviceDriver {
   Step AwaitEcho(std::span<const std::uint8_t> bytes, bool skip_others) noexcept;
   Step EnterRunMode() noexcept;
   Step LooksAlive() noexcept;
-  Step Greet() noexcept;
+  Step Greet(const std::function<void()>& tell);
   Step Upload(const Show& show, int attempt);
   void CalcMotors(const DriverCommand& command) noexcept;
   bool TakeReport(std::span<const std::uint8_t> bytes) noexcept;
