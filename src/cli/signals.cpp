@@ -52,10 +52,15 @@ void HandleSignalsOfDevices() {
   struct sigaction action {};
   action.sa_handler = LetGoAndEnd;
   action.sa_flags = static_cast<int>(SA_RESETHAND);
-  for (const int number : {SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL}) sigaction(number, &action, nullptr);
-  action.sa_handler = LetGoAndStop;
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGTSTP, &action, nullptr);
+  for (const int number : {SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTSTP}) {
+    struct sigaction before {};
+    if (sigaction(number, nullptr, &before) != 0 || before.sa_handler == SIG_IGN) continue;
+    if (number == SIGTSTP) {
+      action.sa_handler = LetGoAndStop;
+      action.sa_flags = SA_RESTART;
+    }
+    sigaction(number, &action, nullptr);
+  }
 }
 
 void HandleSignals() {

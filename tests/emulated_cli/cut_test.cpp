@@ -98,5 +98,28 @@ TEST_F(CutWithAFalcon, GoesOnAfterAnUnplugWhenTheUserAgrees) {
   EXPECT_THAT(result.err, HasSubstr("is there again; press a button"));
 }
 
+/// A Falcon that pushes upwards while the program gets these signals.
+class ForceOfAFalcon : public test::EmulatedProgram {
+ protected:
+  ProgramResult Signal(const std::string& signals) const {
+    Write("push.sh", "'" KERF_PROGRAM
+                     "' device test falcon --up --buttons 0 2> said.txt & kerf=$!\n"
+                     "until grep -q 'in the hand' said.txt; do sleep 0.1; done; sleep 1.5\n"
+                     "for signal in " +
+                         signals + "; do kill -$signal $kerf; done; wait $kerf\n");
+    return KerfWithin("'" KERF_EMULATE_USB "' --report report.json --firmware-there --homed -- sh push.sh", "");
+  }
+};
+
+TEST_F(ForceOfAFalcon, EndsWithTheProgramHoweverThatEnds) {
+  for (const std::string signals : {"TERM", "TERM TERM", "HUP TERM", "SEGV"}) {
+    const ProgramResult result = Signal(signals);
+    EXPECT_NE(result.code, 0) << signals;
+    const Json report = Report();
+    EXPECT_GT(report["peak_force_N"], 0.5) << signals;
+    EXPECT_EQ(report["motors_at_end"], Json({0, 0, 0})) << signals;
+  }
+}
+
 }  // namespace
 }  // namespace kerf
