@@ -247,6 +247,7 @@ void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
   constexpr std::int64_t kPeriod_ns = 100'000'000;
   MonotonicClock clock;
   const DriverTraits& traits = servo.traits();
+  show(DescribeServedDevice(servo.name(), servo));
   while (goes_on()) {
     for (const std::string& message : servo.TakeMessages()) show(message);
     const ServoSample s = servo.TakeSample();
@@ -263,6 +264,15 @@ void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
     show(fmt::format("{}; buttons {}", line, NamePressed(traits, s.sample.buttons)));
     clock.SleepUntil(clock.Now() + kPeriod_ns);
   }
+  const ServoCounts rounds = servo.counts().rounds;
+  show(fmt::format("{} rounds, {} without an answer, {} with a bad one", rounds.rounds, rounds.no_answers,
+                   rounds.bad_answers));
+}
+
+std::string DescribeServedDevice(const std::string& name, const DeviceServo& servo) {
+  const DeviceProfile& p = servo.profile();
+  return servo.traits().makes_force ? fmt::format("{} ({}, up to {:g} N)", name, p.name, p.peak_force_N)
+                                    : fmt::format("{} (makes no force)", name);
 }
 
 std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& r) {
@@ -270,6 +280,7 @@ std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& se
   nlohmann::ordered_json j;
   j["device"] = name;
   j["profile"] = servo.profile().name;
+  j["peak_force_N"] = servo.profile().peak_force_N;
   j["ok"] = r.faults.empty() && !r.stopped;
   j["stopped"] = r.stopped;
   j["homed"] = r.homed;
@@ -292,7 +303,7 @@ std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& se
 }
 
 std::string FormatDeviceCheck(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& r) {
-  std::string text = fmt::format("{} ({})\n", name, servo.profile().name);
+  std::string text = DescribeServedDevice(name, servo) + "\n";
   text += fmt::format("  homed     {}\n", r.homed ? "yes" : "no");
   if (r.still_samples > 1) {
     text += fmt::format(

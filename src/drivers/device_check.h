@@ -59,6 +59,8 @@ DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& opti
 void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
                  const std::function<void(const std::string&)>& show);
 
+/// "falcon (falcon, up to 8 N)".
+std::string DescribeServedDevice(const std::string& name, const DeviceServo& servo);
 /// Stable keys with units.
 std::string FormatDeviceCheckJson(const std::string& name, const DeviceServo& servo, const DeviceCheckResult& result);
 /// For people.

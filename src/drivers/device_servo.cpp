@@ -249,6 +249,8 @@ void DeviceServo::Run() {
         round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
     // Nothing that is said while the hand has it holds for later.
     if (state == ServoState::kEngaged || state == ServoState::kSilent) agrees_.store(false);
+    // Nor does what was said to a device that does not answer.
+    if (1e-9 * static_cast<double>(now_ns) - round_->sample().at_s > options_.servo.agree_s) agrees_.store(false);
     last_ns = now_ns;
     const std::int64_t end_ns = clock.Now();
     round_times_.Add(end_ns - now_ns);

@@ -133,6 +133,9 @@ int Run(int argc, char** argv) {
   options.hand.way = std::map<std::string, HandWay>{
       {"still", HandWay::kStill}, {"circle", HandWay::kCircle}, {"line", HandWay::kLine}}[options.way];
   ScriptedHand hand(FindDeviceProfile("falcon"), FindHandModel(options.hand_model), options.hand);
+  if (!options.scene.empty() && options.device != "falcon") {
+    throw Error("--scene: only a Falcon has a lamp by which the hand knows that it has the tool");
+  }
   std::optional<SceneHand> cutting;
   if (!options.scene.empty()) cutting.emplace(ReadScene(options.scene), FindDeviceProfile("falcon"));
   Mechanism& handle = cutting ? static_cast<Mechanism&>(*cutting) : hand;
