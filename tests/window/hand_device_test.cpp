@@ -24,7 +24,10 @@ class HandDeviceTest : public testing::Test {
                                           [](const std::string&, double) { return true; });
     hand.emplace(servo);
     servo->SetTool(X_WT, {});
-    ASSERT_TRUE(WaitFor([&] { return servo->state() == ServoState::kWaiting; }));
+    ASSERT_TRUE(WaitFor([&] {
+      const ServoState state = servo->state();
+      return state == ServoState::kWaiting || (state == ServoState::kEngaged && !servo->traits().makes_force);
+    }));
   }
   HandDeviceFrame Frame(std::uint32_t buttons) {
     told->With([&](ToldDevice::State& state) { state.sample.buttons = buttons; });
