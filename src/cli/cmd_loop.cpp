@@ -129,7 +129,7 @@ std::shared_ptr<DeviceServo> TakeDevice(Options& options, Scene& scene) {
   if (options.loop.device.is_there()) return nullptr;
   CheckDeviceName(options.device);
   if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "has no time for a real device");
-  const std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
+  std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
   if (servo->traits().makes_force) {
     options.loop.device = HoldBy(*servo, options.loop.stop,
                                  [](const std::string& message) { fmt::print(stderr, "kerf: {}\n", message); });
