@@ -67,10 +67,12 @@ void AddRehearseCommand(CLI::App& app) {
   command->add_option("--voxel", options->voxel_mm, "Voxels of a bone that is imported")
       ->check(NumberWithin(0.05, 2, "mm"))
       ->capture_default_str();
-  command->add_flag("--watch", options->watch,
-                    "The scene's own hand goes along its path, as in 'kerf loop'; the mouse has the view alone");
+  CLI::Option* watch =
+      command->add_flag("--watch", options->watch,
+                        "The scene's own hand goes along its path, as in 'kerf loop'; the mouse has the view alone");
   command->add_flag("--obj", options->obj, "Pieces are taken away as OBJ, not as STL");
   AddWindowOptions(*command, options->window);
+  watch->excludes("--device");
   command->add_flag("--json", options->json, "What was left behind, as JSON");
   command->callback([options] { Run(*options); });
 }

@@ -105,7 +105,7 @@ void AddDriverOptions(CLI::App& command, DeviceOption& option) {
       ->needs(bridge);
 }
 
-void AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
+CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
   std::string what =
       "The haptic device in your hand ('kerf devices' lists those that are there), in place of a simulated one";
   if (played) {
@@ -124,6 +124,7 @@ void AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
       ->needs(device);
   command.add_flag("--left-handed", option.left_handed, "The device stands mirrored, right and left button exchanged")
       ->needs(device);
+  return device;
 }
 
 DriverOptions MakeDriverOptions(const DeviceOption& option) {

@@ -27,7 +27,7 @@ struct DeviceOption {
 };
 
 /// --device and what goes with it. `played`: also "none", "script:FILE" and "recording:FILE".
-void AddDeviceOption(CLI::App& command, DeviceOption& option, bool played);
+CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool played);
 /// What a device needs, alone: --falcon-firmware, --wooden.
 void AddDriverOptions(CLI::App& command, DeviceOption& option);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "core/vectors.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -13,10 +14,6 @@ constexpr double kTick_s = 0.001;
 constexpr double kLongestStep_s = 0.1;
 // From this share of the heat that is allowed on, the limit comes down from the peak.
 constexpr double kWarm = 0.8;
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 /// From 0 to 1 with no slope at either end; 1.5 at the steepest.
 double CalcSmooth(double x) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/vectors.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -13,10 +14,6 @@ namespace {
 constexpr double kMaxTick_s = 0.1;
 constexpr double kReturn_s = 0.5;    // in which a wanted place that has given way comes back
 constexpr double kForget_rad = 3.0;  // the hand lets go before it is turned further
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 Vec3 Shorten(const Vec3& v, double limit, bool& shortened) {
   const double length = std::hypot(v.x, v.y, v.z);

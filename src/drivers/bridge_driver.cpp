@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <random>
 
+#include "core/vectors.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -17,12 +18,6 @@ using Clock = std::chrono::steady_clock;
 
 int MillisecondsUntil(Clock::time_point end) {
   return static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now()).count());
-}
-
-Vec3 HeldTo(const Vec3& v, double most) {
-  const double size = glm::length(v);
-  if (!std::isfinite(size)) return Vec3{0};
-  return size > most ? v * (most / size) : v;
 }
 
 double PositiveOrZero(double x) {
@@ -165,8 +160,8 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
 RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& sample) noexcept {
   if (!running_) return RoundEnd::kGone;
   BridgeCommand out;
-  out.f_D_N = HeldTo(command.f_D_N, profile_.peak_force_N);
-  out.tau_D_Nmm = HeldTo(command.tau_D_Nmm, profile_.peak_torque_Nmm);
+  out.f_D_N = LimitLength(command.f_D_N, profile_.peak_force_N);
+  out.tau_D_Nmm = LimitLength(command.tau_D_Nmm, profile_.peak_torque_Nmm);
   const bool placed = glm::length(command.p_D_mm) <= 1e6;  // false for NaN
   out.p_D_mm = placed ? command.p_D_mm : Vec3{0};
   out.stiffness_N_per_mm =

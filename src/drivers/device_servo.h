@@ -69,6 +69,9 @@ class DeviceServo final : public Device {
   bool IsSpindlePressed(std::uint32_t buttons) const {
     return spindle_bit_ >= 0 && (buttons >> spindle_bit_ & 1u) != 0;
   }
+  /// The names of that button and of the one that is the clutch; empty: there is none.
+  std::string spindle_button() const { return spindle_bit_ < 0 ? "" : traits_.buttons[Index(spindle_bit_)]; }
+  std::string clutch_button() const { return clutch_bit_ < 0 ? "" : traits_.buttons[Index(clutch_bit_)]; }
   ServoState state() const { return state_.load(); }
   /// What happened since the last call, a sentence each.
   std::vector<std::string> TakeMessages();
@@ -114,6 +117,7 @@ class DeviceServo final : public Device {
   void Say(std::string message);
   void SayState(ServoState before, ServoState now);
   void TurnTool();
+  static std::size_t Index(int bit) { return static_cast<std::size_t>(bit); }
   bool IsClutched(std::uint32_t buttons) const { return clutch_bit_ >= 0 && (buttons >> clutch_bit_ & 1u) != 0; }
 
   std::string name_;

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <thread>
 
+#include "core/hash.h"
 #include "devices/hand.h"
 #include "devices/profiles.h"
 #include "emulation/falcon_model.h"
@@ -34,13 +35,8 @@ void Check(const ExchangeBenchOptions& options) {
   if (!(options.rate_hz >= 0) || !(options.rate_hz <= 10'000)) throw Error("the rate must be 0 to 10000 Hz");
 }
 
-/// FNV-1a over eight bytes at a time.
 void Mix(std::uint64_t& hash, std::uint64_t word) {
-  constexpr std::uint64_t kPrime = 0x100000001b3;
-  for (int i = 0; i < 8; ++i) {
-    hash ^= word >> (8 * i) & 0xff;
-    hash *= kPrime;
-  }
+  hash = MixHash(hash ^ word);
 }
 
 void Mix(std::uint64_t& hash, const DriverSample& sample) {
@@ -55,7 +51,6 @@ void Measure(DeviceDriver& driver, const ExchangeBenchOptions& options,
              const std::function<bool(int round, DriverCommand& command)>& before_round, ExchangeTimes& times) {
   std::vector<double> took_us;
   took_us.reserve(static_cast<std::size_t>(options.rounds));
-  times.hash = 0xcbf29ce484222325;
   for (int i = -kUncounted; i < options.rounds; ++i) {
     DriverCommand command;
     if (!before_round(i, command)) break;

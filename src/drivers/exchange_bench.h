@@ -33,7 +33,7 @@ struct ExchangeTimes {
   double p99_us = 0;
   double p999_us = 0;
   double max_us = 0;
-  std::uint64_t hash = 0;  // of all samples, FNV-1a; in process the same each time
+  std::uint64_t hash = 0;  // of all samples; in process the same each time
   std::string failure;     // what ended it early; "" else
 };
 

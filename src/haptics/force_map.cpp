@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/vectors.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -13,10 +14,6 @@ namespace {
 constexpr double kMaxTick_s = 0.1;
 constexpr double kPeakIn_s = 0.005;   // from none to the peak, where no slew is given
 constexpr double kThermalKnee = 0.7;  // load from which the peak is lowered
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 /// Length of a finite vector, without its square leaving the range of a double; infinite only beyond the largest
 /// double.
@@ -40,18 +37,6 @@ void CheckWithin(const char* name, double value, double lower, double upper, boo
 }
 
 }  // namespace
-
-Vec3 LimitLength(const Vec3& v, double limit) {
-  if (!IsFinite(v) || !(limit > 0)) return Vec3{0};
-  const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-  if (largest == 0) return v;
-  const Vec3 u(v.x / largest, v.y / largest, v.z / largest);
-  const double u_length = std::sqrt(glm::dot(u, u));  // 1 to sqrt(3)
-  // Every rounding here is within a few units of 2^-53; 16 of them leave no doubt.
-  constexpr double kShort = 1 - 16 * std::numeric_limits<double>::epsilon();
-  if (largest <= kShort * limit / u_length) return v;
-  return (kShort * limit / u_length) * u;
-}
 
 ForceMap::ForceMap(const DeviceProfile& profile, const ForceMapParams& params) : params_(params) {
   CheckWithin("expected_peak_N", params.expected_peak_N, 0.1, 1e4);

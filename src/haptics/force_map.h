@@ -100,9 +100,4 @@ class ForceMap {
   Counts counts_;
 };
 
-/// `v` shortened so that neither std::hypot nor the square root of the sum of squares of its components is above
-/// `limit`, its direction kept to rounding; as it is when it is short enough. Zero for a limit of 0 or a vector that is
-/// not finite. Tick-safe.
-Vec3 LimitLength(const Vec3& v, double limit);
-
 }  // namespace kerf

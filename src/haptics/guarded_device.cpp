@@ -4,15 +4,9 @@
 #include <cmath>
 #include <thread>
 
+#include "core/vectors.h"
+
 namespace kerf {
-namespace {
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-}  // namespace
-
 void GuardedDevice::Elapse(double dt_s) noexcept {
   if (!TryEnter()) {
     ++counts_.passed_over;

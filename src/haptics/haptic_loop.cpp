@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "core/heap_guard.h"
+#include "core/vectors.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -37,10 +38,6 @@ std::int64_t Nanoseconds(double seconds) {
 
 float Microseconds(std::int64_t ns) {
   return static_cast<float>(1e-3 * static_cast<double>(ns));
-}
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 /// Of the time that is burnt on purpose, by fidelity.

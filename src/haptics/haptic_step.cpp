@@ -1,5 +1,6 @@
 #include "haptics/haptic_step.h"
 
+#include "core/vectors.h"
 #include "devices/lattice.h"
 
 namespace kerf {
@@ -7,10 +8,6 @@ namespace {
 
 constexpr double kTurningQuantum_rad = 1e-4;  // of a sensed orientation: 0.006 degrees, finer than any gimbal's
 constexpr double kTurningReach_mm = 100;      // from a wrist to what it holds
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 /// The rotation from a to b, world frame, rad.
 Vec3 CalcTurn(const Quat& a, const Quat& b) {

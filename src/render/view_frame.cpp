@@ -4,6 +4,7 @@
 #include <array>
 #include <glm/geometric.hpp>
 
+#include "core/vectors.h"
 #include "kerf/error.h"
 #include "render/layout.h"
 #include "render/picture.h"
@@ -29,10 +30,6 @@ const std::array<NamedView, 7>& NamedViews() {
       {View::kThreeQuarter, "three-quarter", {0.75, -1, 0.55}, {0, 0, 1}},
   }};
   return views;
-}
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 // What the points of a spec span along the picture's right and up.

@@ -3,15 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/vectors.h"
+
 namespace kerf {
-namespace {
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-}  // namespace
-
 void TickWatch::Add(const ClosedLoopTick& tick) {
   const Vec3& f = tick.f_device_N;
   const CoupledOutput& out = tick.out.coupled;

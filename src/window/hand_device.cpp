@@ -34,6 +34,21 @@ HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pos
   return frame;
 }
 
+HudKeyGroup HandDevice::MakeHelp() const {
+  HudKeyGroup help{"Device: " + servo_->name(), {}};
+  if (!holds()) {
+    help.keys.push_back({"cap", "moves and turns the saw"});
+    return help;
+  }
+  help.keys.push_back({"handle", "has the saw; keys and mouse turn it"});
+  const std::string clutch = servo_->clutch_button();
+  if (!clutch.empty()) help.keys.push_back({clutch + " button", "held: the handle moves without the saw"});
+  const std::string spindle = servo_->spindle_button();
+  if (!spindle.empty()) help.keys.push_back({spindle + " button", "spindle on, off"});
+  help.keys.push_back({"Enter", "force again, after it was gone"});
+  return help;
+}
+
 std::optional<HudBanner> HandDevice::MakeBanner() const {
   if (!holds()) return std::nullopt;
   HudBanner banner;

@@ -32,6 +32,8 @@ class HandDevice {
 
   /// Once a frame. `X_WT`: the saw. Its right is the picture's right, whenever the handle takes the saw anew.
   HandDeviceFrame Update(double dt_s, const ViewBasis& view, const Pose& X_WT, SawControls& controls);
+  /// Its buttons and keys, for the help.
+  HudKeyGroup MakeHelp() const;
   /// Why there is no force, and what the user does about it; none while the device has the saw.
   std::optional<HudBanner> MakeBanner() const;
 

@@ -250,6 +250,9 @@ bool Theatre::TakeKey(const WindowEvent& event) {
       if (!steers()) return false;
       if (spindle_on()) {
         Say("The saw goes back to where it began with the spindle off only");
+      } else if (device_ && device_->holds()) {
+        controls_->Set({X_start_.R_AB, figures_.X_WT.p_AB});
+        Say("The saw is turned as when it began; its place is the handle's");
       } else {
         controls_->Set(X_start_);
         returning_ = true;
@@ -467,6 +470,7 @@ HudState Theatre::MakeHud() {
     hud.show_help = true;
     hud.help = TheatreHelp();
     if (!activity_->cuts()) hud.help.erase(hud.help.begin());  // the saw's keys
+    if (device_ && !options_.scripted) hud.help.push_back(device_->MakeHelp());
     for (HudKeyGroup& group : activity_->help()) hud.help.push_back(std::move(group));
   }
   if (session_ && !is_running()) {

@@ -12,27 +12,6 @@ using test::ProgramResult;
 using testing::HasSubstr;
 using testing::Not;
 
-/// A bar of 3 x 4 mm along x, which the disc is lowered through.
-constexpr char kBar[] = R"(
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.2
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 6.5]
-end_mm = [0.0, 0.0, 0.5]
-feed_mm_per_s = 1.5
-disc_normal = [1.0, 0.0, 0.0]
-[hand]
-model = "H4"
-)";
 // What the hand that holds the device must know of it; kerf finds out by itself.
 constexpr char kDevice[] = R"(
 [device]
@@ -48,8 +27,9 @@ class CutWithAFalcon : public test::EmulatedProgram {
  protected:
   ProgramResult Cut(const std::string& options, double seconds) {
     WriteFirmware();
-    Write("bar.toml", kBar);
-    Write("hand.toml", std::string(kBar) + kDevice);
+    const std::string bar = test::Slurp(KERF_SOURCE_DIR "/tests/support/cut_bar.toml");
+    Write("bar.toml", bar);
+    Write("hand.toml", bar + kDevice);
     return KerfWith("--firmware firmware.bin --scene hand.toml " + options,
                     "loop bar.toml --device falcon --falcon-firmware firmware.bin --record cut.kerf --json --seconds " +
                         std::to_string(seconds));

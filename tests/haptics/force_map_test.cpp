@@ -11,6 +11,7 @@
 #include <limits>
 #include <random>
 
+#include "core/vectors.h"
 #include "devices/profiles.h"
 #include "haptics/coupling_limits.h"
 #include "kerf/error.h"

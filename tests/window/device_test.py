@@ -5,7 +5,9 @@
 
 PICTURE: a PNG of the moment after it was pulled out, as docs/devices.md shows it. Exit code 77: skipped, with the reason."""
 
+import json
 import math
+import pathlib
 import shutil
 import subprocess
 import sys
@@ -15,26 +17,7 @@ from drive import Display, Window, skip_without_display_programs, workspace
 # As the window looks at first (render/view_frame.cpp, three-quarter), the device's right, up and towards the user in the world.
 TOWARDS_EYE = (0.75, -1.0, 0.55)
 
-SCENE = """
-[bone]
-model = "block"
-[bone.block]
-size_x_mm = 8.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.2
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 6.5]
-end_mm = [0.0, 0.0, 0.5]
-feed_mm_per_s = 1.0
-disc_normal = [1.0, 0.0, 0.0]
-[hand]
-model = "H4"
-"""
+SCENE = (pathlib.Path(__file__).parent.parent / "support/cut_bar.toml").read_text()
 # Of the hand alone.
 DEVICE = """
 [device]
@@ -71,7 +54,7 @@ def main():
     (folder / "firmware.bin").write_bytes(bytes(i % 251 for i in range(7324)))
     with Display() as display:
         w = Window(display, emulate,
-                   ["--firmware", "firmware.bin", "--scene", "hand.toml", "--report", "report.json", "--unplug-on-way", "3",
+                   ["--firmware", "firmware.bin", "--scene", "hand.toml", "--report", "report.json", "--unplug-on-way", "2",
                     "--plug-in-later", "1", "--", kerf, "rehearse", "bar.toml", "--device", "falcon", "--falcon-firmware",
                     "firmware.bin", "-o", "out"], folder, title="kerf rehearse")
         w.wait_event("running")
@@ -84,9 +67,20 @@ def main():
         w.wait_state("told that it is there", lambda s: "is there again" in s["message"], seconds=60)
         # The hand agrees by a button of the device, and cuts on.
         w.wait_state("the bar is cut", lambda s: s["removed_mm3"] > 5, seconds=90)
+        # The bone comes back around the blade that the hand still holds there; then it goes away again.
+        w.key("ctrl+z")
+        w.wait_event("answer", what="Undone", failure="")
+        w.wait_state("the spindle stands", lambda s: not s["spindle"])
+        w.key("r")
+        w.wait_state("told whose the saw's place is", lambda s: "its place is the handle's" in s["message"])
+        w.key("ctrl+y")
+        w.wait_event("answer", what="Redone", failure="")
         w.key("ctrl+q")
         code, text = w.wait_end()
         assert code == 0, text
+    # The Falcon's profile has 8.9 N at the peak.
+    report = json.loads((folder / "report.json").read_text())
+    assert report["motors_at_end"] == [0, 0, 0] and report["peak_force_N"] < 9, report
     done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0 and "to the bit as recorded" in done.stdout, (done.stdout, done.stderr)
     shutil.rmtree(folder)

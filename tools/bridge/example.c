@@ -7,7 +7,7 @@
  * PORT: 47810 when not given; 0: any that is free. The hand stays where it is; with "circle" it goes round a circle of
  * 20 mm radius through the middle, once in 6.3 s. Ends with Ctrl-C.
  */
-#define _POSIX_C_SOURCE 200809L
+#define _POSIX_C_SOURCE 200809L /* NOLINT(bugprone-reserved-identifier): the name is POSIX's own */
 
 #include <arpa/inet.h>
 #include <errno.h>

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/sha256.h"
+#include "core/vectors.h"
 #include "devices/falcon/falcon_usb.h"
 #include "devices/profiles.h"
 #include "kerf/error.h"
@@ -23,10 +24,6 @@ constexpr int kProbes = 10;
 constexpr int kReadsPerRound = 8;
 
 constexpr const char* kGoneInStart = "the Falcon was unplugged while it was being started; plug it in and try again";
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 }  // namespace
 
@@ -222,10 +219,8 @@ bool FalconDriver::TakeReport(std::span<const std::uint8_t> bytes) noexcept {
 
 void FalconDriver::CalcMotors(const DriverCommand& command) noexcept {
   motors_ = {};
-  if (!has_place_ || !IsFinite(command.f_D_N)) return;
-  const std::optional<Vec3> direction_D = CalcDirection(command.f_D_N);
-  if (!direction_D) return;
-  const Vec3 f_D_N = std::min(glm::length(command.f_D_N), profile_.peak_force_N) * *direction_D;
+  if (!has_place_) return;
+  const Vec3 f_D_N = LimitLength(command.f_D_N, profile_.peak_force_N);
   const std::optional<Vec3> tau_Nmm = CalcFalconTorques(forward_.p_D_mm(), f_D_N);
   if (!tau_Nmm) return;
   Vec3 counts = options_.motor_counts_per_Nmm * *tau_Nmm;

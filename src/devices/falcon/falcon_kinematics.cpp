@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "core/vectors.h"
+
 namespace kerf {
 namespace {
 
@@ -62,10 +64,6 @@ std::optional<KneeGap> CalcKneeGap(const LegFrame& leg, const Vec3& p_D_mm, doub
   const double distance = std::hypot(du, dw);
   if (!(distance > 1)) return std::nullopt;
   return KneeGap{distance - kEnds - in_plane, CalcInD(leg, du / distance, at.v / in_plane, dw / distance)};
-}
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 /// Where the grip is when all legs stand alike: on the axis, nearly.

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <glm/geometric.hpp>
 
+#include "core/vectors.h"
 #include "devices/hid/hid_report.h"
 #include "devices/profiles.h"
 #include "kerf/error.h"
@@ -186,10 +187,7 @@ Vec3 WoodenDriver::CalcAngles() const noexcept {
 }
 
 RoundEnd WoodenDriver::Exchange(const DriverCommand& command, DriverSample& sample) noexcept {
-  Vec3 f_D_N = command.f_D_N;
-  const double force_N = glm::length(f_D_N);
-  if (!std::isfinite(force_N)) f_D_N = Vec3{0};
-  if (force_N > profile_.peak_force_N) f_D_N *= profile_.peak_force_N / force_N;
+  const Vec3 f_D_N = LimitLength(command.f_D_N, profile_.peak_force_N);
   const Vec3 currents_mA = has_counts_ ? CalcWoodenCurrents(params_, CalcAngles(), f_D_N) : Vec3{0};
   if (!Send(currents_mA)) return RoundEnd::kGone;
 

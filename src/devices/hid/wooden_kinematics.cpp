@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "core/vectors.h"
+
 namespace kerf {
 namespace {
 
@@ -17,10 +19,6 @@ Vec3 ToFrameD(const Vec3& v) {
 }
 Vec3 FromFrameD(const Vec3& v_D) {
   return {v_D.z, v_D.x, v_D.y};
-}
-
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 double CalcCountsPerRad(const WoodenParams& params, int joint) {
