@@ -54,6 +54,16 @@ class RawKeys {
   std::optional<termios> before_;
 };
 
+/// On a terminal a passing line is written over the one before, cut off where the terminal ends.
+void ShowWatched(const std::string& line, bool passing) {
+  if (isatty(STDOUT_FILENO) == 1) {
+    fmt::print("\r\x1b[K\x1b[?7l{}\x1b[?7h{}", line, passing ? "" : "\n");
+  } else {
+    fmt::print("{}\n", line);
+  }
+  std::fflush(stdout);
+}
+
 void Run(Options& options) {
   const std::atomic<bool>& stop = CatchInterrupt();
   const std::shared_ptr<DeviceServo> servo = OpenServo(options.device, DeviceServoOptions{}, &stop);
@@ -63,10 +73,7 @@ void Run(Options& options) {
     const RawKeys keys;
     options.check.goes_on = [&] { return !stop.load() && !keys.Pressed() && std::ferror(stdout) == 0; };
     if (options.watch) {
-      WatchDevice(*servo, options.check.goes_on, [](const std::string& line) {
-        fmt::print("{}\n", line);
-        std::fflush(stdout);
-      });
+      WatchDevice(*servo, options.check.goes_on, ShowWatched);
       return;
     }
     options.check.say = [](const std::string& message) { fmt::print(stderr, "kerf: {}\n", message); };

@@ -127,7 +127,7 @@ std::shared_ptr<DeviceServo> TakeDevice(Options& options, Scene& scene) {
   if (options.device.device.empty()) return nullptr;
   options.loop.device = MakePlayedDevice(options.device);
   if (options.loop.device.is_there()) return nullptr;
-  CheckDeviceName(options.device);
+  CheckDeviceOption(options.device);
   if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "has no time for a real device");
   std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
   if (servo->traits().makes_force) {

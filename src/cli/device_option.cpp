@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cstdint>
+#include <cstdlib>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -84,6 +85,11 @@ std::vector<PlayedPose> ReadHandle(const std::string& file) {
   return poses;
 }
 
+void CheckIsFor(std::string_view kind, const char* name, bool given, std::string_view chosen) {
+  if (!given || chosen == kind) return;
+  throw CLI::ValidationError(name, fmt::format("is for the device \"{}\", not for \"{}\"", kind, chosen));
+}
+
 }  // namespace
 
 void AddDriverOptions(CLI::App& command, DeviceOption& option) {
@@ -113,7 +119,9 @@ CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool playe
         "; or \"none\": the handle stands still; \"script:FILE\": it goes by a table of poses, as [path] file; "
         "\"recording:FILE\": as in a recording";
   }
-  CLI::Option* device = command.add_option("--device", option.device, what);
+  CLI::Option* device = command.add_option("--device", option.device, what)->check([](const std::string& name) {
+    return name.empty() ? "must not be empty" : "";
+  });
   AddDriverOptions(command, option);
   command.add_option("--motion-scale", option.motion_scale, "mm of the tool for each of the handle, 0.02 to 20")
       ->needs(device)
@@ -145,20 +153,27 @@ DriverOptions MakeDriverOptions(const DeviceOption& option) {
   return options;
 }
 
-void CheckDeviceName(const DeviceOption& option) {
+void CheckDeviceOption(const DeviceOption& option) {
+  std::string kind;
   try {
-    FindKnownDevice(option.device);
+    kind = FindKnownDevice(option.device).name;
   } catch (const Error& e) {
     throw CLI::ValidationError(
         "--device", fmt::format("{}; 'kerf loop' has \"none\", \"script:FILE\" and \"recording:FILE\" too", e.what()));
   }
+  // The environment may name a firmware whatever the device is.
+  const char* variable = std::getenv(kFalconFirmwareVariable);
+  const bool asks_firmware = !option.falcon_firmware.empty() && (!variable || option.falcon_firmware != variable);
+  CheckIsFor("falcon", "--falcon-firmware", asks_firmware, kind);
+  CheckIsFor("wooden", "--wooden", !option.wooden.empty(), kind);
+  CheckIsFor("bridge", "--bridge", !option.bridge.empty(), kind);
 }
 
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
                                        const std::atomic<bool>* stop) {
   if (option.device.empty() || IsPlayed(option.device)) return nullptr;
   if (!option.profile.empty()) FindDeviceProfile(option.profile);
-  CheckDeviceName(option);
+  CheckDeviceOption(option);
   const DriverOptions driver = MakeDriverOptions(option);
   if (!driver.falcon.firmware.empty() && option.device.starts_with("falcon")) {
     fmt::print(stderr, "kerf: {}: {} bytes, SHA-256 {}\n", option.falcon_firmware, driver.falcon.firmware.size(),
@@ -188,10 +203,11 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, Scene& scene,
 LoopDevice MakePlayedDevice(const DeviceOption& option) {
   LoopDevice device;
   if (!IsPlayed(option.device)) return device;
-  if (option.motion_scale || option.left_handed) {
+  if (option.motion_scale || option.left_handed || !option.profile.empty() || !option.wooden.empty() ||
+      !option.bridge.empty()) {
     throw CLI::ValidationError("--device",
-                               fmt::format("\"{}\" tells poses of the tool: --motion-scale and --left-handed are for a "
-                                           "device that is there",
+                               fmt::format("\"{}\" tells poses of the tool: --motion-scale, --left-handed, --profile, "
+                                           "--wooden and --bridge are for a device that is there",
                                            option.device));
   }
   std::vector<PlayedPose> poses;

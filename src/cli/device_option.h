@@ -34,8 +34,9 @@ void AddDriverOptions(CLI::App& command, DeviceOption& option);
 /// Reads the files. Throws Error.
 DriverOptions MakeDriverOptions(const DeviceOption& option);
 
-/// Throws the command line's error that names the nearest when no device that can be there is called so.
-void CheckDeviceName(const DeviceOption& option);
+/// Throws the command line's error: no device that can be there is called so (it names the nearest), or an option is
+/// another device's.
+void CheckDeviceOption(const DeviceOption& option);
 
 /// Opens a device that is really there, firmware and all, and puts it into the scene's [device]; what is being done
 /// goes to stderr. Null when it is simulated or played. Throws Error.

@@ -243,13 +243,13 @@ DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& opti
 }
 
 void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
-                 const std::function<void(const std::string&)>& show) {
+                 const std::function<void(const std::string& line, bool passing)>& show) {
   constexpr std::int64_t kPeriod_ns = 100'000'000;
   MonotonicClock clock;
   const DriverTraits& traits = servo.traits();
-  show(DescribeServedDevice(servo.name(), servo));
+  show(DescribeServedDevice(servo.name(), servo), false);
   while (goes_on()) {
-    for (const std::string& message : servo.TakeMessages()) show(message);
+    for (const std::string& message : servo.TakeMessages()) show(message, false);
     const ServoSample s = servo.TakeSample();
     const Vec3& p = s.sample.X_DH.p_AB;
     const Quat& q = s.sample.X_DH.R_AB;
@@ -261,12 +261,13 @@ void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
                          Describe(s.state), d[0], d[1], d[2], d[3], d[4], d[5]);
     }
     if (traits.senses_orientation) line += fmt::format("; turned {:.3f} {:.3f} {:.3f} {:.3f}", q.w, q.x, q.y, q.z);
-    show(fmt::format("{}; buttons {}", line, NamePressed(traits, s.sample.buttons)));
+    show(fmt::format("{}; buttons {}", line, NamePressed(traits, s.sample.buttons)), true);
     clock.SleepUntil(clock.Now() + kPeriod_ns);
   }
   const ServoCounts rounds = servo.counts().rounds;
   show(fmt::format("{} rounds, {} without an answer, {} with a bad one", rounds.rounds, rounds.no_answers,
-                   rounds.bad_answers));
+                   rounds.bad_answers),
+       false);
 }
 
 std::string DescribeServedDevice(const std::string& name, const DeviceServo& servo) {

@@ -55,9 +55,10 @@ struct DeviceCheckResult {
 /// Waits, with nobody else at the servo. Stays below circle_share of the peak. Throws Error for an option out of range.
 DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& options);
 
-/// Shows place and buttons ten times a second by `show`, without force, until `goes_on` is false.
+/// Shows place and buttons ten times a second by `show`, without force, until `goes_on` is false. `passing`: a line
+/// that the next may take the place of.
 void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
-                 const std::function<void(const std::string&)>& show);
+                 const std::function<void(const std::string& line, bool passing)>& show);
 
 /// "falcon (falcon, up to 8 N)".
 std::string DescribeServedDevice(const std::string& name, const DeviceServo& servo);

@@ -166,6 +166,7 @@ TEST_F(LoopDevices, RefusesWhatItCanNotPlay) {
   ExpectFailure(1, "loop s.toml --virtual --device recording:run.kerf", "in which no hand moved");
   ExpectFailure(2, "loop s.toml --virtual --device none --motion-scale 2", "for a device that is there");
   ExpectFailure(2, "loop s.toml --virtual --device none --left-handed", "for a device that is there");
+  ExpectFailure(2, "loop s.toml --virtual --device none --bridge 127.0.0.1", "for a device that is there");
   ExpectFailure(2, "loop s.toml --motion-scale 2", "--motion-scale requires --device");
 }
 
@@ -174,6 +175,12 @@ TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
   ExpectFailure(2, "loop s.toml --virtual --device flacon", "the nearest is \"falcon\"");
   ExpectFailure(2, "loop s.toml --virtual --device falcon", "--virtual: has no time for a real device");
   ExpectFailure(2, "loop s.toml --device falcon --motion-scale 0", "--motion-scale");
+  ExpectFailure(2, "loop s.toml --device ''", "--device: must not be empty");
+  ExpectFailure(2, "loop s.toml --device falcon --bridge 127.0.0.1",
+                "--bridge: is for the device \"bridge\", not for \"falcon\"");
+  ExpectFailure(2, "device test wooden@1-2 --falcon-firmware f.bin",
+                "--falcon-firmware: is for the device \"falcon\", not for \"wooden\"");
+  ExpectFailure(2, "rehearse --device spacemouse --wooden w.toml", "--wooden: is for the device \"wooden\"");
   Write("firmware.bin", "0123456789");
   ExpectFailure(1, "loop s.toml --device falcon --falcon-firmware firmware.bin", "firmware.bin: has 10 bytes");
   ExpectFailure(2, "loop s.toml --device bridge --bridge 127.0.0.1:0", "the port '0' is not within 1 to 65535");
