@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A cut in the window by a Novint Falcon that is emulated below libusb, pulled out and plugged in again in mid-cut.
+"""A cut in the window by a Novint Falcon that is emulated below libusb, pulled out and plugged in again in mid-cut, undone and
+redone under the hand; and an exercise by one.
 
     device_test.py KERF EMULATE_USB [PICTURE]
 
@@ -14,10 +15,11 @@ import sys
 
 from drive import Display, Window, skip_without_display_programs, workspace
 
-# As the window looks at first (render/view_frame.cpp, three-quarter), the device's right, up and towards the user in the world.
+SOURCE = pathlib.Path(__file__).parent.parent.parent
+# As the window looks at first (render/view_frame.cpp, three-quarter; window/practice.cpp): towards the eye, in the world.
 TOWARDS_EYE = (0.75, -1.0, 0.55)
+TOWARDS_EYE_AT_EXERCISE = (0.0, -1.0, 0.6)
 
-SCENE = (pathlib.Path(__file__).parent.parent / "support/cut_bar.toml").read_text()
 # Of the hand alone.
 DEVICE = """
 [device]
@@ -43,15 +45,30 @@ def unit(a):
     return tuple(x / length for x in a)
 
 
-def main():
-    kerf, emulate = sys.argv[1:3]
-    skip_without_display_programs()
-    towards = unit(TOWARDS_EYE)
+def make_folder(scene, towards_eye):
+    """A folder with what the hand is to cut and a Falcon's firmware. The picture's right, up and towards the eye are the device's."""
+    towards = unit(towards_eye)
     right = unit(cross((0, 0, 1), towards))
     folder = workspace()
-    (folder / "bar.toml").write_text(SCENE)
-    (folder / "hand.toml").write_text(SCENE + DEVICE.format(", ".join(repr(x) for x in quaternion_of(right, cross(towards, right), towards))))
+    orientation = quaternion_of(right, cross(towards, right), towards)
+    (folder / "hand.toml").write_text(scene + DEVICE.format(", ".join(repr(x) for x in orientation)))
     (folder / "firmware.bin").write_bytes(bytes(i % 251 for i in range(7324)))
+    return folder
+
+
+def check_end(kerf, folder):
+    # The Falcon's profile has 8.9 N at the peak.
+    report = json.loads((folder / "report.json").read_text())
+    assert report["motors_at_end"] == [0, 0, 0] and 0 < report["peak_force_N"] < 9, report
+    done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0 and "to the bit as recorded" in done.stdout, (done.stdout, done.stderr)
+    shutil.rmtree(folder)
+
+
+def rehearse(kerf, emulate, picture):
+    scene = (SOURCE / "tests/support/cut_bar.toml").read_text()
+    folder = make_folder(scene, TOWARDS_EYE)
+    (folder / "bar.toml").write_text(scene)
     with Display() as display:
         w = Window(display, emulate,
                    ["--firmware", "firmware.bin", "--scene", "hand.toml", "--report", "report.json", "--unplug-on-way", "2",
@@ -61,9 +78,9 @@ def main():
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w.wait_state("told that it is gone", lambda s: "is gone: no force" in s["message"], seconds=60)
-        if len(sys.argv) > 3:
+        if picture:
             w.key("F12")
-            shutil.copy(folder / w.wait_event("picture")["file"], sys.argv[3])
+            shutil.copy(folder / w.wait_event("picture")["file"], picture)
         w.wait_state("told that it is there", lambda s: "is there again" in s["message"], seconds=60)
         # The hand agrees by a button of the device, and cuts on.
         w.wait_state("the bar is cut", lambda s: s["removed_mm3"] > 5, seconds=90)
@@ -78,12 +95,39 @@ def main():
         w.key("ctrl+q")
         code, text = w.wait_end()
         assert code == 0, text
-    # The Falcon's profile has 8.9 N at the peak.
-    report = json.loads((folder / "report.json").read_text())
-    assert report["motors_at_end"] == [0, 0, 0] and report["peak_force_N"] < 9, report
-    done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0 and "to the bit as recorded" in done.stdout, (done.stdout, done.stderr)
-    shutil.rmtree(folder)
+    check_end(kerf, folder)
+
+
+def practise(kerf, emulate):
+    # The exercise's own path, by a hand that yields: the groove becomes shallower than wanted, never too deep.
+    scene = (SOURCE / "scenes/practise/01_groove.toml").read_text().replace('[device]\nprofile = "omega_6"\n', "")
+    folder = make_folder(scene, TOWARDS_EYE_AT_EXERCISE)
+    with Display() as display:
+        w = Window(display, emulate,
+                   ["--firmware", "firmware.bin", "--scene", "hand.toml", "--report", "report.json", "--", kerf, "practise",
+                    "--exercise", "groove", "--student", "Ann", "--device", "falcon", "--falcon-firmware", "firmware.bin",
+                    "-o", "out"], folder, {"KERF_DATA": str(folder / "data")}, title="kerf practise")
+        w.wait_event("running")
+        w.key("space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w.wait_state("along the line and out", lambda s: s["saw_mm"][0] > 7.5 and s["saw_mm"][2] > 12, seconds=90)
+        w.key("space", "Return")
+        score = w.wait_event("score", seconds=120)
+        measures = {name: m["value"] for name, m in score["sheet"]["measures"].items()}
+        assert measures["too_deep_mm"] == 0 and measures["cut_share"] > 0.3, measures
+        # A voxel is 0.2 mm.
+        assert abs(measures["plane_offset_mm"]) < 0.2, measures
+        w.key("ctrl+q")
+        code, text = w.wait_end()
+        assert code == 0, text
+    check_end(kerf, folder)
+
+
+def main():
+    kerf, emulate = sys.argv[1:3]
+    skip_without_display_programs()
+    rehearse(kerf, emulate, sys.argv[3] if len(sys.argv) > 3 else None)
+    practise(kerf, emulate)
     print("cut in the window with an emulated device: ok")
 
 
