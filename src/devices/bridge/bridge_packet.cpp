@@ -48,7 +48,7 @@ void Put(std::span<std::uint8_t> bytes, std::size_t at, T value) {
 }
 
 double GetReal(std::span<const std::uint8_t> bytes, std::size_t at) {
-  return double{std::bit_cast<float>(Get<std::uint32_t>(bytes, at))};
+  return static_cast<double>(std::bit_cast<float>(Get<std::uint32_t>(bytes, at)));
 }
 
 void PutReal(std::span<std::uint8_t> bytes, std::size_t at, double value) {
