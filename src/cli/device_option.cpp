@@ -119,8 +119,9 @@ CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool playe
         "; or \"none\": the handle stands still; \"script:FILE\": it goes by a table of poses, as [path] file; "
         "\"recording:FILE\": as in a recording";
   }
-  CLI::Option* device = command.add_option("--device", option.device, what)->check([](const std::string& name) {
-    return name.empty() ? "must not be empty" : "";
+  CLI::Option* device = command.add_option("--device", option.device, what)->check([played](const std::string& name) {
+    if (name.empty()) return std::string("must not be empty");
+    return played || !IsPlayed(name) ? "" : fmt::format("\"{}\" is for 'kerf loop' alone", name);
   });
   AddDriverOptions(command, option);
   command.add_option("--motion-scale", option.motion_scale, "mm of the tool for each of the handle, 0.02 to 20")
@@ -137,7 +138,9 @@ CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool playe
 
 DriverOptions MakeDriverOptions(const DeviceOption& option) {
   DriverOptions options;
-  if (!option.falcon_firmware.empty()) {
+  // The environment may name a file that another device has no need of.
+  const bool may_be_falcon = option.device.empty() || option.device.starts_with("falcon");
+  if (!option.falcon_firmware.empty() && may_be_falcon) {
     const std::string text = ReadTextFile(option.falcon_firmware, std::size_t{1} << 20);
     options.falcon.firmware.assign(text.begin(), text.end());
     CheckFalconFirmware(options.falcon.firmware, option.falcon_firmware);
@@ -175,7 +178,7 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceS
   if (!option.profile.empty()) FindDeviceProfile(option.profile);
   CheckDeviceOption(option);
   const DriverOptions driver = MakeDriverOptions(option);
-  if (!driver.falcon.firmware.empty() && option.device.starts_with("falcon")) {
+  if (!driver.falcon.firmware.empty()) {
     fmt::print(stderr, "kerf: {}: {} bytes, SHA-256 {}\n", option.falcon_firmware, driver.falcon.firmware.size(),
                CalcSha256(driver.falcon.firmware));
   }

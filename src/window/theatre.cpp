@@ -384,6 +384,7 @@ void Theatre::Take(const WindowEvent& event) {
   }
   if (help_ && event.kind == Kind::kKeyDown) {
     if (event.key == Key::kEscape) help_ = false;
+    if (event.key == Key::kSpace && spindle_on()) SetSpindle(false);
     return;
   }
   if (activity_->Take(event)) return;

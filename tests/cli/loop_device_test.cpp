@@ -180,6 +180,10 @@ TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
                 "--bridge: is for the device \"bridge\", not for \"falcon\"");
   ExpectFailure(2, "device test wooden@1-2 --falcon-firmware f.bin",
                 "--falcon-firmware: is for the device \"falcon\", not for \"wooden\"");
+  ExpectFailure(2, "rehearse --device script:s.csv", "--device: \"script:s.csv\" is for 'kerf loop' alone");
+  const ProgramResult other = KerfWithin("KERF_FALCON_FIRMWARE=nofile", "loop s.toml --device spacemouse");
+  EXPECT_EQ(other.code, 1);
+  EXPECT_THAT(other.err, testing::Not(HasSubstr("nofile")));
   ExpectFailure(2, "rehearse --device spacemouse --wooden w.toml", "--wooden: is for the device \"wooden\"");
   Write("firmware.bin", "0123456789");
   ExpectFailure(1, "loop s.toml --device falcon --falcon-firmware firmware.bin", "firmware.bin: has 10 bytes");

@@ -92,7 +92,14 @@ def rehearse(kerf, emulate, picture):
         w.wait_state("told whose the saw's place is", lambda s: "its place is the handle's" in s["message"])
         w.key("ctrl+y")
         w.wait_event("answer", what="Redone", failure="")
-        w.key("ctrl+q")
+        # A saw that a device holds is stopped under the help too.
+        w.key("space")
+        w.wait_state("the spindle turns", lambda s: s["spindle"])
+        w.key("F1")
+        w.wait_state("help", lambda s: s["help"])
+        w.key("space")
+        w.wait_state("the spindle stands", lambda s: not s["spindle"])
+        w.key("Escape", "ctrl+q")
         code, text = w.wait_end()
         assert code == 0, text
     check_end(kerf, folder)
