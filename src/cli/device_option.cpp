@@ -138,7 +138,7 @@ CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool playe
 
 DriverOptions MakeDriverOptions(const DeviceOption& option) {
   DriverOptions options;
-  // The environment may name a file that another device has no need of.
+  // The environment may name one whatever the device is.
   const bool may_be_falcon = option.device.empty() || option.device.starts_with("falcon");
   if (!option.falcon_firmware.empty() && may_be_falcon) {
     const std::string text = ReadTextFile(option.falcon_firmware, std::size_t{1} << 20);
@@ -164,7 +164,6 @@ void CheckDeviceOption(const DeviceOption& option) {
     throw CLI::ValidationError(
         "--device", fmt::format("{}; 'kerf loop' has \"none\", \"script:FILE\" and \"recording:FILE\" too", e.what()));
   }
-  // The environment may name a firmware whatever the device is.
   const char* variable = std::getenv(kFalconFirmwareVariable);
   const bool asks_firmware = !option.falcon_firmware.empty() && (!variable || option.falcon_firmware != variable);
   CheckIsFor("falcon", "--falcon-firmware", asks_firmware, kind);

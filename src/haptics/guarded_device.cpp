@@ -1,7 +1,6 @@
 #include "haptics/guarded_device.h"
 
 #include <algorithm>
-#include <cmath>
 #include <thread>
 
 #include "core/vectors.h"

@@ -1,7 +1,6 @@
 #include "stability/tick_watch.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/vectors.h"
 

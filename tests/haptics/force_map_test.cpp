@@ -52,10 +52,6 @@ long double CalcLongLength(const Vec3& v) {
   return std::sqrt(x * x + y * y + z * z);
 }
 
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 double CalcAngle(const Vec3& a, const Vec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }

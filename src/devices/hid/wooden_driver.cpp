@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <glm/geometric.hpp>
 
 #include "core/vectors.h"
 #include "devices/hid/hid_report.h"
