@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <deque>
 #include <stdexcept>
@@ -153,6 +154,23 @@ TEST_F(LibusbBusTest, UnpluggedItIsGoneForGoodAndPluggedInAgainItIsFoundAnew) {
   ASSERT_TRUE(anew.transport) << anew.detail;
   EXPECT_EQ(anew.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kOk);
   EXPECT_EQ(anew.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kOk);
+}
+
+TEST_F(LibusbBusTest, WhoStopsListeningJustWhenItIsPluggedInIsNoTrouble) {
+  EchoModel& model = Make();
+  const int socket = kernel_.PlugIn(model);
+  std::atomic<bool> end = false;
+  std::thread listener([&] {
+    while (!end) LibusbBus{}.List();
+  });
+  // An address of USB is a byte for libusb, and each time it has another.
+  for (int i = 0; i < 200; ++i) {
+    kernel_.Unplug(socket);
+    kernel_.PlugInAgain(socket);
+  }
+  end = true;
+  listener.join();
+  EXPECT_EQ(bus_.List().size(), 1U);
 }
 
 TEST_F(LibusbBusTest, TellsWhyADeviceCannotBeOpened) {
