@@ -64,6 +64,7 @@ TheatreOptions MakeTheatreOptions(const WindowOptions& options, const std::strin
   servo.motion_scale = options.device.motion_scale.value_or(1);
   servo.left_handed = options.device.left_handed;
   servo.profile = options.device.profile;
+  servo.told_orientation = true;  // as one looks at the bone
   theatre.device = OpenServo(options.device, servo, theatre.interrupt);
   MakeFolder(theatre.folder);
   return theatre;

@@ -288,6 +288,8 @@ void DeviceServo::SetTool(const Pose& X_WT, const ServedTool& tool) {
   share_ = 0;
   R_WT_wanted_.reset();
   tool_orientation_.Update();
+  orientation_.Update();
+  has_orientation_ = !options_.told_orientation;
 }
 
 void DeviceServo::SetToolOrientation(const Quat& R_WT) {
@@ -327,8 +329,8 @@ bool DeviceServo::Read(DeviceSample& sample) noexcept {
   if (options_.left_handed && right_bit_ >= 0 && left_bit_ >= 0) {
     sample.buttons = ExchangeButtons(sample.buttons, right_bit_, left_bit_);
   }
-  const bool held = newest.state == ServoState::kEngaged && Now_s() - newest.at_s <= options_.old_s;
-  if (!held) {
+  if (!has_orientation_) has_orientation_ = orientation_.Update();
+  if (!has_orientation_ || newest.state != ServoState::kEngaged || Now_s() - newest.at_s > options_.old_s) {
     held_ = false;
     share_ = 0;
     return false;

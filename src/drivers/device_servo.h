@@ -26,11 +26,12 @@ struct DeviceServoOptions {
   ServoParams servo;
   double motion_scale = 1;  // WorkspaceParams
   Quat R_WD = kFacingPatient;
-  bool left_handed = false;  // mirrors that, and exchanges the buttons named right and left
-  int priority = 79;         // of the thread, SCHED_FIFO where it is allowed; 0: not asked for. Below the loop's.
-  std::string profile;       // its name in the table of profiles, in place of the device's own; empty: that
-  double reopen_s = 0.5;     // so often it is looked for while it is not there
-  double old_s = 0.1;        // nobody holds a tool by what the handle did so long ago
+  bool told_orientation = false;  // R_WD comes by SetOrientation(), and the handle has no tool before; else as above
+  bool left_handed = false;       // mirrors that, and exchanges the buttons named right and left
+  int priority = 79;              // of the thread, SCHED_FIFO where it is allowed; 0: not asked for. Below the loop's.
+  std::string profile;            // its name in the table of profiles, in place of the device's own; empty: that
+  double reopen_s = 0.5;          // so often it is looked for while it is not there
+  double old_s = 0.1;             // nobody holds a tool by what the handle did so long ago
 };
 
 /// What the device holds of the tool (CouplingParams), in the device's newtons.
@@ -82,7 +83,8 @@ class DeviceServo final : public Device {
   /// The tool is to lie so, where the device does not sense it: it turns there, about the handle's point, no faster
   /// than a hand. Any time.
   void SetToolOrientation(const Quat& R_WT);
-  /// The device's frame in the world, taken over when the handle next begins to hold the tool anew. Any time.
+  /// The device's frame in the world, taken over when the handle next begins to hold the tool anew. Any time; the first
+  /// of a session after SetTool().
   void SetOrientation(const Quat& R_WD);
 
   // ---- the loop's
@@ -153,6 +155,7 @@ class DeviceServo final : public Device {
   Workspace workspace_;
   ServedTool tool_;
   Pose X_WT_;
+  bool has_orientation_ = true;
   std::uint32_t engagements_ = 0;  // the one that the workspace is anchored for
   bool clutched_ = false;
   bool held_ = false;  // the last Read() gave a pose

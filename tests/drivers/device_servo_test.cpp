@@ -88,6 +88,28 @@ TEST(DeviceServo, TheHandleMovesTheToolByTheScaleInTheDevicesFrame) {
   EXPECT_EQ(served.servo->profile().peak_force_N, FindDeviceProfile("falcon").peak_force_N);
 }
 
+TEST(DeviceServo, ToldItsOrientationTheHandleHasNoToolBefore) {
+  DeviceServoOptions options = PatientOptions();
+  options.told_orientation = true;
+  Served served(options, PutAside);
+  served.servo->SetOrientation(glm::angleAxis(0.3, Vec3{1, 0, 0}));  // of a session before
+  served.Engage(MakePlace(), MakeTool());
+  EXPECT_FALSE(served.Tick());
+  served.MoveHandle(kHandle_mm + Vec3{0, 0, 9});
+  EXPECT_FALSE(served.Tick());
+  ExpectPose(served.sample.X_WH, MakePlace());
+  const Quat R_WD = glm::angleAxis(1.1, glm::normalize(Vec3{-1, 3, 2}));
+  served.servo->SetOrientation(R_WD);
+  ASSERT_TRUE(served.Tick());
+  ExpectPose(served.sample.X_WH, MakePlace());
+  const Vec3 way_D_mm{3, -2, 1};
+  served.MoveHandle(kHandle_mm + Vec3{0, 0, 9} + way_D_mm);
+  ASSERT_TRUE(served.Tick());
+  Pose expected = MakePlace();
+  expected.p_AB += R_WD * way_D_mm;
+  ExpectPose(served.sample.X_WH, expected);
+}
+
 TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
   DeviceServoOptions options = PatientOptions();
   options.motion_scale = 3;

@@ -13,11 +13,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "devices/profiles.h"
 #include "emulated/emulated_devices.h"
@@ -29,6 +31,8 @@
 namespace kerf::test {
 namespace {
 
+constexpr double kFelt_N = 0.5;
+
 struct Options {
   std::string device = "falcon";
   EmulatedDeviceOptions emulated;
@@ -39,12 +43,15 @@ struct Options {
   std::string scene;
   std::string way = "still";
   std::vector<std::string> presses;
+  std::string start_file;
+  std::string felt_file;
   std::string report_file;
   double unplug_at_s = -1;
   std::uint64_t unplug_after = 0;
   double plug_in_at_s = -1;
   double unplug_on_way_s = -1;
   double plug_in_later_s = -1;
+  double interrupt_on_way_s = -1;
   double silent_at_s = -1;
   double loud_at_s = -1;
   bool no_homing = false;
@@ -91,6 +98,10 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   app.add_option("--period", options.hand.period_s, "s");
   app.add_option("--press", options.presses, "BITS@FROM-TO: buttons, in seconds of the way");
   app.add_flag("--no-homing", options.no_homing, "The hand does not home the device");
+  app.add_option("--interrupt-on-way", options.interrupt_on_way_s,
+                 "s of the way of a hand that cuts a scene; then the program gets SIGINT, as by Ctrl-C");
+  app.add_option("--wait-for", options.start_file, "File before which the hand that cuts a scene does not begin");
+  app.add_option("--felt", options.felt_file, fmt::format("File that is there once the hand has felt {} N", kFelt_N));
   app.add_option("--report", options.report_file, "File for what the device has been through, JSON");
   const auto end = std::find_if(argv, argv + argc, [](const char* word) { return std::strcmp(word, "--") == 0; });
   std::vector<std::string> program(std::min(end + 1, argv + argc), argv + argc);
@@ -143,6 +154,7 @@ int Run(int argc, char** argv) {
   if (!options.scene.empty()) cutting.emplace(ReadScene(options.scene), FindDeviceProfile("falcon"));
   Mechanism& handle = cutting ? static_cast<Mechanism&>(*cutting) : hand;
   const std::unique_ptr<EmulatedDevice> device = MakeEmulatedDevice(options.device, handle, options.emulated);
+  if (cutting) cutting->SetHears([&] { return device->packets(); });
   EmulatedKernel kernel;
   const int socket = kernel.PlugIn(device->model(), options.socket);
 
@@ -175,10 +187,16 @@ int Run(int argc, char** argv) {
       events.erase(events.begin());
     }
     bool pull = false;
+    bool interrupt = false;
     kernel.Look([&] {
+      interrupt = cutting && options.interrupt_on_way_s >= 0 && cutting->way_s() >= options.interrupt_on_way_s;
       pull = (options.unplug_after > 0 && device->packets() >= options.unplug_after) ||
              (cutting && options.unplug_on_way_s >= 0 && cutting->way_s() >= options.unplug_on_way_s);
     });
+    if (interrupt) {
+      options.interrupt_on_way_s = -1;
+      kill(id, SIGINT);
+    }
     if (pull) {
       options.unplug_after = 0;
       options.unplug_on_way_s = -1;
@@ -191,11 +209,13 @@ int Run(int argc, char** argv) {
       kernel.PlugInAgain(socket);
       plugged_in = true;
     }
+    if (!options.start_file.empty() && std::filesystem::exists(options.start_file)) options.start_file.clear();
     kernel.Look([&] {
       device->Follow(handle, now.count() - before_s);
       before_s = now.count();
       if (cutting) {
-        cutting->SetEngaged(plugged_in && device->engaged());  // who sees it unplugged stops
+        // Who sees it unplugged stops.
+        cutting->SetEngaged(plugged_in && device->engaged() && options.start_file.empty());
         cutting->SetWaiting(device->waits());
         if (device->wants_homing()) cutting->Home();
       } else if (device->wants_homing() && !options.no_homing) {
@@ -205,6 +225,7 @@ int Run(int argc, char** argv) {
       }
       peak_N = std::max(peak_N, glm::length(cutting ? cutting->f_D_N() : hand.f_D_N()));
     });
+    if (peak_N > kFelt_N && !options.felt_file.empty()) std::ofstream(std::exchange(options.felt_file, ""));
   }
   child = 0;
   if (!options.report_file.empty()) {

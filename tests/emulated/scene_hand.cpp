@@ -11,6 +11,7 @@ constexpr double kLongestStep_s = 0.01;
 constexpr double kGrasp_s = 0.5;  // from having the tool to moving it
 constexpr double kPress_s = 1;    // a button, after so long
 constexpr double kPressed_s = 0.3;
+constexpr double kStandsStill_s = 0.005;  // after the last command; well below what kerf takes for silence
 
 WorkspaceParams MakeParams(const Scene& scene, const LoopSetup& setup) {
   const SceneDevice& device = scene.device;
@@ -37,12 +38,17 @@ SceneHand::SceneHand(const Scene& scene, const DeviceProfile& profile)
               setup_.fitted.coupling.stiffness_N_per_mm * setup_.force_scale),
       at_rest_(profile, setup_.hand, {}) {}
 
+void SceneHand::Home() {
+  at_way_ = false;
+  engaged_s_ = 0;
+  at_rest_.Home();
+}
+
 void SceneHand::SetEngaged(bool engaged) {
   if (engaged && !engaged_) {
     DeviceSample sample;
     device_.Read(sample);
     workspace_.Anchor(X_DH_, sample.X_WH);  // as kerf does
-    engaged_s_ = 0;
   }
   engaged_ = engaged;
 }
@@ -51,12 +57,19 @@ void SceneHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
   f_D_N_ = f_D_N;
   if (!(dt_s > 0)) return;
   waiting_s_ = waiting_ ? waiting_s_ + dt_s : 0;
-  if (!engaged_ || engaged_s_ < kGrasp_s) {
+  if (!at_way_) {
     engaged_s_ += engaged_ ? dt_s : 0;
+    at_way_ = engaged_s_ >= kGrasp_s;
     at_rest_.Move(dt_s, f_D_N, tau_D_Nmm);
     X_DH_ = at_rest_.handle();
     return;
   }
+  since_heard_s_ += dt_s;
+  if (commands_) {
+    const std::uint64_t before = std::exchange(heard_, commands_());
+    if (heard_ != before) since_heard_s_ = 0;
+  }
+  if (!engaged_ || (commands_ && since_heard_s_ > kStandsStill_s)) return;
   const Vec3 f_W_N = workspace_.ToWorld(f_D_N);
   while (dt_s > 0) {
     const double step_s = std::min(dt_s, kLongestStep_s);

@@ -2,8 +2,9 @@
 // moves as `kerf loop`'s simulated hand does; when the device lost it, homes it again and agrees by a button.
 #pragma once
 
-#include <memory>
-#include <optional>
+#include <cstdint>
+#include <functional>
+#include <utility>
 
 #include "devices/workspace.h"
 #include "emulation/mechanism.h"
@@ -19,7 +20,10 @@ class SceneHand final : public Mechanism {
   /// `profile`: of the emulated device, whose mass and friction the hand feels. Throws Error.
   SceneHand(const Scene& scene, const DeviceProfile& profile);
 
-  void Home() { at_rest_.Home(); }
+  void Home();
+  /// How often the device was told something. While the program stands still, so does the hand: what a handle does
+  /// meanwhile does not move the tool, and the way would be that much shorter.
+  void SetHears(std::function<std::uint64_t()> commands) { commands_ = std::move(commands); }
   /// Whether the device's lamp says that the hand has the tool.
   void SetEngaged(bool engaged);
   /// A device that is there, homed and not engaged: a button is pressed for a moment after a while.
@@ -40,7 +44,11 @@ class SceneHand final : public Mechanism {
   SimulatedDevice device_;  // in the world
   HandMotion motion_;
   ScriptedHand at_rest_;  // in frame D: homing and waiting
+  std::function<std::uint64_t()> commands_;
+  std::uint64_t heard_ = 0;
+  double since_heard_s_ = 0;
   bool engaged_ = false;
+  bool at_way_ = false;  // not homing, nor before it had the tool
   bool waiting_ = false;
   double engaged_s_ = 0;
   double waiting_s_ = 0;

@@ -25,7 +25,8 @@ class Display:
     def __init__(self, width=1600, height=1000):
         read, write = os.pipe()
         self.server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp"],
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp",
+             "-noreset"],  # else it begins anew, and refuses who comes just then, each time that its last client leaves
             pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as pipe:
@@ -178,6 +179,18 @@ class Window:
                 return self.state
             self._check(deadline, f"never so: {what}")
             time.sleep(0.05)
+
+    def wait_still(self, name, still_s=1, seconds=30):
+        """The value that this of the state comes to rest at."""
+        deadline = time.monotonic() + seconds
+        value, since = None, time.monotonic()
+        while time.monotonic() < since + still_s:
+            self.read()
+            if self.state[name] != value:
+                value, since = self.state[name], time.monotonic()
+            self._check(deadline, f"{name} does not come to rest")
+            time.sleep(0.05)
+        return value
 
     def _over(self):
         return self.process.poll() is not None

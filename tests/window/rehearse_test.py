@@ -94,13 +94,10 @@ def main():
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
         w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2, 60)
-        force = w.state["force_N"]
+        w.wait_state("the bone resists", lambda s: s["force_N"] > 0.1, 60)
         w.wait_state("half through", lambda s: s["saw_mm"][2] < 9.5, 60)
         w._xdotool("keyup", "Down")
-        time.sleep(0.5)
-        w.read()
-        assert force > 0.1 or w.state["force_N"] > 0.1, "the bone resists"
-        removed = w.state["removed_mm3"]
+        removed = w.wait_still("removed_mm3", still_s=0.5)
         picture("cutting")
         w.key("t")
         picture("translucent")
