@@ -30,7 +30,10 @@ class CutWithAFalcon : public test::EmulatedProgram {
     WriteFirmware();
     const std::string bar = test::Slurp(KERF_SOURCE_DIR "/tests/support/cut_bar.toml");
     Write("bar.toml", bar);
-    Write("hand.toml", bar + kDevice);
+    // Deeper than it takes: what the hand does in a moment in which the program stands still does not move the tool.
+    constexpr char kEnd[] = "end_mm = [0.0, 0.0, 0.5]";
+    std::string deeper = bar;
+    Write("hand.toml", deeper.replace(bar.find(kEnd), sizeof(kEnd) - 1, "end_mm = [0.0, 0.0, -1.5]") + kDevice);
     return KerfWith(
         "--firmware firmware.bin --scene hand.toml --interrupt-on-way 9 " + options,
         "loop bar.toml --device falcon --falcon-firmware firmware.bin --record cut.kerf --json --seconds 500");
