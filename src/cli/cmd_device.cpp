@@ -95,7 +95,9 @@ void AddDeviceCommand(CLI::App& app) {
       "test",
       "Homing, a handle at rest, a slow circle of force within a fifth of the peak, buttons, and how long a round "
       "takes; any key stops it, and the force with it");
-  test->add_option("NAME", options->device.device, "The device, as 'kerf devices' lists it")->required();
+  options->device.called = "NAME";
+  test->add_option(options->device.called, options->device.device, "The device, as 'kerf devices' lists it")
+      ->required();
   AddDriverOptions(*test, options->device);
   DeviceCheckOptions& check = options->check;
   test->add_option("--force", check.circle_share, "Of the circle, share of the device's peak, 0.01 to 0.2")

@@ -124,10 +124,10 @@ Scene OpenScene(Options& options, std::optional<RecordingReader>& recording, Rec
 
 /// The device that holds the tool, or moves the hand that does; null when none is really there.
 std::shared_ptr<DeviceServo> TakeDevice(Options& options, Scene& scene) {
+  CheckDeviceOption(options.device);
   if (options.device.device.empty()) return nullptr;
   options.loop.device = MakePlayedDevice(options.device);
   if (options.loop.device.is_there()) return nullptr;
-  CheckDeviceOption(options.device);
   if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "has no time for a real device");
   std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
   if (servo->traits().makes_force) {

@@ -85,6 +85,16 @@ std::vector<PlayedPose> ReadHandle(const std::string& file) {
   return poses;
 }
 
+/// On the command line: the environment may name one whatever the device is.
+bool AsksForFirmware(const DeviceOption& option) {
+  const char* variable = std::getenv(kFalconFirmwareVariable);
+  return !option.falcon_firmware.empty() && (variable == nullptr || option.falcon_firmware != variable);
+}
+
+std::string CheckNotEmpty(const std::string& text) {
+  return text.empty() ? "must not be empty" : "";
+}
+
 void CheckIsFor(std::string_view kind, const char* name, bool given, std::string_view chosen) {
   if (!given || chosen == kind) return;
   throw CLI::ValidationError(name, fmt::format("is for the device \"{}\", not for \"{}\"", kind, chosen));
@@ -97,14 +107,18 @@ void AddDriverOptions(CLI::App& command, DeviceOption& option) {
       .add_option("--falcon-firmware", option.falcon_firmware,
                   "The Novint Falcon's firmware, a file of its maker's that you have; not needed when another program "
                   "has loaded it")
-      ->envname(kFalconFirmwareVariable);
-  command.add_option("--wooden", option.wooden,
-                     "A WoodenHaptics device's sizes (TOML, as volumes/wooden_2016.toml); without it those of 2016");
+      ->envname(kFalconFirmwareVariable)
+      ->check(CheckNotEmpty);
+  command
+      .add_option("--wooden", option.wooden,
+                  "A WoodenHaptics device's sizes (TOML, as volumes/wooden_2016.toml); without it those of 2016")
+      ->check(CheckNotEmpty);
   CLI::Option* bridge = command.add_option(
       "--bridge", option.bridge,
       fmt::format("Where the bridge program of a device with a maker's library listens, ADDRESS[:PORT]; without it "
                   "127.0.0.1:{}",
                   kBridgePort));
+  bridge->check(CheckNotEmpty);
   command
       .add_flag("--bridge-elsewhere", option.bridge_elsewhere,
                 "It may be another machine's: whoever can send to it there can move the device")
@@ -119,11 +133,13 @@ CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool playe
         "; or \"none\": the handle stands still; \"script:FILE\": it goes by a table of poses, as [path] file; "
         "\"recording:FILE\": as in a recording";
   }
-  CLI::Option* device = command.add_option("--device", option.device, what)->check([played](const std::string& name) {
-    if (name.empty()) return std::string("must not be empty");
-    return played || !IsPlayed(name) ? "" : fmt::format("\"{}\" is for 'kerf loop' alone", name);
-  });
+  CLI::Option* device =
+      command.add_option(kDeviceOption, option.device, what)->check([played](const std::string& name) {
+        if (name.empty()) return CheckNotEmpty(name);
+        return played || !IsPlayed(name) ? "" : fmt::format("\"{}\" is for 'kerf loop' alone", name);
+      });
   AddDriverOptions(command, option);
+  for (const char* name : {"--wooden", "--bridge"}) command.get_option(name)->needs(device);
   command.add_option("--motion-scale", option.motion_scale, "mm of the tool for each of the handle, 0.02 to 20")
       ->needs(device)
       ->check(NumberWithin(0.02, 20, "times"));
@@ -138,7 +154,6 @@ CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool playe
 
 DriverOptions MakeDriverOptions(const DeviceOption& option) {
   DriverOptions options;
-  // The environment may name one whatever the device is.
   const bool may_be_falcon = option.device.empty() || option.device.starts_with("falcon");
   if (!option.falcon_firmware.empty() && may_be_falcon) {
     const std::string text = ReadTextFile(option.falcon_firmware, std::size_t{1} << 20);
@@ -157,25 +172,30 @@ DriverOptions MakeDriverOptions(const DeviceOption& option) {
 }
 
 void CheckDeviceOption(const DeviceOption& option) {
+  if (option.device.empty() || IsPlayed(option.device)) {
+    if (AsksForFirmware(option)) throw CLI::ValidationError("--falcon-firmware", "requires --device falcon");
+    return;
+  }
   std::string kind;
   try {
     kind = FindKnownDevice(option.device).name;
   } catch (const Error& e) {
     throw CLI::ValidationError(
-        "--device", fmt::format("{}; 'kerf loop' has \"none\", \"script:FILE\" and \"recording:FILE\" too", e.what()));
+        option.called,
+        option.called == kDeviceOption
+            ? fmt::format("{}; 'kerf loop' has \"none\", \"script:FILE\" and \"recording:FILE\" too", e.what())
+            : e.what());
   }
-  const char* variable = std::getenv(kFalconFirmwareVariable);
-  const bool asks_firmware = !option.falcon_firmware.empty() && (!variable || option.falcon_firmware != variable);
-  CheckIsFor("falcon", "--falcon-firmware", asks_firmware, kind);
+  CheckIsFor("falcon", "--falcon-firmware", AsksForFirmware(option), kind);
   CheckIsFor("wooden", "--wooden", !option.wooden.empty(), kind);
   CheckIsFor("bridge", "--bridge", !option.bridge.empty(), kind);
 }
 
 std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
                                        const std::atomic<bool>* stop) {
+  CheckDeviceOption(option);
   if (option.device.empty() || IsPlayed(option.device)) return nullptr;
   if (!option.profile.empty()) FindDeviceProfile(option.profile);
-  CheckDeviceOption(option);
   const DriverOptions driver = MakeDriverOptions(option);
   if (!driver.falcon.firmware.empty()) {
     fmt::print(stderr, "kerf: {}: {} bytes, SHA-256 {}\n", option.falcon_firmware, driver.falcon.firmware.size(),

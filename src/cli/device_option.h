@@ -15,11 +15,14 @@
 
 namespace kerf::cli {
 
+inline constexpr char kDeviceOption[] = "--device";
+
 struct DeviceOption {
-  std::string device;           // empty: simulated
-  std::string falcon_firmware;  // file
-  std::string wooden;           // file
-  std::string bridge;           // ADDRESS:PORT
+  std::string called = kDeviceOption;  // on the command line
+  std::string device;                  // empty: simulated
+  std::string falcon_firmware;         // file
+  std::string wooden;                  // file
+  std::string bridge;                  // ADDRESS:PORT
   bool bridge_elsewhere = false;
   std::optional<double> motion_scale;
   bool left_handed = false;
@@ -34,8 +37,8 @@ void AddDriverOptions(CLI::App& command, DeviceOption& option);
 /// Reads the files. Throws Error.
 DriverOptions MakeDriverOptions(const DeviceOption& option);
 
-/// Throws the command line's error: no device that can be there is called so (it names the nearest), or an option is
-/// another device's.
+/// Throws the command line's error: nothing is called so (it names the nearest device), or an option is another
+/// device's, or one's when there is none.
 void CheckDeviceOption(const DeviceOption& option);
 
 /// Opens a device that is really there, firmware and all, and puts it into the scene's [device]; what is being done

@@ -168,6 +168,10 @@ TEST_F(LoopDevices, RefusesWhatItCanNotPlay) {
   ExpectFailure(2, "loop s.toml --virtual --device none --left-handed", "for a device that is there");
   ExpectFailure(2, "loop s.toml --virtual --device none --bridge 127.0.0.1", "for a device that is there");
   ExpectFailure(2, "loop s.toml --motion-scale 2", "--motion-scale requires --device");
+  ExpectFailure(2, "loop s.toml --bridge 127.0.0.1", "--bridge requires --device");
+  ExpectFailure(2, "loop s.toml --wooden w.toml", "--wooden requires --device");
+  ExpectFailure(2, "loop s.toml --falcon-firmware f.bin", "--falcon-firmware: requires --device falcon");
+  ExpectFailure(2, "loop s.toml --virtual --device none --falcon-firmware f.bin", "requires --device falcon");
 }
 
 TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
@@ -176,6 +180,9 @@ TEST_F(LoopDevices, RefusesDevicesThatCanNotBe) {
   ExpectFailure(2, "loop s.toml --virtual --device falcon", "--virtual: has no time for a real device");
   ExpectFailure(2, "loop s.toml --device falcon --motion-scale 0", "--motion-scale");
   ExpectFailure(2, "loop s.toml --device ''", "--device: must not be empty");
+  ExpectFailure(2, "loop s.toml --device bridge --bridge ''", "--bridge: must not be empty");
+  ExpectFailure(2, "loop s.toml --device wooden --wooden ''", "--wooden: must not be empty");
+  ExpectFailure(2, "device test flacon", "NAME: no device is called \"flacon\"; the nearest is \"falcon\"");
   ExpectFailure(2, "loop s.toml --device falcon --bridge 127.0.0.1",
                 "--bridge: is for the device \"bridge\", not for \"falcon\"");
   ExpectFailure(2, "device test wooden@1-2 --falcon-firmware f.bin",
