@@ -496,8 +496,8 @@ nlohmann::json Theatre::MakeState() const {
   const Vec3& p = figures_.X_WT.p_AB;
   const auto tenth = [](double v) { return std::round(10 * v) / 10; };
   nlohmann::json state{{"running", is_running()},
-                       {"ticks", figures_.time_s > 0},
                        {"spindle", spindle_on()},
+                       {"rpm", figures_.rpm},
                        {"removed_mm3", tenth(figures_.removed_mm3)},
                        {"force_N", tenth(glm::length(figures_.f_hand_N))},
                        {"saw_mm", {tenth(p.x), tenth(p.y), tenth(p.z)}},

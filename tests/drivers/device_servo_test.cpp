@@ -117,12 +117,13 @@ TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
   Served served(options, PutAside);
   served.Engage(MakePlace(), MakeTool());
   const Vec3 f_D_N = glm::conjugate(options.R_WD) * kForce_W_N;
-  ASSERT_TRUE(served.AwaitForce(kForce_W_N, f_D_N));
+  // Of the 1.9 N all but this: stiffness and damping have come in as far.
+  ASSERT_TRUE(served.AwaitForce(kForce_W_N, f_D_N, 1e-12));
   const DriverCommand told = served.device->Look().told;
   EXPECT_TRUE(told.engaged);
   EXPECT_LE(glm::length(told.p_D_mm - kHandle_mm), kExact_mm);
-  // A mm of the handle is three of the tool. Of the 1.9 N all but 1e-9 came through (AwaitForce), of these as much.
-  EXPECT_NEAR(told.stiffness_N_per_mm, 3 * 2, 3 * 2 * 1e-9);
+  // A mm of the handle is three of the tool.
+  EXPECT_NEAR(told.stiffness_N_per_mm, 3 * 2, 1e-9);
   EXPECT_NEAR(told.damping_Ns_per_mm, 3 * 0.01, 1e-9);
 }
 

@@ -86,8 +86,11 @@ def main():
         other = subprocess.Popen([sys.executable, "-c", OTHER_WINDOW], env=w.env, stdout=subprocess.PIPE, text=True)
         other.stdout.readline()
         w.wait_event("focus", on=False)
-        w.wait_state("the spindle stands", lambda s: not s["spindle"])
-        removed = w.wait_still("removed_mm3")  # though the key is still down
+        w.wait_state("the loop's spindle stands", lambda s: not s["spindle"] and s["rpm"] == 0)
+        removed = w.state["removed_mm3"]
+        time.sleep(1)
+        w.read()
+        assert w.state["removed_mm3"] == removed
         other.terminate()
         w._xdotool("keyup", "Down")
         w.focus()
