@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Holds every #include of include/ and src/ against docs/layers.txt, and the names of types that headers define against each other:
-one program has all of them, so that two of one name would be one to the linker.
+one program has all of them, so that two of one name would be one to the linker. And no test may use the folder that all tests share:
+they run beside each other.
 
-    tools/check_layers.py [ROOT]      exit 1 and a line for each include that goes against the table, and for each name given twice
+    tools/check_layers.py [ROOT]      exit 1 and a line for each include that goes against the table, each name given twice, and each
+                                      test in the shared folder
     tools/check_layers.py --self-test plants violations in a small tree and checks that each is caught
 """
 
@@ -121,10 +123,20 @@ def check_names(root):
     return faults
 
 
+def check_folders_of_tests(root):
+    """gtest's TempDir() is the same for all."""
+    faults = []
+    for path in sorted(p for p in (root / "tests").rglob("*") if p.suffix in (".h", ".cpp")):
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            if "TempDir(" in line:
+                faults.append(f"{path.relative_to(root)}:{number}: other tests write there too: take a test::Folder of support/folder.h")
+    return faults
+
+
 def check(root):
     folders = read_table((root / "docs/layers.txt").read_text(encoding="utf-8"))
     owner_of_public = {header: f.name for f in folders.values() for header in f.public}
-    faults = check_link_graph(root, folders) + check_names(root)
+    faults = check_link_graph(root, folders) + check_names(root) + check_folders_of_tests(root)
 
     def folder_of(path):
         parts = path.relative_to(root).parts
@@ -221,6 +233,8 @@ def self_test():
         ("src/core/twice.h", "namespace kerf {\nstruct Known {\n};\n}\n", "src/core/twice.h: Known is defined in src/bone/names.h too"),
         ("src/core/twice.h", "namespace kerf {\nenum class Other {\n};\n}\n", "src/sim/names.h: Other is defined in src/core/twice.h too"),
         ("include/kerf/other.h", "\n", "include/kerf/other.h: its folder is not in docs/layers.txt"),
+        ("tests/sim/a_test.cpp", "\nauto f = testing::TempDir();\n",
+         "tests/sim/a_test.cpp:2: other tests write there too: take a test::Folder of support/folder.h"),
     ]
 
     def faults_of(tree):
@@ -251,7 +265,7 @@ def main(arguments):
     faults = check(root)
     for fault in faults:
         print(fault)
-    print(f"check_layers: {len(faults)} faults against docs/layers.txt and among names of types")
+    print(f"check_layers: {len(faults)} faults against docs/layers.txt, among names of types, and in tests")
     return 1 if faults else 0
 
 

@@ -233,6 +233,20 @@ std::string NamePressed(const DriverTraits& traits, std::uint32_t buttons) {
   return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
+/// Where the handle is, how it lies, and what is pressed, as the device's motion is told.
+std::string DescribeSample(const DriverTraits& traits, const DriverSample& sample) {
+  const Vec3& p = sample.X_DH.p_AB;
+  const Quat& q = sample.X_DH.R_AB;
+  std::string line = fmt::format("right {:+8.2f}  up {:+8.2f}  towards you {:+8.2f} mm", p.x, p.y, p.z);
+  if (traits.motion == DriverMotion::kDeflection) {
+    const std::array<double, 6>& d = sample.deflection;
+    line = fmt::format("right {:+5.2f}  up {:+5.2f}  towards you {:+5.2f}; about them {:+5.2f} {:+5.2f} {:+5.2f}", d[0],
+                       d[1], d[2], d[3], d[4], d[5]);
+  }
+  if (traits.senses_orientation) line += fmt::format("; turned {:.3f} {:.3f} {:.3f} {:.3f}", q.w, q.x, q.y, q.z);
+  return fmt::format("{}; buttons {}", line, NamePressed(traits, sample.buttons));
+}
+
 }  // namespace
 
 DeviceCheckResult CheckDevice(DeviceServo& servo, const DeviceCheckOptions& options) {
@@ -251,17 +265,11 @@ void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
   while (goes_on()) {
     for (const std::string& message : servo.TakeMessages()) show(message, false);
     const ServoSample s = servo.TakeSample();
-    const Vec3& p = s.sample.X_DH.p_AB;
-    const Quat& q = s.sample.X_DH.R_AB;
-    std::string line =
-        fmt::format("{}; right {:+8.2f}  up {:+8.2f}  towards you {:+8.2f} mm", Describe(s.state), p.x, p.y, p.z);
-    if (traits.motion == DriverMotion::kDeflection) {
-      const std::array<double, 6>& d = s.sample.deflection;
-      line = fmt::format("{}; right {:+5.2f}  up {:+5.2f}  towards you {:+5.2f}; about them {:+5.2f} {:+5.2f} {:+5.2f}",
-                         Describe(s.state), d[0], d[1], d[2], d[3], d[4], d[5]);
-    }
-    if (traits.senses_orientation) line += fmt::format("; turned {:.3f} {:.3f} {:.3f} {:.3f}", q.w, q.x, q.y, q.z);
-    show(fmt::format("{}; buttons {}", line, NamePressed(traits, s.sample.buttons)), true);
+    // What it told last is not where it is.
+    const bool answers = 1e-9 * static_cast<double>(clock.Now()) - s.at_s < servo.options().servo.agree_s;
+    std::string line = Describe(s.state);
+    if (s.state != ServoState::kClosed) line += answers ? "; " + DescribeSample(traits, s.sample) : "; no answer";
+    show(line, true);
     clock.SleepUntil(clock.Now() + kPeriod_ns);
   }
   const ServoCounts rounds = servo.counts().rounds;

@@ -8,6 +8,7 @@
 #include "accuracy/reference_store.h"
 #include "files/files.h"
 #include "kerf/error.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -20,12 +21,6 @@ StudyPath MakeStretch(const std::string& name, double from_s, double to_s) {
   path.pose = [pose = path.pose, from_s](Holding holding, double t_s) { return pose(holding, from_s + t_s); };
   path.duration_s = to_s - from_s;
   return path;
-}
-
-std::string MakeEmptyFile(const std::string& name) {
-  std::string file = testing::TempDir() + "kerf_" + name + ".ref";
-  std::filesystem::remove(file);
-  return file;
 }
 
 TEST(CaseErrors, FallWithTheVoxel) {
@@ -109,7 +104,8 @@ TEST(StudyReference, SettingsThatDifferInNumericsShareOne) {
 }
 
 TEST(StudyReference, IsReadBackAsItWasAndOnlyForTheSameInput) {
-  const std::string file = MakeEmptyFile("stored");
+  const test::Folder folder;
+  const std::string file = folder.file("stored.ref");
   const StudyPath path = MakeStretch("entry", 0.25, 0.35);
   const StudyReference made = MakeStudyReference(path, Holding::kPath, {}, kTolerance, file, nullptr);
   ASSERT_TRUE(std::filesystem::exists(file));
@@ -143,7 +139,8 @@ TEST(StudyReference, IsReadBackAsItWasAndOnlyForTheSameInput) {
 }
 
 TEST(StudyReference, ADamagedFileIsMadeAnewAndThatIsSaid) {
-  const std::string file = MakeEmptyFile("damaged");
+  const test::Folder folder;
+  const std::string file = folder.file("damaged.ref");
   const StudyPath path = MakeStretch("entry", 0.25, 0.3);
   const StudyReference made = MakeStudyReference(path, Holding::kPath, {}, kTolerance, file, nullptr);
   const std::string whole = ReadTextFile(file);

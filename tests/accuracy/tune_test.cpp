@@ -6,10 +6,9 @@
 
 #include <rapidcheck/gtest.h>
 
-#include <filesystem>
-
 #include "files/files.h"
 #include "kerf/error.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -81,9 +80,9 @@ disc_normal = [0, 1, 0]
 
 class TuneTest : public testing::Test {
  protected:
-  TuneTest() : file_(testing::TempDir() + "kerf_tune_test.toml") { WriteTextFile(file_, kScene); }
-  ~TuneTest() override { std::filesystem::remove(file_); }
-  std::string file_;
+  TuneTest() { WriteTextFile(file_, kScene); }
+  test::Folder folder_;
+  std::string file_ = folder_.file("scene.toml");
 };
 
 TEST_F(TuneTest, ChoosesWhatKeepsTheErrorWhenItIsMeasuredAnew) {

@@ -295,5 +295,34 @@ TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
   }));
 }
 
+TEST(WatchDevice, ShowsWhereTheHandleIsOnlyWhileItTells) {
+  DeviceServoOptions options = PatientOptions();
+  options.servo.silent_s = options.servo.agree_s = 0.3;
+  Served served(options, [](ToldDevice::State& state) {
+    state.sample.X_DH.p_AB = {1.25, -2.5, 30};
+    state.sample.buttons = 0b0100;
+  });
+  const char* const told = "right    +1.25  up    -2.50  towards you   +30.00 mm; buttons right";
+  // What must be seen next, and what is done to the device then.
+  const std::vector<std::pair<std::string, std::function<void(ToldDevice::State&)>>> sights = {
+      {told, [](ToldDevice::State& state) { state.end = RoundEnd::kNoAnswer; }},
+      {"; no answer", [](ToldDevice::State& state) { state.end = RoundEnd::kSample; }},
+      {told, [](ToldDevice::State& state) { state.is_there = false; }},
+      {"not there", [](ToldDevice::State& state) { state.is_there = true; }},
+      {told, [](ToldDevice::State& /*state*/) {}}};
+  std::size_t next = 0;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(test::kLongWait_s);
+  WatchDevice(
+      *served.servo, [&] { return next < sights.size() && std::chrono::steady_clock::now() < end; },
+      [&](const std::string& line, bool passing) {
+        if (!passing || next == sights.size()) return;
+        EXPECT_EQ(line.ends_with(told), line.find(" mm") != std::string::npos) << line;
+        if (!line.ends_with(sights[next].first)) return;
+        served.device->With(sights[next].second);
+        ++next;
+      });
+  EXPECT_EQ(next, sights.size()) << "never saw: " << sights[std::min(next, sights.size() - 1)].first;
+}
+
 }  // namespace
 }  // namespace kerf

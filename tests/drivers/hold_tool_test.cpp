@@ -4,11 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 #include <numbers>
 
 #include "drivers/told_device.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -78,18 +78,18 @@ TEST(HoldTool, RefusesFiguresThatAskForMoreThanTheDeviceHas) {
   EXPECT_EQ(other.device.profile, "touch");
 
   // A table of the scene's own too.
-  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "hold_tool_profiles.csv";
+  const test::Folder folder;
+  const std::string file = folder.file("profiles.csv");
   std::ifstream table(KERF_SOURCE_DIR "/volumes/device_profiles.csv");
   std::ofstream(file) << table.rdbuf();
   Scene with_table;
-  with_table.device.file = file.string();
+  with_table.device.file = file;
   with_table.device.profile = "omega_6";
   Served falcon;
   EXPECT_THAT(FailureOf([&] { SetDevice(with_table, *falcon.servo); }), HasSubstr("the profile 'omega_6' says 12 N"));
   with_table.device.profile = "omni";
   SetDevice(with_table, *falcon.servo);
   EXPECT_EQ(with_table.device.profile, "omni");
-  std::filesystem::remove(file);
 }
 
 TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {

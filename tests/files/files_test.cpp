@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "kerf/error.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -16,17 +17,12 @@ using ::testing::HasSubstr;
 
 class Files : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = ::testing::TempDir() + "kerf_files_" + ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
   std::size_t CountFiles() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
   }
-  std::string folder_;
+  test::Folder own_;
+  std::string folder_ = own_.path();
 };
 
 std::string MessageOf(const std::function<void()>& call) {

@@ -12,6 +12,7 @@
 #include "kerf/error.h"
 #include "mesh/decimate.h"
 #include "mesh/meshfile.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -62,12 +63,6 @@ std::string MessageOf(const std::function<void()>& call) {
 
 class MeshFile : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = ::testing::TempDir() + "kerf_mesh_" + ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
   std::string ReadMessage(const std::string& name, const std::string& content) const {
     std::ofstream(Path(name), std::ios::binary) << content;
@@ -75,7 +70,8 @@ class MeshFile : public ::testing::Test {
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     return message;
   }
-  std::string folder_;
+  test::Folder own_;
+  std::string folder_ = own_.path();
 };
 
 TEST_F(MeshFile, EveryFormatGivesBackTheSameClosedSurface) {

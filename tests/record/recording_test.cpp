@@ -16,6 +16,7 @@
 
 #include "files/files.h"
 #include "kerf/error.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -25,13 +26,6 @@ using ::testing::HasSubstr;
 
 class Recordings : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        ::testing::TempDir() + "kerf_recordings_" + ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
 
   static RecordingHead Head() {
@@ -81,7 +75,8 @@ class Recordings : public ::testing::Test {
     EXPECT_EQ(static_cast<std::uint64_t>(i), reader.steps());
   }
 
-  std::string folder_;
+  test::Folder own_;
+  std::string folder_ = own_.path();
 };
 
 TEST_F(Recordings, ComesBack) {

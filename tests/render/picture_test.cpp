@@ -8,7 +8,6 @@
 #include <vtkPNGReader.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -16,6 +15,7 @@
 #include <set>
 
 #include "kerf/error.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -259,7 +259,8 @@ TEST_F(Picture, SameSpecGivesTheSamePixels) {
 
 TEST_F(Picture, PngHoldsThePixels) {
   Image image{3, 2, {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}};
-  const std::string path = ::testing::TempDir() + "kerf_render_pixels.png";
+  const test::Folder folder;
+  const std::string path = folder.file("pixels.png");
   WritePng(image, path);
   const vtkNew<vtkPNGReader> reader;
   reader->SetFileName(path.c_str());
@@ -276,7 +277,6 @@ TEST_F(Picture, PngHoldsThePixels) {
       }
     }
   }
-  std::filesystem::remove(path);
 }
 
 TEST_F(Picture, BadSpecsAreRefusedWithOneSentence) {

@@ -9,6 +9,7 @@
 #include "kerf/error.h"
 #include "scene/path_csv.h"
 #include "scene_text.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -92,7 +93,8 @@ TEST(PathCsv, DamagedFilesNeverCrash) {
 }
 
 TEST(PathCsv, IsFoundBesideTheScene) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "kerf_path_csv";
+  const test::Folder own;
+  const std::filesystem::path folder = own.path();
   std::filesystem::create_directories(folder / "sub");
   WriteTextFile((folder / "sub" / "p.csv").string(), kHeader + "1,0,0,0,1,0,0,0\n3,4,0,0,1,0,0,0\n");
   const std::string text = "[bone]\nmodel = \"block\"\n[path]\nfile = \"sub/p.csv\"\n";
@@ -107,7 +109,6 @@ TEST(PathCsv, IsFoundBesideTheScene) {
   const std::string missing = test::MessageFor("[bone]\nmodel = \"block\"\n[path]\nfile = \"none.csv\"\n", file);
   EXPECT_EQ(missing.rfind(file + ":4:1: ", 0), 0U) << missing;
   EXPECT_NE(missing.find("none.csv"), std::string::npos) << missing;
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "session/run_loop.h"
 #include "session/run_scene.h"
 #include "session/run_slab_scene.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -84,12 +85,6 @@ pieces = "hidden"
 
 class Replays : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = ::testing::TempDir() + "kerf_replays_" + ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   std::string Path(const std::string& name) const { return folder_ + "/" + name; }
 
   static Scene MakeScene(const std::string& path, const std::string& more = "") {
@@ -143,7 +138,8 @@ class Replays : public ::testing::Test {
     return "";
   }
 
-  std::string folder_;
+  test::Folder own_;
+  std::string folder_ = own_.path();
 };
 
 TEST_F(Replays, ALoopComesOutTheSame) {
