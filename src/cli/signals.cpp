@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstdlib>
 
 #include "drivers/device_servo.h"
 #include "files/files.h"
@@ -49,18 +50,25 @@ const std::atomic<bool>& CatchInterrupt() {
 }
 
 void HandleSignalsOfDevices() {
-  struct sigaction action {};
-  action.sa_handler = LetGoAndEnd;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
-  for (const int number : {SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTSTP}) {
+  const auto handle = [](int number, void (*handler)(int), int flags) {
     struct sigaction before {};
-    if (sigaction(number, nullptr, &before) != 0 || before.sa_handler == SIG_IGN) continue;
-    if (number == SIGTSTP) {
-      action.sa_handler = LetGoAndStop;
-      action.sa_flags = SA_RESTART;
-    }
+    if (sigaction(number, nullptr, &before) != 0 || before.sa_handler == SIG_IGN) return;
+    struct sigaction action {};
+    action.sa_handler = handler;
+    action.sa_flags = flags;
     sigaction(number, &action, nullptr);
+  };
+  const auto end = [&](int number) { handle(number, LetGoAndEnd, static_cast<int>(SA_RESETHAND)); };
+  // All that would end a program (signal(7)) but those of CatchInterrupt() and HandleSignals().
+  for (const int number : {SIGQUIT, SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGSEGV, SIGUSR1, SIGUSR2, SIGPIPE,
+                           SIGALRM, SIGSTKFLT, SIGXCPU, SIGVTALRM, SIGPROF, SIGIO, SIGPWR, SIGSYS}) {
+    end(number);
   }
+  for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) end(number);
+  for (const int number : {SIGTSTP, SIGTTIN, SIGTTOU}) handle(number, LetGoAndStop, SA_RESTART);
+  // A library that gives up calls exit(): Xlib, whose server is gone.
+  static const int at_exit = std::atexit([] { DeviceServo::LetGoOfAll(kLetGo_ms); });
+  static_cast<void>(at_exit);
 }
 
 void HandleSignals() {

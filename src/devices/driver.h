@@ -26,8 +26,10 @@ struct DriverTraits {
   DriverMotion motion = DriverMotion::kPosition;
   bool makes_force = true;
   bool senses_orientation = false;
-  bool homes = false;                // tells no true position before its handle has been moved as `homing` says
-  std::string homing;                // to the user: "pull the grip all the way out, then push it in"
+  bool homes = false;  // tells no true position before its handle has been moved as `homing` says
+  /// To the user: "pull the grip all the way out, then push it in". Of one that does not home: how it must lie, or have
+  /// lain, for its zero to be true, which it can't tell.
+  std::string homing;
   double rate_hz = 1000;             // of rounds, at most
   int timeout_ms = 10;               // of a round: longer, and it is one without an answer
   std::vector<std::string> buttons;  // names, of bit 0 on

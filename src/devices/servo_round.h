@@ -59,6 +59,8 @@ class ServoRound {
 
   /// The driver has been started: from the beginning, homing and agreeing included.
   void Open(double now_s);
+  /// The device is given up until it is opened anew.
+  void Close() noexcept { sample_.state = ServoState::kClosed; }
   /// The hand has let go: no force in the next round, and the user must agree again.
   void LetGo() noexcept;
   /// One round, dt_s after the last. `agrees`: the user said so since the last round. kClosed: the device is gone. Not

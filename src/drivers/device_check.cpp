@@ -77,7 +77,7 @@ class Check {
       if (state == ServoState::kWaiting || state == ServoState::kEngaged) return true;
       if (Now_s() < end_s) continue;
       result_.faults.push_back(
-          fmt::format("the handle was not homed in {:g} s: {}", options_.homing_s, servo_.traits().homing));
+          fmt::format("the handle was not homed in {:g} s: {}", options_.homing_s, DescribeHoming(servo_.traits())));
       return false;
     }
     return false;

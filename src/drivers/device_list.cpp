@@ -11,6 +11,7 @@
 #include "core/nearest_name.h"
 #include "devices/falcon/falcon_usb.h"
 #include "devices/hid/wooden_driver.h"
+#include "drivers/device_servo.h"
 #include "drivers/libusb_bus.h"
 #include "kerf/error.h"
 
@@ -317,8 +318,8 @@ std::unique_ptr<DeviceDriver> OpenDriver(UsbBus& bus, const std::string& choice,
     throw Error(fmt::format("the {} at {} can't be opened: {}. {}", refused->model, refused->usb.ports,
                             refused->problem, refused->mend));
   }
-  throw Error(fmt::format("no {} is plugged in{}; 'kerf devices' shows what is there", known.what,
-                          socket.empty() ? "" : fmt::format(" at {}", socket)));
+  throw DeviceNotThere(fmt::format("no {} is plugged in{}; 'kerf devices' shows what is there", known.what,
+                                   socket.empty() ? "" : fmt::format(" at {}", socket)));
 }
 
 std::string MakeUdevRules() {

@@ -24,7 +24,9 @@ constexpr std::uint64_t kTellEvery = 64;  // rounds
 constexpr int kStopRounds = 5;
 constexpr std::int64_t kRemindFirst_ns = 300'000'000;
 constexpr std::int64_t kRemindAgain_ns = 30'000'000'000;
-constexpr double kTurning_rad_per_s = 2;  // of a tool that is turned by keys
+constexpr int kRefusals = 3;                  // of one just plugged in, whose rules do not hold yet
+constexpr std::uint64_t kGivenUpRounds = 20;  // it was the device that stood still, not this program
+constexpr double kTurning_rad_per_s = 2;      // of a tool that is turned by keys
 
 // Of LetGoOfAll().
 std::atomic<int> servos{0};
@@ -70,6 +72,10 @@ WorkspaceParams MakeWorkspace(const DeviceServoOptions& options, const DriverTra
 
 }  // namespace
 
+std::string DescribeHoming(const DriverTraits& traits) {
+  return traits.homing.empty() ? "switch its motors on, and home it if its own program asks you to" : traits.homing;
+}
+
 DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& options,
                          const std::function<bool(const std::string& doing, double share)>& show)
     : name_(std::move(name)), open_(std::move(open)), options_(options), workspace_({}) {
@@ -114,7 +120,11 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
     case ServoState::kHoming:
       break;  // RemindOfHoming()
     case ServoState::kWaiting:
-      if (again && traits_.makes_force) Say("is there again; press a button on it, or agree here, to have force again");
+      if (HasToldZero(traits_)) Say(traits_.homing);
+      if (again && traits_.makes_force) {
+        Say(fmt::format("is there again; {}agree here, to have force again",
+                        traits_.buttons.empty() ? "" : "press a button on it, or "));
+      }
       break;
     case ServoState::kEngaged:
       if (!traits_.makes_force) {
@@ -129,7 +139,7 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
       if (std::exchange(leaps_, round_->counts().leaps) != round_->counts().leaps) {
         Say("told a leap that no hand makes: no force for a moment, and the tool stays where it was");
       } else {
-        Say("does not answer: no force");
+        Say("does not answer: no force. If that lasts, see to its power and its cable");
       }
       break;
     case ServoState::kClosed:
@@ -140,14 +150,14 @@ void DeviceServo::SayState(ServoState before, ServoState now) {
 
 /// A device that is homed already says so in its first answers.
 void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
-  if (state != ServoState::kHoming || !traits_.homes) {
+  if (state != ServoState::kHoming) {
     homing_since_ns_ = -1;
     return;
   }
   if (homing_since_ns_ < 0) homing_since_ns_ = now_ns + kRemindFirst_ns;
   if (now_ns < homing_since_ns_) return;
   homing_since_ns_ = now_ns + kRemindAgain_ns;
-  Say(fmt::format("{}; there is no force before that", traits_.homing));
+  Say(fmt::format("{}; there is no force before that", DescribeHoming(traits_)));
 }
 
 bool DeviceServo::LetGoOfAll(int timeout_ms) noexcept {
@@ -205,13 +215,31 @@ bool DeviceServo::StartAgain() {
 bool DeviceServo::Reopen() {
   try {
     driver_ = open_();
-  } catch (const std::exception&) {
-    return false;  // not there yet: somebody has been told that it is gone
+    refusals_ = 0;
+  } catch (const DeviceNotThere&) {
+    refusals_ = 0;
+    return false;  // somebody has been told that it is gone
+  } catch (const std::exception& e) {
+    if (++refusals_ >= kRefusals && told_failure_ != e.what()) Say(told_failure_ = e.what());
+    return false;
   }
   if (!driver_ || !StartAgain()) return false;
   told_failure_.clear();
   round_->Open(Now_s());
   return true;
+}
+
+/// One that homes tells so when it has lost its place; any other must not be started anew behind its user's back.
+bool DeviceServo::IsGivenUp(std::int64_t now_ns) {
+  const std::uint64_t samples = round_->counts().samples;
+  if (std::exchange(samples_, samples) != samples) {
+    heard_ns_ = now_ns;
+    unanswered_ = 0;
+    return false;
+  }
+  ++unanswered_;
+  return traits_.homes && unanswered_ >= kGivenUpRounds &&
+         1e-9 * static_cast<double>(now_ns - heard_ns_) > options_.given_up_s;
 }
 
 void DeviceServo::Run() {
@@ -224,11 +252,12 @@ void DeviceServo::Run() {
   Deadlines deadlines(period_ns);
   const auto begin = [&] {
     deadlines.Start(clock.Now());
-    return clock.Now();
+    unanswered_ = 0;
+    return heard_ns_ = clock.Now();
   };
   round_->Open(Now_s());
   std::int64_t last_ns = begin();
-  ServoState before = ServoState::kClosed;
+  ServoState before = ServoState::kHoming;
   std::uint32_t let_go_seen = let_go_asked.load();
   while (!stop_.load()) {
     LetGoIfAsked(let_go_seen);
@@ -245,10 +274,14 @@ void DeviceServo::Run() {
     // Whoever agrees in a round without an answer has agreed in the next too.
     const bool agrees = round_->state() == ServoState::kWaiting && (agrees_.load() || !traits_.makes_force);
     const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns);
-    const ServoState state =
-        round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
-    // Nothing that is said while the hand has it holds for later.
-    if (state == ServoState::kEngaged || state == ServoState::kSilent) agrees_.store(false);
+    ServoState state = round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
+    const bool given_up = state != ServoState::kClosed && IsGivenUp(now_ns);
+    if (given_up) {
+      round_->Close();
+      state = ServoState::kClosed;
+    }
+    // Nothing that is said while the hand has it, or before it is homed, holds for later.
+    if (state != ServoState::kWaiting) agrees_.store(false);
     // Nor does what was said to a device that does not answer.
     if (1e-9 * static_cast<double>(now_ns) - round_->sample().at_s > options_.servo.agree_s) agrees_.store(false);
     last_ns = now_ns;
@@ -257,10 +290,15 @@ void DeviceServo::Run() {
     for_loop_.Publish(round_->sample());
     for_others_.Publish(round_->sample());
     state_.store(state);
-    if (state != before) SayState(before, state);
+    if (given_up) {
+      Say("has not answered for long, and is started anew: no force, and the tool stands still. See to its power");
+    } else if (state != before) {
+      SayState(before, state);
+    }
     RemindOfHoming(state, now_ns);
     before = state;
     if (state == ServoState::kClosed) {
+      if (given_up) driver_->Stop();
       driver_.reset();
       continue;
     }
@@ -370,7 +408,8 @@ bool DeviceServo::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept {
 std::array<double, 6> DeviceServo::ReadDeflection() noexcept {
   for_loop_.Update();
   const ServoSample& newest = for_loop_.front();
-  return newest.state == ServoState::kEngaged ? newest.sample.deflection : std::array<double, 6>{};
+  const bool holds = newest.state == ServoState::kEngaged && Now_s() - newest.at_s <= options_.old_s;
+  return holds ? newest.sample.deflection : std::array<double, 6>{};
 }
 
 ServoSample DeviceServo::TakeSample() {

@@ -19,6 +19,7 @@
 #include "devices/driver.h"
 #include "devices/servo_round.h"
 #include "devices/workspace.h"
+#include "kerf/error.h"
 
 namespace kerf {
 
@@ -32,7 +33,21 @@ struct DeviceServoOptions {
   std::string profile;            // its name in the table of profiles, in place of the device's own; empty: that
   double reopen_s = 0.5;          // so often it is looked for while it is not there
   double old_s = 0.1;             // nobody holds a tool by what the handle did so long ago
+  double given_up_s = 2;          // without an answer: one that homes is opened anew, as its power may have been away
 };
+
+/// Of DeviceServo::Open: there is nothing to be opened, and nothing more to be said.
+class DeviceNotThere : public Error {
+ public:
+  using Error::Error;
+};
+
+/// What the user is to do before the device tells where its handle is.
+std::string DescribeHoming(const DriverTraits& traits);
+/// Its zero is where the user held it: traits.homing says how, and nobody else knows whether it was so.
+inline bool HasToldZero(const DriverTraits& traits) {
+  return !traits.homes && !traits.homing.empty();
+}
 
 /// What the device holds of the tool (CouplingParams), in the device's newtons.
 struct ServedTool {
@@ -47,7 +62,7 @@ struct ServedTool {
 /// stands, the force goes, and comes back slowly where the handle is then.
 class DeviceServo final : public Device {
  public:
-  /// Opens the device, or throws Error: it is not there.
+  /// Opens the device, or throws Error: DeviceNotThere, or why not.
   using Open = std::function<std::unique_ptr<DeviceDriver>()>;
 
   /// Opens it in the calling thread, and throws what `open` and the driver's Start() throw; `show` as there. Then the
@@ -112,6 +127,7 @@ class DeviceServo final : public Device {
  private:
   void Run();
   bool Reopen();
+  bool IsGivenUp(std::int64_t now_ns);
   bool StartAgain();
   void CheckSame();
   void RemindOfHoming(ServoState state, std::int64_t now_ns);
@@ -144,7 +160,11 @@ class DeviceServo final : public Device {
   std::optional<ServoRound> round_;  // the thread's, and the next
   std::uint64_t leaps_ = 0;          // told of
   std::int64_t homing_since_ns_ = -1;
-  std::string told_failure_;  // of opening it again
+  std::string told_failure_;      // of opening it again
+  int refusals_ = 0;              // in a row, likewise
+  std::uint64_t samples_ = 0;     // that had come
+  std::uint64_t unanswered_ = 0;  // rounds, since the last did
+  std::int64_t heard_ns_ = 0;     // when it did
   LogHistogram round_times_;
   std::mutex reading_;        // for_others_
   mutable std::mutex mutex_;  // of the two below

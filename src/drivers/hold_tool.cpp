@@ -16,8 +16,7 @@
 namespace kerf {
 namespace {
 
-// The device's round and the loop's tick know nothing of each other: one of each, at most.
-constexpr int kServedDelay_ticks = 2;
+constexpr int kMostDelay_ticks = 16;    // that a coupling is worked out for
 constexpr double kSamePeak = 1 + 1e-6;  // a bridge tells it as a float
 constexpr double kOfGateSlew = 0.9;
 
@@ -92,12 +91,22 @@ void SetDevice(Scene& scene, const DeviceServo& servo) {
         "figures, [device] file",
         there.peak_force_N, scene.device.profile, peak_N));
   }
-  scene.device.delay_ticks = std::max(scene.device.delay_ticks, kServedDelay_ticks);
+  // The device's round and the loop's tick know nothing of each other: one of each, at most.
+  const double round_ticks = std::ceil(scene.loop.rate_hz / servo.traits().rate_hz - 1e-9);
+  if (1 + round_ticks > kMostDelay_ticks) {
+    throw Error(
+        fmt::format("the device takes {:g} commands a second, too few for a loop of {:g} Hz: [loop] rate_hz may be "
+                    "{:g} at most with it",
+                    servo.traits().rate_hz, scene.loop.rate_hz, (kMostDelay_ticks - 1) * servo.traits().rate_hz));
+  }
+  scene.device.delay_ticks = std::max(scene.device.delay_ticks, 1 + static_cast<int>(round_ticks));
 }
 
 bool HandleAtRest::Take(const ServoSample& sample) {
   const Vec3& p = sample.sample.X_DH.p_AB;
-  if (glm::length(p) > reach_mm_ || glm::length(p - place_D_mm_) > kStill_mm) {
+  const bool unseen = sample.at_s - seen_s_ > kUnseen_s;
+  seen_s_ = sample.at_s;
+  if (unseen || glm::length(p) > reach_mm_ || glm::length(p - place_D_mm_) > kStill_mm) {
     place_D_mm_ = p;
     since_s_ = sample.at_s;
   }

@@ -56,13 +56,17 @@ std::optional<HudBanner> HandDevice::MakeBanner() const {
     case ServoState::kEngaged:
       return std::nullopt;
     case ServoState::kHoming:
-      banner.text = fmt::format("{}: {}. There is no force before that", servo_->name(), servo_->traits().homing);
+      banner.text =
+          fmt::format("{}: {}. There is no force before that", servo_->name(), DescribeHoming(servo_->traits()));
       break;
     case ServoState::kWaiting:
       banner.text = engagements_ > 0
                         ? fmt::format("{} is there again, without force until you agree", servo_->name())
                         : fmt::format("{}: hold the handle still in the middle to take the saw", servo_->name());
-      banner.answers = "Enter, or a button of the device";
+      if (HasToldZero(servo_->traits())) {
+        banner.text = fmt::format("{}: {}", servo_->name(), servo_->traits().homing);
+      }
+      banner.answers = servo_->traits().buttons.empty() ? "Enter" : "Enter, or a button of the device";
       break;
     case ServoState::kSilent:
     case ServoState::kClosed:

@@ -241,7 +241,7 @@ bool Theatre::TakeKey(const WindowEvent& event) {
       return true;
     case Key::kEnter:
       if (!device_ || !device_->waits()) return false;
-      device_->Agree();
+      if (fresh) device_->Agree();
       return true;
     case Key::kSpace:
       if (fresh && activity_->cuts()) SetSpindle(!spindle_on());

@@ -290,9 +290,9 @@ TEST(DeviceServo, ADeviceThatFailsToOpenAgainIsTriedUntilItDoes) {
     state.is_there = true;
     state.fails_otherwise = true;
   });
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  std::string said;
+  ASSERT_TRUE(WaitFor([&] { return (said += served.Messages()).ends_with("told: no memory, perhaps\n"); })) << said;
   EXPECT_EQ(served.device->Look().opened, 1);
-  served.Messages();
   served.device->With([](ToldDevice::State& state) {
     state.fails_otherwise = false;
     state.fails_to_start = "its firmware is not the right one";

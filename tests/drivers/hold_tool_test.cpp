@@ -131,6 +131,41 @@ TEST(HoldTool, WaitsForTheHandleAndLetsItselfBeStopped) {
   EXPECT_NEAR(served.device->Look().told.stiffness_N_per_mm, 3 * 0.25, 1e-9);
 }
 
+TEST(HandleAtRest, IsOneThatWasSeenToBeStill) {
+  const Served served;
+  HandleAtRest at_rest(*served.servo);
+  ServoSample sample;
+  const auto take = [&](double at_s) {
+    sample.at_s = at_s;
+    return at_rest.Take(sample);
+  };
+  EXPECT_FALSE(take(10));
+  EXPECT_FALSE(take(10.6));  // nobody knows where it was meanwhile
+  for (int i = 1; i <= 10; ++i) EXPECT_FALSE(take(10.6 + 0.05 * i - 1e-9)) << i;
+  EXPECT_TRUE(take(11.15));
+  sample.sample.X_DH.p_AB.x += 3;
+  EXPECT_FALSE(take(11.2));
+}
+
+TEST(SetDevice, CouplesForTheDelayOfTheDevicesRounds) {
+  struct Case {
+    double loop_Hz, device_Hz;
+    int delay_ticks;  // of the loop: one of its own, and as many as begin in one of the device's rounds
+  };
+  for (const Case& c : {Case{1000, 1000, 2}, Case{500, 1000, 2}, Case{4000, 1000, 5}, Case{1000, 300, 5}}) {
+    SCOPED_TRACE(c.loop_Hz);
+    const Served served(PatientOptions(), [&](ToldDevice::State& state) { state.traits.rate_hz = c.device_Hz; });
+    Scene scene;
+    scene.loop.rate_hz = c.loop_Hz;
+    SetDevice(scene, *served.servo);
+    EXPECT_EQ(scene.device.delay_ticks, c.delay_ticks);
+  }
+  const Served slow(PatientOptions(), [](ToldDevice::State& state) { state.traits.rate_hz = 50; });
+  Scene scene;
+  scene.loop.rate_hz = 1000;
+  EXPECT_THAT(FailureOf([&] { SetDevice(scene, *slow.servo); }), HasSubstr("rate_hz may be 750 at most"));
+}
+
 TEST(MoveByDeflection, GoesAndTurnsByItsSpeeds) {
   const Pose X_WH{glm::angleAxis(0.8, glm::normalize(Vec3{1, -1, 2})), {10, 20, 30}};
   const Quat R_WD = glm::angleAxis(0.5, glm::normalize(Vec3{3, 1, 1}));

@@ -123,7 +123,7 @@ inline DeviceServo::Open OpenTold(const std::shared_ptr<ToldDevice>& device) {
     const ToldDevice::State state = device->Look();
     if (state.fails_otherwise) throw std::runtime_error("no memory, perhaps");
     if (!state.fails_to_open.empty()) throw Error(state.fails_to_open);
-    if (!state.is_there) throw Error("it is not there");
+    if (!state.is_there) throw DeviceNotThere("it is not there");
     return std::make_unique<ToldDeviceDriver>(device);
   };
 }
@@ -134,6 +134,7 @@ inline DeviceServoOptions PatientOptions() {
   options.priority = 0;
   options.reopen_s = 0.01;
   options.old_s = 20;
+  options.given_up_s = 60;
   options.servo.silent_s = 10;
   options.servo.agree_s = 20;
   options.servo.gate.stale_s = 20;
