@@ -6,6 +6,7 @@
 
 #include "cli/commands.h"
 #include "cli/practise_history.h"
+#include "cli/signals.h"
 #include "cli/window_options.h"
 #include "window/practice.h"
 
@@ -19,6 +20,7 @@ void OpenWindow(const PractiseOptions& options, const WindowOptions& window) {
   practice.level = options.level;
   practice.student = options.student;
   Practice theatre(practice);
+  const ExitsAtOnce at_once;
   for (const std::string& recording : theatre.Run()) fmt::print("recording  {}\n", recording);
 }
 

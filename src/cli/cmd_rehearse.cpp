@@ -42,6 +42,7 @@ void Run(const Options& options) {
     throw Error(fmt::format("{}: there is no such file or folder", options.input));
   }
   Rehearsal theatre(rehearsal);
+  const ExitsAtOnce at_once;
   const RehearsalResult result = theatre.Run();
   if (options.json) {
     fmt::print("{}\n", nlohmann::json{{"folder", rehearsal.theatre.folder},

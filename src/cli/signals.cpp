@@ -18,6 +18,15 @@ extern "C" void RemoveTemporariesAndEnd(int number) {
   raise(number);  // SA_RESETHAND: ends the program once the handler returns
 }
 
+std::atomic<bool> exits_at_once{false};
+
+extern "C" void EndAtOnce(int status, void*) {
+  if (!exits_at_once.load()) return;
+  DeviceServo::LetGoOfAll(kLetGo_ms);
+  RemoveTemporaries();
+  std::_Exit(status);
+}
+
 std::atomic<bool> interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
@@ -66,9 +75,15 @@ void HandleSignalsOfDevices() {
   }
   for (int number = SIGRTMIN; number <= SIGRTMAX; ++number) end(number);
   for (const int number : {SIGTSTP, SIGTTIN, SIGTTOU}) handle(number, LetGoAndStop, SA_RESTART);
-  // A library that gives up calls exit(): Xlib, whose server is gone.
-  static const int at_exit = std::atexit([] { DeviceServo::LetGoOfAll(kLetGo_ms); });
-  static_cast<void>(at_exit);
+}
+
+ExitsAtOnce::ExitsAtOnce() {
+  static const int set = on_exit(EndAtOnce, nullptr);
+  exits_at_once.store(set == 0);
+}
+
+ExitsAtOnce::~ExitsAtOnce() {
+  exits_at_once.store(false);
 }
 
 void HandleSignals() {

@@ -13,6 +13,16 @@ void HandleSignals();
 /// devices first (DeviceServo::LetGoOfAll). Not SIGKILL and SIGSTOP, which nobody can catch.
 void HandleSignalsOfDevices();
 
+/// While one stands, exit() ends the program at once, after the same: a library that gives up calls it (Xlib, whose
+/// server is gone) while threads of ours still use what the program would take down.
+class ExitsAtOnce {
+ public:
+  ExitsAtOnce();
+  ~ExitsAtOnce();
+  ExitsAtOnce(const ExitsAtOnce&) = delete;
+  ExitsAtOnce& operator=(const ExitsAtOnce&) = delete;
+};
+
 /// From now on the first SIGINT, SIGTERM or SIGHUP (those that are ignored stay so) sets this to true, for work that
 /// ends itself safely; a second one is handled as before.
 const std::atomic<bool>& CatchInterrupt();

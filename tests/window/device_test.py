@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """A cut in the window by a Novint Falcon that is emulated below libusb, pulled out and plugged in again in mid-cut, undone and
-redone under the hand; and an exercise by one.
+redone under the hand; a display that goes away in mid-cut; and an exercise by one.
 
     device_test.py KERF EMULATE_USB [PICTURE]
 
@@ -106,6 +106,29 @@ def rehearse(kerf, emulate, picture):
     check_end(kerf, folder)
 
 
+def lose_display(kerf, emulate):
+    """Xlib ends a program whose server is gone."""
+    scene = (SOURCE / "tests/support/cut_bar.toml").read_text()
+    folder = make_folder(scene, TOWARDS_EYE)
+    (folder / "bar.toml").write_text(scene)
+    with Display() as display:
+        w = Window(display, emulate,
+                   ["--firmware", "firmware.bin", "--scene", "hand.toml", "--report", "report.json", "--", kerf, "rehearse", "bar.toml",
+                    "--device", "falcon", "--falcon-firmware", "firmware.bin", "-o", "out"], folder, title="kerf rehearse")
+        w.wait_event("running")
+        w.key("space")
+        w.wait_state("the saw cuts", lambda s: s["force_N"] > 1, seconds=60)
+        display.server.kill()
+        code, text = w.wait_end()
+        assert code != 0, (code, text)
+    report = json.loads((folder / "report.json").read_text())
+    assert report["motors_at_end"] == [0, 0, 0] and report["peak_force_N"] > 0, report
+    # What was recorded until then is there.
+    done = subprocess.run([kerf, "replay", "out/session.kerf", "--verify"], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0 and "to the bit as recorded" in done.stdout, (done.stdout, done.stderr)
+    shutil.rmtree(folder)
+
+
 def practise(kerf, emulate):
     # The exercise's own path, by a hand that yields: the groove becomes shallower than wanted, never too deep.
     scene = (SOURCE / "scenes/practise/01_groove.toml").read_text().replace('[device]\nprofile = "omega_6"\n', "")
@@ -136,6 +159,7 @@ def main():
     kerf, emulate = sys.argv[1:3]
     skip_without_display_programs()
     rehearse(kerf, emulate, sys.argv[3] if len(sys.argv) > 3 else None)
+    lose_display(kerf, emulate)
     practise(kerf, emulate)
     print("cut in the window with an emulated device: ok")
 
