@@ -13,7 +13,7 @@ namespace {
 constexpr int kLetGo_ms = 300;
 
 extern "C" void RemoveTemporariesAndEnd(int number) {
-  DeviceServo::LetGoOfAll(kLetGo_ms);
+  DeviceServo::LetGoOfAll(kLetGo_ms, true);
   RemoveTemporaries();
   raise(number);  // SA_RESETHAND: ends the program once the handler returns
 }
@@ -22,7 +22,7 @@ std::atomic<bool> exits_at_once{false};
 
 extern "C" void EndAtOnce(int status, void*) {
   if (!exits_at_once.load()) return;
-  DeviceServo::LetGoOfAll(kLetGo_ms);
+  DeviceServo::LetGoOfAll(kLetGo_ms, true);
   RemoveTemporaries();
   std::_Exit(status);
 }
@@ -31,12 +31,12 @@ std::atomic<bool> interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 extern "C" void LetGoAndEnd(int number) {
-  DeviceServo::LetGoOfAll(kLetGo_ms);
+  DeviceServo::LetGoOfAll(kLetGo_ms, true);
   raise(number);  // SA_RESETHAND
 }
 
 extern "C" void LetGoAndStop(int) {
-  DeviceServo::LetGoOfAll(kLetGo_ms);
+  DeviceServo::LetGoOfAll(kLetGo_ms, false);
   raise(SIGSTOP);
 }
 

@@ -32,6 +32,7 @@ constexpr double kTurning_rad_per_s = 2;      // of a tool that is turned by key
 std::atomic<int> servos{0};
 std::atomic<std::uint32_t> let_go_asked{0};
 std::atomic<std::uint32_t> let_go_done{0};
+std::atomic<bool> let_go_for_good{false};
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
 
 /// Signals come to other threads: a handler that waits for this one must not run on it. A fault of this thread's own
@@ -160,10 +161,11 @@ void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
   Say(fmt::format("{}; there is no force before that", DescribeHoming(traits_)));
 }
 
-bool DeviceServo::LetGoOfAll(int timeout_ms) noexcept {
+bool DeviceServo::LetGoOfAll(int timeout_ms, bool for_good) noexcept {
   const std::uint32_t before = let_go_done.load();
   const int all = servos.load();
   if (all == 0) return true;
+  if (for_good) let_go_for_good.store(true);
   ++let_go_asked;
   const timespec millisecond{.tv_sec = 0, .tv_nsec = 1'000'000};
   for (int waited = 0; let_go_done.load() - before < static_cast<std::uint32_t>(all); ++waited) {
@@ -261,6 +263,11 @@ void DeviceServo::Run() {
   std::uint32_t let_go_seen = let_go_asked.load();
   while (!stop_.load()) {
     LetGoIfAsked(let_go_seen);
+    if (let_go_for_good.load()) {
+      clock.SleepUntil(clock.Now() + period_ns);
+      last_ns = clock.Now();
+      continue;
+    }
     if (!driver_) {
       clock.SleepUntil(clock.Now() + reopen_ns);
       if (stop_.load() || !Reopen()) continue;

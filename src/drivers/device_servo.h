@@ -73,8 +73,9 @@ class DeviceServo final : public Device {
   ~DeviceServo() override;
 
   /// No force on any device of this program, at once; then the user must agree again. For a program that is about to be
-  /// ended or stopped: may be called in a signal's handler, and waits for it, at most so long. False: it was too long.
-  static bool LetGoOfAll(int timeout_ms) noexcept;
+  /// stopped, or ended (`for_good`: there are no rounds after it). May be called in a signal's handler, and waits for
+  /// it, at most so long. False: it was too long.
+  static bool LetGoOfAll(int timeout_ms, bool for_good) noexcept;
 
   /// As it is at the tool: ScaleProfile().
   const DeviceProfile& profile() const override { return profile_; }

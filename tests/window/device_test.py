@@ -117,7 +117,7 @@ def lose_display(kerf, emulate):
                     "--device", "falcon", "--falcon-firmware", "firmware.bin", "-o", "out"], folder, title="kerf rehearse")
         w.wait_event("running")
         w.key("space")
-        w.wait_state("the saw cuts", lambda s: s["force_N"] > 1, seconds=60)
+        w.wait_state("the saw cuts", lambda s: s["removed_mm3"] > 1, seconds=90)
         display.server.kill()
         code, text = w.wait_end()
         assert code != 0, (code, text)
