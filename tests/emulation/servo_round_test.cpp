@@ -15,6 +15,7 @@
 #include "emulation/model_bus.h"
 #include "emulation/scripted_hand.h"
 #include "emulation/wooden_model.h"
+#include "kerf/error.h"
 
 namespace kerf {
 namespace {
@@ -28,7 +29,10 @@ constexpr double kMotorCount_N = 0.005;
 /// A device that does what a test says.
 class ToldDriver final : public DeviceDriver {
  public:
-  ToldDriver() { traits_.homes = true; }
+  explicit ToldDriver(bool senses_orientation = false) {
+    traits_.homes = true;
+    traits_.senses_orientation = senses_orientation;
+  }
   const DeviceProfile& profile() const override { return FindDeviceProfile("falcon"); }
   const DriverTraits& traits() const override { return traits_; }
   void Start(const std::function<bool(const std::string&, double)>&) override {}
@@ -440,6 +444,52 @@ TEST(ServoRound, AFalconThatTellsButDoesNotHearIsSilent) {
   EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
   EXPECT_EQ(rounds.round.counts().silences, 1u);
   EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
+}
+
+TEST(ServoRound, ATurnInARoundIsNoMotionOfAHandWhereTurningIsSensed) {
+  const auto turned = [](double angle_rad, const Vec3& axis) {
+    return Quat(std::cos(angle_rad / 2), std::sin(angle_rad / 2) * axis);
+  };
+  const Vec3 axis(0.6, 0, -0.8);
+  for (const bool senses : {true, false}) {
+    ToldDriver driver(senses);
+    Rounds rounds(driver.traits());
+    rounds.Run(driver, 0.1);
+    rounds.Run(driver, 2, true);
+    // 25 rad/s is a fast hand, also where it goes more than once round; and either sign is the same turn.
+    double angle_rad = 0;
+    for (int i = 0; i < 600; ++i) {
+      angle_rad += 0.025;
+      driver.next.X_DH.R_AB = (i % 2 == 0 ? 1.0 : -1.0) * turned(angle_rad, axis);
+      rounds.Run(driver, 0.5 * kRound_s);
+    }
+    EXPECT_EQ(rounds.round.counts().leaps, 0u);
+    EXPECT_EQ(rounds.round.sample().engagements, 1u);
+    // As a grip that drops out and is told as not turned: 0.1 rad + 30 rad/s over 1 ms are 0.13 rad.
+    driver.next.X_DH.R_AB = turned(angle_rad + 0.14, axis);
+    rounds.Run(driver, 0.5 * kRound_s);
+    if (!senses) {
+      EXPECT_EQ(rounds.round.counts().leaps, 0u);
+      EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+      continue;
+    }
+    EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+    rounds.Run(driver, 0.03);
+    EXPECT_EQ(rounds.round.counts().leaps, 1u);
+    EXPECT_EQ(rounds.round.sample().engagements, 2u);
+    EXPECT_EQ(glm::length(driver.told.f_D_N), 0);
+    EXPECT_DOUBLE_EQ(rounds.Run(driver, 2), kForce_N);
+    EXPECT_EQ(rounds.round.counts().leaps, 1u);
+  }
+}
+
+TEST(ServoRound, RefusesBoundsOutOfRange) {
+  ToldDriver driver(true);
+  for (const double bad : {0.9, 2e9, std::nan("")}) {
+    ServoParams params;
+    params.leap_rad_per_s = bad;
+    EXPECT_THROW(ServoRound(driver.profile(), driver.traits(), params), Error) << bad;
+  }
 }
 
 }  // namespace
