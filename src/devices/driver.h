@@ -55,8 +55,8 @@ struct DriverSample {
 };
 
 enum class RoundEnd : std::uint8_t {
-  kSample,
-  kNoAnswer,   // in time; the next may come
+  kSample,     // the command has gone out whole, and an answer came
+  kNoAnswer,   // in time, or the command did not go out; the next may come
   kBadAnswer,  // something came that can't be right: dropped
   kGone,       // unplugged, closed: it must be opened anew
 };

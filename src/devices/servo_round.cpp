@@ -9,7 +9,9 @@
 namespace kerf {
 namespace {
 
-constexpr double kNoLeap_mm = 3;  // noise, and rounds that come in quick succession
+// Noise, and rounds that come in quick succession.
+constexpr double kNoLeap_mm = 3;
+constexpr double kNoLeap_rad = 0.1;
 
 }  // namespace
 
@@ -20,6 +22,9 @@ ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits,
   }
   if (!(params.leap_mm_per_s >= 100 && params.leap_mm_per_s <= 1e9)) {
     throw Error(fmt::format("leap_mm_per_s = {} is not within 100 to 1e9", params.leap_mm_per_s));
+  }
+  if (!(params.leap_rad_per_s >= 1 && params.leap_rad_per_s <= 1e9)) {
+    throw Error(fmt::format("leap_rad_per_s = {} is not within 1 to 1e9", params.leap_rad_per_s));
   }
   if (!(params.agree_s >= params.silent_s && params.agree_s <= 3600)) {
     throw Error(fmt::format("agree_s = {} is not within silent_s to 3600", params.agree_s));
@@ -87,8 +92,14 @@ void ServoRound::BeginSilence() {
 
 bool ServoRound::IsLeap(const DriverSample& told, double since_s) const {
   if (traits_.motion != DriverMotion::kPosition) return false;
-  const double way_mm = glm::length(told.X_DH.p_AB - sample_.sample.X_DH.p_AB);
-  return !(way_mm <= kNoLeap_mm + params_.leap_mm_per_s * std::fmax(since_s, 0));
+  const Pose& before = sample_.sample.X_DH;
+  const double time_s = std::fmax(since_s, 0);
+  const double way_mm = glm::length(told.X_DH.p_AB - before.p_AB);
+  if (!(way_mm <= kNoLeap_mm + params_.leap_mm_per_s * time_s)) return true;
+  if (!traits_.senses_orientation) return false;
+  const Quat turn = told.X_DH.R_AB * glm::conjugate(before.R_AB);
+  const double turn_rad = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w));
+  return !(turn_rad <= kNoLeap_rad + params_.leap_rad_per_s * time_s);
 }
 
 void ServoRound::Take(RoundEnd end, const DriverSample& told, double now_s, bool agrees) {

@@ -38,6 +38,7 @@ struct ServoParams {
   double silent_s = 0.05;       // without an answer: no force
   double agree_s = 0.5;         // silent for longer: the user must agree again
   double leap_mm_per_s = 5000;  // faster, and it was no hand: the handle takes the tool anew; 100 to 1e9
+  double leap_rad_per_s = 30;   // likewise, of turning, where that is sensed; 1 to 1e9
   /// A button that was not pressed before, pressed: the user agrees.
   bool button_agrees = true;
 };

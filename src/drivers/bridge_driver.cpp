@@ -50,6 +50,7 @@ std::string SayRefusal(const BridgeRefusal& refusal, const std::string& where) {
 BridgeDriver::BridgeDriver(const BridgeOptions& options) : options_(options) {
   if (options.port == 0) throw Error("the bridge's port must be 1 to 65535");
   if (options.timeout_ms < 1 || options.timeout_ms > 1000) throw Error("the bridge's timeout_ms must be 1 to 1000");
+  if (options.oldest_ms < 1 || options.oldest_ms > 1000) throw Error("the bridge's oldest_ms must be 1 to 1000");
   if (options.start_timeout_ms < 1 || options.start_timeout_ms > 60'000) {
     throw Error("the bridge's start_timeout_ms must be 1 to 60000");
   }
@@ -70,9 +71,19 @@ BridgeHeader BridgeDriver::NextHeader() noexcept {
   BridgeHeader header;
   header.session = session_;
   header.sequence = ++sequence_;
-  header.time_ns = static_cast<std::uint64_t>(
-      std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count());
+  const Clock::time_point now = Clock::now();
+  sent_at_[header.sequence % sent_at_.size()] = now;
+  header.time_ns =
+      static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(now.time_since_epoch()).count());
   return header;
+}
+
+bool BridgeDriver::IsPrompt(std::uint32_t answer_to) const noexcept {
+  const std::uint32_t behind = sequence_ - answer_to;
+  if (behind == 0) return true;  // the round waits no longer than timeout_ms for it
+  // Goes round: what was never sent is far behind too, or went out in the year dot.
+  if (behind >= sent_at_.size()) return false;
+  return Clock::now() - sent_at_[answer_to % sent_at_.size()] <= std::chrono::milliseconds(options_.oldest_ms);
 }
 
 void BridgeDriver::TakeDescription(const BridgeDescription& description) {
@@ -107,6 +118,7 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
   std::random_device random;
   session_ = random();
   sequence_ = 0;
+  sent_at_.fill({});
   const Clock::time_point begin = Clock::now();
   const std::chrono::milliseconds most(options_.start_timeout_ms);
   int refused = 0;
@@ -175,7 +187,7 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
     running_ = false;
     return RoundEnd::kGone;
   }
-  // Until the answer to this command; a newer state that answers an earlier one is news too.
+  // Until the answer to this command; a newer state that answers one of just before is news too.
   bool has_news = false;
   bool has_bad = false;
   for (int left_ms = options_.timeout_ms; left_ms > 0; left_ms = MillisecondsUntil(end)) {
@@ -207,6 +219,10 @@ RoundEnd BridgeDriver::Exchange(const DriverCommand& command, DriverSample& samp
       continue;
     }
     heard_sequence_ = answer->sequence;
+    if (!IsPrompt(answer->answer_to)) {
+      ++late_states_;
+      continue;
+    }
     sample = DriverSample{};
     sample.X_DH = state->X_DH;
     if (!traits_.senses_orientation) sample.X_DH.R_AB = Quat{1, 0, 0, 0};

@@ -1,6 +1,8 @@
 // A device behind a bridge: a program of the user's that speaks to it by its maker's library (docs/bridge.md).
 #pragma once
 
+#include <array>
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -16,7 +18,12 @@ struct BridgeOptions {
   /// Packets are neither secret nor signed: whoever can send to the bridge can move the device. So another machine
   /// only when the user says so.
   bool allow_remote = false;
-  int timeout_ms = 10;          // of a round, 1 to 1000
+  int timeout_ms = 10;  // of a round, 1 to 1000
+  /// A state that answers a command sent longer ago is no answer, 1 to 1000: the force for it comes as late, and the
+  /// coupling is fitted to some ms. 30 are three rounds that waited in vain, which a busy machine does now and then,
+  /// and below the 50 after which there is no force. An answer to the newest command is as old as timeout_ms lets it
+  /// be.
+  int oldest_ms = 30;
   int start_timeout_ms = 2000;  // of the handshake, 1 to 60000
   std::uint32_t valid_ms = 50;  // how long the far side may go on by the last command, 1 to 1000
 };
@@ -38,9 +45,15 @@ class BridgeDriver final : public DeviceDriver {
   /// The force that the far side said it makes, N.
   Vec3 made_f_D_N() const { return made_f_D_N_; }
   std::uint64_t bad_packets() const { return bad_packets_; }
+  /// States that answered too old a command.
+  std::uint64_t late_states() const { return late_states_; }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   BridgeHeader NextHeader() noexcept;
+  /// Whether what answers that packet of ours tells how things are now.
+  bool IsPrompt(std::uint32_t answer_to) const noexcept;
   void TakeDescription(const BridgeDescription& description);
 
   BridgeOptions options_;
@@ -50,9 +63,12 @@ class BridgeDriver final : public DeviceDriver {
   std::uint32_t session_ = 0;
   std::uint32_t sequence_ = 0;
   std::uint32_t heard_sequence_ = 0;  // of the far side
+  /// When our packets went out, by their sequence. Of 64 rounds: at 1 kHz, longer than oldest_ms by default.
+  std::array<Clock::time_point, 64> sent_at_{};
   bool running_ = false;
   Vec3 made_f_D_N_{0};
   std::uint64_t bad_packets_ = 0;
+  std::uint64_t late_states_ = 0;
 };
 
 }  // namespace kerf

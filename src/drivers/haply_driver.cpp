@@ -205,6 +205,7 @@ RoundEnd HaplyDriver::Take(const std::string& text, DriverSample& sample) {
     return RoundEnd::kGone;
   }
   without_ = 0;
+  if (traits_.senses_orientation && !state_.R_H_grip) return RoundEnd::kNoAnswer;
   sample = DriverSample{};
   sample.X_DH.p_AB = HaplyToFrameD(state_.p_H_mm - p_H_middle_mm_);
   if (traits_.senses_orientation && state_.R_H_grip) sample.X_DH.R_AB = HaplyToFrameD(*state_.R_H_grip);

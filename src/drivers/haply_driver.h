@@ -32,7 +32,8 @@ class HaplyDriver final : public DeviceDriver {
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
   void Start(const std::function<bool(const std::string& doing, double share)>& show) override;
-  /// A message without the device is kNoAnswer, or kGone when kMostWithout of them came in a row.
+  /// A message without the device is kNoAnswer, or kGone when kMostWithout of them came in a row. kNoAnswer too: one
+  /// without the grip, where there was one at Start().
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 

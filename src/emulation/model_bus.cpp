@@ -57,8 +57,12 @@ class ModelBus::Line final : public UsbTransport {
     return socket_->model->Control(request_type, request, value, index, data);
   }
 
-  Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data, int /*timeout_ms*/) noexcept override {
+  Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data, int timeout_ms) noexcept override {
     if (IsGone()) return {TransferEnd::kGone, 0};
+    if (const std::optional<Transfer>& ends = socket_->faults.out_ends) {
+      if (ends->end == TransferEnd::kTimeout) socket_->model->Advance(1e-3 * timeout_ms);
+      return *ends;
+    }
     if (socket_->Draw(socket_->faults.drop_out)) return {TransferEnd::kOk, static_cast<int>(data.size())};
     return socket_->model->Write(endpoint, data);
   }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "devices/usb.h"
@@ -22,6 +23,8 @@ struct UsbFaults {
   double delay = 0;      // packets from it that come one read later than they should
   bool stalled = false;  // nothing comes back at all
   bool unplugged = false;
+  /// Each packet to it ends so, and none comes there, while its own go on coming.
+  std::optional<Transfer> out_ends{};
 };
 
 /// Time passes only by Advance() and by waiting: a read that finds nothing moves the model on by its timeout.

@@ -403,5 +403,24 @@ TEST(BridgeClient, AByeEndsTheForceAtOnce) {
   EXPECT_EQ(client.Force(), Vec3{0});
 }
 
+TEST(BridgeClient, AServoLoopThatLookedAtTheClockBeforeTheLockHasForce) {
+  Client client;
+  constexpr std::uint64_t kTaken_ns = 5'000'000'000;
+  client.now_ns = kTaken_ns;
+  client.Take(WriteBridgeHello(MakeHeader(7, 1)));
+  client.Take(WriteBridgeCommand(MakeHeader(7, 2), MakePush()));
+  for (const std::uint64_t before_ns : {1u, 20'000u, 60'000'000u, 999'999'999u}) {
+    client.now_ns = kTaken_ns - before_ns;
+    EXPECT_EQ(client.Force(), Vec3(1, 0, 0)) << before_ns;
+    EXPECT_GT(client.torque.y, 99) << before_ns;
+  }
+  // No lock is waited for so long: that is another clock, or one that was set back.
+  for (const std::uint64_t before_ns : {std::uint64_t{1'000'000'000}, kTaken_ns}) {
+    client.now_ns = kTaken_ns - before_ns;
+    EXPECT_EQ(client.Force(), Vec3{0}) << before_ns;
+    EXPECT_EQ(client.torque, Vec3{0}) << before_ns;
+  }
+}
+
 }  // namespace
 }  // namespace kerf

@@ -12,12 +12,14 @@
 #include <atomic>
 #include <cmath>
 #include <csignal>
+#include <deque>
 #include <functional>
 #include <glm/geometric.hpp>
 #include <random>
 #include <thread>
 
 #include "core/heap_guard.h"
+#include "devices/servo_round.h"
 #include "drivers/child_process.h"
 #include "kerf/error.h"
 
@@ -380,6 +382,103 @@ TEST(BridgeDriver, BadCommandsGoOutAsZero) {
     EXPECT_EQ(driver.Exchange(command, sample), RoundEnd::kSample) << x;
   }
   EXPECT_TRUE(all_good);
+}
+
+/// A good bridge at the end of a long way: it answers each command as many commands later as `late` says.
+class FarBridge {
+ public:
+  FarBridge() : answerer_([this](std::span<const std::uint8_t> bytes) { return Answer(bytes); }) {}
+  std::uint16_t port() const { return answerer_.port(); }
+
+  std::atomic<std::size_t> late{0};
+  std::atomic<bool> late_now_and_then{false};  // one command of five, by one
+
+ private:
+  Packets Answer(std::span<const std::uint8_t> bytes) {
+    const auto header = ReadBridgeHeader(bytes);
+    std::vector<std::uint8_t> answer = good_.Answer(bytes);
+    if (answer.empty()) return {};
+    if (header->kind != BridgeKind::kCommand) return {answer};
+    under_way_.push_back(std::move(answer));
+    ++commands_;
+    const std::size_t keep = late_now_and_then && commands_ % 5 == 0 ? 1 : late.load();
+    Packets come;
+    for (; under_way_.size() > keep; under_way_.pop_front()) come.push_back(std::move(under_way_.front()));
+    return come;
+  }
+
+  GoodBridge good_;
+  std::deque<std::vector<std::uint8_t>> under_way_;
+  std::uint64_t commands_ = 0;
+  Answerer answerer_;  // last: its thread calls Answer()
+};
+
+TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
+  FarBridge far;
+  BridgeOptions options = MakeOptions(far.port());
+  BridgeDriver driver(options);
+  driver.Start(nullptr);
+  ServoRound servo(driver.profile(), driver.traits(), {});
+  servo.Open(0);
+  ServoCommand command;
+  double now_s = 0;
+  const auto run = [&](BridgeDriver& with, int rounds) {
+    for (int i = 0; i < rounds; ++i) {
+      now_s += 0.01;
+      ++command.sequence;
+      command.made_at_s = now_s;
+      command.command.f_D_N = {0, 0, 2};
+      servo.Step(with, now_s, 0.01, command, true);
+    }
+    return servo.state();
+  };
+  ASSERT_EQ(run(driver, 200), ServoState::kEngaged);
+  ASSERT_GT(glm::length(servo.sent_force_N()), 1.9);
+  EXPECT_EQ(driver.late_states(), 0u);
+  // From here on each round waits its 10 ms in vain for its own answer, and hears that of six rounds ago.
+  far.late = 6;
+  options.timeout_ms = 10;
+  BridgeDriver impatient(options);
+  driver.Stop();
+  impatient.Start(nullptr);
+  const std::uint64_t samples = servo.counts().samples;
+  EXPECT_EQ(run(impatient, 30), ServoState::kSilent);
+  EXPECT_EQ(glm::length(servo.sent_force_N()), 0);
+  EXPECT_EQ(servo.counts().samples, samples);
+  EXPECT_GE(servo.counts().no_answers, 25u);
+  EXPECT_GT(impatient.late_states(), 0u);
+  // The way is short again.
+  far.late = 0;
+  DriverSample sample;
+  RoundEnd end = RoundEnd::kNoAnswer;
+  for (int i = 0; i < 1000 && end != RoundEnd::kSample; ++i) end = impatient.Exchange({}, sample);
+  EXPECT_EQ(end, RoundEnd::kSample);
+  EXPECT_EQ(sample.X_DH.p_AB, Vec3(1, 2, 3));
+}
+
+TEST(BridgeDriver, AnswersThatAreLateNowAndThenAreNews) {
+  FarBridge far;
+  BridgeOptions options = MakeOptions(far.port());
+  options.timeout_ms = 100;
+  options.oldest_ms = 1000;  // as busy as the machine may be
+  BridgeDriver driver(options);
+  driver.Start(nullptr);
+  DriverSample sample;
+  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);  // the first after the start
+  far.late_now_and_then = true;
+  int samples = 0;
+  for (int i = 0; i < 20; ++i) samples += driver.Exchange({}, sample) == RoundEnd::kSample ? 1 : 0;
+  EXPECT_GE(samples, 12);  // 16, but for the machine
+  // Always the answer to the one before: old, but not too old.
+  far.late_now_and_then = false;
+  far.late = 1;
+  driver.Exchange({}, sample);
+  samples = 0;
+  for (int i = 0; i < 5; ++i) samples += driver.Exchange({}, sample) == RoundEnd::kSample ? 1 : 0;
+  EXPECT_GE(samples, 3);
+  EXPECT_EQ(driver.late_states(), 0u);
+  options.oldest_ms = 0;
+  EXPECT_THROW(BridgeDriver{options}, Error);
 }
 
 }  // namespace

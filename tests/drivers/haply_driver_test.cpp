@@ -192,5 +192,34 @@ TEST(HaplyDriver, KeepsToThisMachine) {
   EXPECT_THROW(HaplyDriver{options}, Error);
 }
 
+TEST(HaplyDriver, AGripThatDropsOutIsNoAnswerNotAHandleTurnedBack) {
+  HaplyService service;
+  HaplyDriver driver(MakeOptions(service.port()));
+  driver.Start(nullptr);
+  DriverSample sample;
+  ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  const Quat before = sample.X_DH.R_AB;
+  ASSERT_GT(std::abs(before.y), 0.5);
+  service.SetMood(Mood::kNoGrip);
+  driver.Exchange({}, sample);  // one state may have been on its way
+  for (int i = 0; i < 2 * HaplyDriver::kMostWithout; ++i) {
+    ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kNoAnswer) << i;
+    ASSERT_EQ(sample.X_DH.R_AB, before);
+  }
+  service.SetMood(Mood::kGood);
+  driver.Exchange({}, sample);
+  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  EXPECT_EQ(sample.X_DH.R_AB, before);
+}
+
+TEST(HaplyDriver, OneThatBeganWithoutAGripNeedsNone) {
+  HaplyService service(Mood::kGood, /*with_grip=*/false);
+  HaplyDriver driver(MakeOptions(service.port()));
+  driver.Start(nullptr);
+  DriverSample sample;
+  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  EXPECT_EQ(sample.X_DH.R_AB, Quat(1, 0, 0, 0));
+}
+
 }  // namespace
 }  // namespace kerf

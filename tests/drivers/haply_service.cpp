@@ -52,7 +52,7 @@ std::string HaplyService::MakeState() const {
   device["state"]["cursor_velocity"] = {{"x", 0.0}, {"y", 0.0}, {"z", 0.0}};
   message["inverse3"] = nlohmann::json::array({device});
   message["wireless_verse_grip"] = nlohmann::json::array();
-  if (with_grip_) {
+  if (with_grip_ && mood_ != Mood::kNoGrip) {
     nlohmann::json grip;
     grip["device_id"] = "61576";
     grip["state"]["orientation"] = {{"x", 0.0}, {"y", 0.0}, {"z", 0.6}, {"w", 0.8}};
@@ -101,6 +101,7 @@ void HaplyService::Serve() {
           break;
         case Mood::kClosing:
         case Mood::kGood:
+        case Mood::kNoGrip:
           say(MakeState());
           break;
       }

@@ -20,8 +20,9 @@ class HaplyService {
     kNoDevice,  // lists that are empty
     kSlow,      // each state 60 ms late
     kSilent,
-    kClosing,    // ends the connection at the next force
-    kShortHello  // text of no meaning at first, then as kGood
+    kClosing,     // ends the connection at the next force
+    kShortHello,  // text of no meaning at first, then as kGood
+    kNoGrip       // as kGood, but the list of grips is empty
   };
 
   explicit HaplyService(Mood mood = Mood::kGood, bool with_grip = true);

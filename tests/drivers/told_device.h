@@ -139,7 +139,8 @@ inline DeviceServoOptions PatientOptions() {
   options.servo.agree_s = 20;
   options.servo.gate.stale_s = 20;
   options.servo.gate.lost_s = 20;
-  options.servo.leap_mm_per_s = 1e9;  // it is put from one place to another
+  options.servo.leap_mm_per_s = 1e9;   // it is put from one place to another
+  options.servo.leap_rad_per_s = 1e9;  // and turned
   return options;
 }
 

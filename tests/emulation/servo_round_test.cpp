@@ -9,10 +9,13 @@
 
 #include "core/heap_guard.h"
 #include "devices/falcon/falcon_driver.h"
+#include "devices/hid/wooden_driver.h"
 #include "devices/profiles.h"
 #include "emulation/falcon_model.h"
 #include "emulation/model_bus.h"
 #include "emulation/scripted_hand.h"
+#include "emulation/wooden_model.h"
+#include "kerf/error.h"
 
 namespace kerf {
 namespace {
@@ -26,7 +29,10 @@ constexpr double kMotorCount_N = 0.005;
 /// A device that does what a test says.
 class ToldDriver final : public DeviceDriver {
  public:
-  ToldDriver() { traits_.homes = true; }
+  explicit ToldDriver(bool senses_orientation = false) {
+    traits_.homes = true;
+    traits_.senses_orientation = senses_orientation;
+  }
   const DeviceProfile& profile() const override { return FindDeviceProfile("falcon"); }
   const DriverTraits& traits() const override { return traits_; }
   void Start(const std::function<bool(const std::string&, double)>&) override {}
@@ -323,6 +329,167 @@ TEST(ServoRound, KeepsWithinBoundsWhateverTheCableDoes) {
   // hand moves a millimetre or two under it, by which the legs' leverage changes about as many percent.
   EXPECT_LE(largest_N, 1.03 * kForce_N);
   EXPECT_GT(largest_N, 0.5 * kForce_N);  // it was not off all the time
+}
+
+/// A WoodenHaptics device within the process; time passes with each round.
+class WoodenOnABus final : public DeviceDriver {
+ public:
+  WoodenOnABus() : model_(hand, {}) {
+    bus.PlugIn(model_);
+    driver_ = std::make_unique<WoodenDriver>(bus.Open(bus.List().at(0), 0).transport, WoodenParams{});
+    driver_->Start(nullptr);
+  }
+  const DeviceProfile& profile() const override { return driver_->profile(); }
+  const DriverTraits& traits() const override { return driver_->traits(); }
+  void Start(const std::function<bool(const std::string&, double)>&) override {}
+  RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override {
+    bus.Advance(kRound_s);
+    return driver_->Exchange(command, sample);
+  }
+  void Stop() noexcept override { driver_->Stop(); }
+
+  HeldMechanism hand;
+
+ private:
+  WoodenModel model_;
+
+ public:
+  ModelBus bus;
+
+ private:
+  std::unique_ptr<WoodenDriver> driver_;
+};
+
+TEST(ServoRound, ADeviceThatTellsButDoesNotHearIsSilent) {
+  constexpr int kShort = 4;
+  for (const Transfer ends : {Transfer{TransferEnd::kStall, 0}, Transfer{TransferEnd::kTimeout, 0},
+                              Transfer{TransferEnd::kFailed, 0}, Transfer{TransferEnd::kOk, kShort}}) {
+    WoodenOnABus device;
+    Rounds rounds(device.traits());
+    rounds.Run(device, 0.1);
+    rounds.Run(device, 2, true);
+    ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
+    // Currents of whole mA, at an arm of some counts ago.
+    ASSERT_NEAR(device.hand.f_D_N().z, kForce_N, 0.05);
+    const std::uint64_t samples = rounds.round.counts().samples;
+    UsbFaults faults;
+    faults.out_ends = ends;
+    device.bus.SetFaults(faults);
+    rounds.Run(device, 0.1);  // 50 ms, and the ramp out of 20 ms
+    EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+    EXPECT_EQ(rounds.round.counts().samples, samples);
+    EXPECT_EQ(glm::length(rounds.round.sent_force_N()), 0);
+    // It hears again while its motors still make what they were told last.
+    device.bus.SetFaults({});
+    rounds.Run(device, 0.003);
+    EXPECT_EQ(device.hand.f_D_N(), Vec3{0});
+    rounds.largest_rise_N = 0;
+    double largest_rise_N = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const double before_N = glm::length(device.hand.f_D_N());
+      rounds.Run(device, 0.5 * kRound_s);
+      largest_rise_N = std::max(largest_rise_N, glm::length(device.hand.f_D_N()) - before_N);
+    }
+    EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+    EXPECT_EQ(rounds.round.counts().silences, 1u);
+    EXPECT_NEAR(device.hand.f_D_N().z, kForce_N, 0.05);
+    // A smooth ramp of 0.5 s has 1.5 times its mean slope at most; a mA of three motors is some mN.
+    EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
+    EXPECT_LE(largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 0.01);
+  }
+}
+
+/// Says that nothing went out, though it did: as when a transfer is given up just before its end.
+class DeafLine final : public UsbTransport {
+ public:
+  DeafLine(std::unique_ptr<UsbTransport> line, const bool& deaf) : line_(std::move(line)), deaf_(deaf) {}
+  Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
+                   std::span<std::uint8_t> data, int timeout_ms) noexcept override {
+    return line_->Control(request_type, request, value, index, data, timeout_ms);
+  }
+  Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data, int timeout_ms) noexcept override {
+    const Transfer transfer = line_->Write(endpoint, data, timeout_ms);
+    return deaf_ ? Transfer{TransferEnd::kTimeout, 0} : transfer;
+  }
+  Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data, int timeout_ms) noexcept override {
+    return line_->Read(endpoint, data, timeout_ms);
+  }
+
+ private:
+  std::unique_ptr<UsbTransport> line_;
+  const bool& deaf_;
+};
+
+TEST(ServoRound, AFalconThatTellsButDoesNotHearIsSilent) {
+  FalconOnABus falcon;
+  bool deaf = false;
+  FalconOptions options;
+  options.firmware.assign(2000, 0x5a);
+  falcon.driver = std::make_unique<FalconDriver>(
+      std::make_unique<DeafLine>(falcon.bus.Open(falcon.bus.List().at(0), 0).transport, deaf), options);
+  falcon.driver->Start(nullptr);
+  WithTime driver(falcon);
+  Rounds rounds(driver.traits());
+  falcon.hand().Home();
+  rounds.Run(driver, 5);
+  rounds.Run(driver, 2, true);
+  ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
+  deaf = true;
+  rounds.Run(driver, 0.1);
+  EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+  EXPECT_EQ(glm::length(rounds.round.sent_force_N()), 0);
+  deaf = false;
+  rounds.largest_rise_N = 0;
+  rounds.Run(driver, 2);
+  EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+  EXPECT_EQ(rounds.round.counts().silences, 1u);
+  EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
+}
+
+TEST(ServoRound, ATurnInARoundIsNoMotionOfAHandWhereTurningIsSensed) {
+  const auto turned = [](double angle_rad, const Vec3& axis) {
+    return Quat(std::cos(angle_rad / 2), std::sin(angle_rad / 2) * axis);
+  };
+  const Vec3 axis(0.6, 0, -0.8);
+  for (const bool senses : {true, false}) {
+    ToldDriver driver(senses);
+    Rounds rounds(driver.traits());
+    rounds.Run(driver, 0.1);
+    rounds.Run(driver, 2, true);
+    // 25 rad/s is a fast hand, also where it goes more than once round; and either sign is the same turn.
+    double angle_rad = 0;
+    for (int i = 0; i < 600; ++i) {
+      angle_rad += 0.025;
+      driver.next.X_DH.R_AB = (i % 2 == 0 ? 1.0 : -1.0) * turned(angle_rad, axis);
+      rounds.Run(driver, 0.5 * kRound_s);
+    }
+    EXPECT_EQ(rounds.round.counts().leaps, 0u);
+    EXPECT_EQ(rounds.round.sample().engagements, 1u);
+    // As a grip that drops out and is told as not turned: 0.1 rad + 30 rad/s over 1 ms are 0.13 rad.
+    driver.next.X_DH.R_AB = turned(angle_rad + 0.14, axis);
+    rounds.Run(driver, 0.5 * kRound_s);
+    if (!senses) {
+      EXPECT_EQ(rounds.round.counts().leaps, 0u);
+      EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+      continue;
+    }
+    EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+    rounds.Run(driver, 0.03);
+    EXPECT_EQ(rounds.round.counts().leaps, 1u);
+    EXPECT_EQ(rounds.round.sample().engagements, 2u);
+    EXPECT_EQ(glm::length(driver.told.f_D_N), 0);
+    EXPECT_DOUBLE_EQ(rounds.Run(driver, 2), kForce_N);
+    EXPECT_EQ(rounds.round.counts().leaps, 1u);
+  }
+}
+
+TEST(ServoRound, RefusesBoundsOutOfRange) {
+  ToldDriver driver(true);
+  for (const double bad : {0.9, 2e9, std::nan("")}) {
+    ServoParams params;
+    params.leap_rad_per_s = bad;
+    EXPECT_THROW(ServoRound(driver.profile(), driver.traits(), params), Error) << bad;
+  }
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <set>
@@ -85,7 +87,50 @@ TEST(SpaceMouse, ACapWhoseLastWordWasLostIsLetGoOf) {
   faults.stalled = true;
   setup.bus.SetFaults(faults);
   EXPECT_GT(setup.Run(10).deflection[0], 0.8);  // 0.1 s
-  EXPECT_EQ(setup.Run(50).deflection[0], 0);
+  EXPECT_EQ(setup.Run(60).deflection[0], 0);
+}
+
+/// Tells once that its cap is pushed to the right, and nothing more; time goes by where somebody waits.
+class OneWord final : public UsbTransport {
+ public:
+  explicit OneWord(double& now_s) : now_s_(now_s) {}
+  Transfer Control(std::uint8_t /*request_type*/, std::uint8_t /*request*/, std::uint16_t /*value*/,
+                   std::uint16_t /*index*/, std::span<std::uint8_t> data, int /*timeout_ms*/) noexcept override {
+    return {TransferEnd::kOk, static_cast<int>(data.size())};
+  }
+  Transfer Write(std::uint8_t /*endpoint*/, std::span<const std::uint8_t> data, int /*timeout_ms*/) noexcept override {
+    return {TransferEnd::kOk, static_cast<int>(data.size())};
+  }
+  Transfer Read(std::uint8_t /*endpoint*/, std::span<std::uint8_t> data, int timeout_ms) noexcept override {
+    if (told_) {
+      now_s_ += 1e-3 * timeout_ms;
+      return {TransferEnd::kTimeout, 0};
+    }
+    told_ = true;
+    constexpr std::array<std::uint8_t, 7> kPushed = {1, 0x5e, 0x01, 0, 0, 0, 0};
+    std::copy(kPushed.begin(), kPushed.end(), data.begin());
+    return {TransferEnd::kOk, static_cast<int>(kPushed.size())};
+  }
+
+ private:
+  double& now_s_;
+  bool told_ = false;
+};
+
+TEST(SpaceMouse, ACapThatIsSilentIsLetGoOfAfterTheTimeThatIsSaid) {
+  double now_s = 0;
+  SpaceMouseDriver driver(std::make_unique<OneWord>(now_s), SpaceMouseModels()[6]);
+  driver.Start(nullptr);
+  DriverSample sample;
+  ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  ASSERT_EQ(sample.deflection[0], 1);
+  // Rounds begin at whole multiples of the period; one that takes longer costs those that it covers.
+  const double period_s = 1 / driver.traits().rate_hz;
+  while (sample.deflection[0] != 0 && now_s < 10) {
+    now_s = period_s * (std::floor(now_s / period_s + 1e-9) + 1);
+    ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  }
+  EXPECT_NEAR(now_s, SpaceMouseDriver::kSilence_s, 2 * period_s);
 }
 
 TEST(SpaceMouse, LampGoesOutAtTheEndAndUnpluggedIsGone) {

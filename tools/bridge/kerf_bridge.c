@@ -25,6 +25,8 @@ enum {
 #define MOST_VALID_MS 1000u
 /* A client that says nothing for so long has gone: another may come. */
 #define CLIENT_GONE_NS 2000000000ull
+/* A servo loop that looked at the clock and then waited for the lock may be behind the command that it finds. */
+#define BEHIND_NS 1000000000ull
 
 static uint64_t get(const unsigned char* bytes, int count) {
   uint64_t value = 0;
@@ -313,14 +315,18 @@ size_t kerf_bridge_take(kerf_bridge* bridge, const unsigned char* bytes, size_t 
   return KERF_BRIDGE_BYTES;
 }
 
+static int is_good_still(const kerf_bridge* bridge, uint64_t now_ns) {
+  if (now_ns < bridge->command_ns) return bridge->command_ns - now_ns < BEHIND_NS;
+  return now_ns - bridge->command_ns <= (uint64_t)bridge->command.valid_ms * 1000000u;
+}
+
 void kerf_bridge_force(const kerf_bridge* bridge, uint64_t now_ns, const float position_mm[3],
                        const float velocity_mm_s[3], float force_n[3], float torque_nmm[3]) {
   const kerf_bridge_command* command = &bridge->command;
   double size = 0;
   int i;
   for (i = 0; i < 3; ++i) force_n[i] = torque_nmm[i] = 0;
-  if (!bridge->has_command || !command->engaged || now_ns < bridge->command_ns ||
-      now_ns - bridge->command_ns > (uint64_t)command->valid_ms * 1000000u || bridge->description.driven < 3) {
+  if (!bridge->has_command || !command->engaged || !is_good_still(bridge, now_ns) || bridge->description.driven < 3) {
     return;
   }
   kerf_bridge_field(command, position_mm, velocity_mm_s, bridge->description.peak_force_n, force_n);

@@ -125,7 +125,9 @@ void kerf_bridge_set_state(kerf_bridge* bridge, const kerf_bridge_state* state);
 size_t kerf_bridge_take(kerf_bridge* bridge, const unsigned char* bytes, size_t count, uint64_t client, uint64_t now_ns,
                         unsigned char reply[KERF_BRIDGE_BYTES]);
 /* Force and torque to make now: call it from your servo loop, as fast as that runs. Zero when there is no command, it is
- * not engaged, or it is older than it says that it is good for. */
+ * not engaged, or it is older than it says that it is good for. now_ns is of the clock of kerf_bridge_take(); it may be
+ * before the time given there by less than a second, where this thread looked at the clock and then waited for the lock:
+ * the command is new then. A clock that is further back gives zero. */
 void kerf_bridge_force(const kerf_bridge* bridge, uint64_t now_ns, const float position_mm[3],
                        const float velocity_mm_s[3], float force_n[3], float torque_nmm[3]);
 

@@ -275,8 +275,10 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
   out.lamps = !has_place_ ? kFalconRed : (command.engaged ? kFalconGreen : kFalconBlue);
   const int write_ms = options_.timeout_ms / 5;
   const int read_ms = (options_.timeout_ms - write_ms) / kReadsPerRound;
-  const Transfer sent = transport_->Write(kFalconEndpointOut, Pack(out), write_ms);
+  const FalconPacket packet_out = Pack(out);
+  const Transfer sent = transport_->Write(kFalconEndpointOut, packet_out, write_ms);
   if (sent.end == TransferEnd::kGone) return RoundEnd::kGone;
+  const bool heard = sent.end == TransferEnd::kOk && sent.bytes == static_cast<int>(packet_out.size());
 
   // An answer that came too late would make all later ones late by a round: after a round without one, all is read
   // until nothing comes for about 3 ms, and the last counts.
@@ -297,9 +299,13 @@ RoundEnd FalconDriver::Exchange(const DriverCommand& command, DriverSample& samp
     quiet = bytes.empty() ? quiet + 1 : 0;
     done = any_report && (!drains || quiet >= kQuietReads);
   }
-  must_drain_ = !any_report;
+  must_drain_ = !any_report || !heard;
   if (!any_report) return any_bytes ? RoundEnd::kBadAnswer : RoundEnd::kNoAnswer;
-  return Judge(sample);
+  if (heard) return Judge(sample);
+  // A report of what was asked for before: the next one is judged by it, but it is no answer.
+  DriverSample before;
+  const RoundEnd end = Judge(before);
+  return end == RoundEnd::kSample ? RoundEnd::kNoAnswer : end;
 }
 
 void FalconDriver::Stop() noexcept {

@@ -11,7 +11,12 @@
 namespace kerf {
 namespace {
 
-constexpr int kTimeout_ms = 10;
+constexpr int kControl_ms = 10;
+// A round in which nothing comes ends before the next is due, so that it takes a period as all others do: there is no
+// other clock here.
+constexpr double kRate_hz = 125;
+constexpr int kRead_ms = 6;
+static_assert(kRead_ms < 1000 / kRate_hz);
 constexpr std::uint8_t kIn = 0x81;
 constexpr std::size_t kPacketBytes = 64;
 constexpr int kFullScale = 350;
@@ -119,8 +124,8 @@ SpaceMouseDriver::SpaceMouseDriver(std::unique_ptr<UsbTransport> transport, cons
   traits_.motion = DriverMotion::kDeflection;
   traits_.makes_force = false;
   traits_.senses_orientation = true;
-  traits_.rate_hz = 125;
-  traits_.timeout_ms = kTimeout_ms;
+  traits_.rate_hz = kRate_hz;
+  traits_.timeout_ms = kRead_ms;
   traits_.buttons = {"left", "right"};
   for (int i = 2; i < model.buttons; ++i) traits_.buttons.push_back(fmt::format("button {}", i + 1));
 }
@@ -129,7 +134,7 @@ bool SpaceMouseDriver::SetLamp(bool on) noexcept {
   constexpr std::uint8_t kToInterface = 0x21, kSetReport = 9;
   constexpr std::uint16_t kOutputReport4 = 0x0204;
   std::array<std::uint8_t, 2> report{4, static_cast<std::uint8_t>(on ? 1 : 0)};
-  return transport_->Control(kToInterface, kSetReport, kOutputReport4, 0, report, kTimeout_ms).end !=
+  return transport_->Control(kToInterface, kSetReport, kOutputReport4, 0, report, kControl_ms).end !=
          TransferEnd::kGone;
 }
 
@@ -144,7 +149,7 @@ void SpaceMouseDriver::Start(const std::function<bool(const std::string& doing, 
 
 RoundEnd SpaceMouseDriver::Exchange(const DriverCommand& /*command*/, DriverSample& sample) noexcept {
   std::array<std::uint8_t, kPacketBytes> bytes;
-  const Transfer transfer = transport_->Read(kIn, bytes, kTimeout_ms);
+  const Transfer transfer = transport_->Read(kIn, bytes, kRead_ms);
   if (transfer.end == TransferEnd::kGone) return RoundEnd::kGone;
   if (transfer.end == TransferEnd::kOk) {
     const auto count = static_cast<std::size_t>(transfer.bytes);
@@ -153,7 +158,7 @@ RoundEnd SpaceMouseDriver::Exchange(const DriverCommand& /*command*/, DriverSamp
     }
     silent_rounds_ = 0;
   } else if (transfer.end == TransferEnd::kTimeout) {
-    if (++silent_rounds_ * kTimeout_ms >= 1000 * kSilence_s) {
+    if (++silent_rounds_ >= kSilence_s * kRate_hz) {
       state_.axes = {};
       silent_rounds_ = 0;
     }

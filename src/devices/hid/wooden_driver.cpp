@@ -173,10 +173,13 @@ void WoodenDriver::Start(const std::function<bool(const std::string& doing, doub
   tell("ready", 1);
 }
 
-bool WoodenDriver::Send(const Vec3& currents_mA) noexcept {
+RoundEnd WoodenDriver::Send(const Vec3& currents_mA) noexcept {
   std::array<std::uint8_t, kWoodenReportBytes> bytes{};
   WriteWoodenCurrents(currents_mA, bytes);
-  return transport_->Write(kWoodenOut, bytes, kTransfer_ms).end != TransferEnd::kGone;
+  const Transfer transfer = transport_->Write(kWoodenOut, bytes, kTransfer_ms);
+  if (transfer.end == TransferEnd::kGone) return RoundEnd::kGone;
+  const bool whole = transfer.end == TransferEnd::kOk && transfer.bytes == static_cast<int>(kWoodenReportBytes);
+  return whole ? RoundEnd::kSample : RoundEnd::kNoAnswer;
 }
 
 Vec3 WoodenDriver::CalcAngles() const noexcept {
@@ -188,9 +191,11 @@ Vec3 WoodenDriver::CalcAngles() const noexcept {
 RoundEnd WoodenDriver::Exchange(const DriverCommand& command, DriverSample& sample) noexcept {
   const Vec3 f_D_N = LimitLength(command.f_D_N, profile_.peak_force_N);
   const Vec3 currents_mA = has_counts_ ? CalcWoodenCurrents(params_, CalcAngles(), f_D_N) : Vec3{0};
-  if (!Send(currents_mA)) return RoundEnd::kGone;
+  const RoundEnd sent = Send(currents_mA);
+  if (sent == RoundEnd::kGone) return RoundEnd::kGone;
 
-  // Twice: the first may be old news.
+  // Reports come unasked, so they say nothing of whether it hears: where it does not, they are read, as the next ones
+  // are judged by them, but are no answer. Twice: the first may be old news.
   for (int i = 0; i < 2; ++i) {
     std::array<std::uint8_t, kPacketBytes> bytes;
     const Transfer transfer = transport_->Read(kWoodenIn, bytes, kTransfer_ms);
@@ -206,6 +211,7 @@ RoundEnd WoodenDriver::Exchange(const DriverCommand& command, DriverSample& samp
     if (verdict == WoodenReportFilter::Verdict::kOld) continue;
     counts_ = report.counts;
     has_counts_ = true;
+    if (sent != RoundEnd::kSample) return sent;
     sample = DriverSample{};
     sample.X_DH.p_AB = CalcWoodenPosition(params_, CalcAngles());
     return RoundEnd::kSample;

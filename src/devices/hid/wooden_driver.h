@@ -73,7 +73,8 @@ class WoodenDriver final : public DeviceDriver {
 
  private:
   void CheckReportSizes();
-  bool Send(const Vec3& currents_mA) noexcept;
+  /// kSample: all of it has gone out.
+  RoundEnd Send(const Vec3& currents_mA) noexcept;
   Vec3 CalcAngles() const noexcept;
 
   std::unique_ptr<UsbTransport> transport_;
