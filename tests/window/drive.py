@@ -81,7 +81,8 @@ class Window:
         deadline = time.monotonic() + 60
         while self.id is None:
             self._check(deadline, "no window came up")
-            found = self._xdotool("search", "--name", title, check=False).split()
+            # Only one that is seen can have the focus.
+            found = self._xdotool("search", "--onlyvisible", "--name", title, check=False).split()
             self.id = found[0] if found else None
             time.sleep(0.1)
         self.focus()
