@@ -232,6 +232,7 @@ namespace {
 struct DevicesCommand {
   ExchangeBenchOptions bench;
   DeviceOption device;
+  int timeout_ms = 0;  // 0: each driver's own
   std::string output;
   bool models_only = false;
   bool json = false;
@@ -240,7 +241,10 @@ struct DevicesCommand {
 
 void RunDevices(DevicesCommand& command) {
   if (!command.output.empty()) CheckWritable(command.output);
-  const DriverOptions drivers = MakeDriverOptions(command.device);
+  DriverOptions drivers = MakeDriverOptions(command.device);
+  if (command.timeout_ms > 0) {
+    drivers.falcon.timeout_ms = drivers.bridge.timeout_ms = drivers.haply.timeout_ms = command.timeout_ms;
+  }
   command.bench.stop = &CatchInterrupt();
   std::vector<ExchangeTimes> results;
   {
@@ -278,6 +282,12 @@ void AddDevicesBench(CLI::App& group) {
                    "At which a device that is plugged in is asked, Hz, at most 10000; 0: as fast as it answers")
       ->check(NumberWithin(0, 10'000, "Hz"))
       ->capture_default_str();
+  command
+      ->add_option(
+          "--timeout-ms", options->timeout_ms,
+          "How long an exchange with a Falcon, a bridge or an Inverse3 that is there may take before it is one "
+          "without an answer, 10 to 1000; without it 10 (Inverse3: 20). Other devices have times of their own")
+      ->check(CLI::Range(10, 1000));
   command->add_flag("--realtime", options->bench.realtime, "Go before other programs (SCHED_FIFO), as the loop does");
   command->add_flag("--models-only", options->models_only, "Leave alone what is plugged in");
   AddDriverOptions(*command, options->device);

@@ -56,8 +56,6 @@ const UsbKind& FindUsbKind(const KnownDevice& known) {
   throw Error(fmt::format("{} is not reached by USB", known.name));
 }
 
-constexpr int kAskFor_ms = 300;
-
 /// A kind that is reached over the network.
 struct FarKind {
   const char* name;
@@ -74,7 +72,7 @@ constexpr FarKind kFarKinds[] = {
      [](const DriverOptions& options) { return fmt::format("{}:{}", options.bridge.address, options.bridge.port); },
      [](const DriverOptions& options, bool hurry) -> std::unique_ptr<DeviceDriver> {
        BridgeOptions bridge = options.bridge;
-       if (hurry) bridge.start_timeout_ms = std::min(bridge.start_timeout_ms, kAskFor_ms);
+       if (hurry) bridge.start_timeout_ms = std::min(bridge.start_timeout_ms, options.ask_for_ms);
        return std::make_unique<BridgeDriver>(bridge);
      },
      {"no bridge program listens", "no bridge program listens"},
@@ -83,7 +81,7 @@ constexpr FarKind kFarKinds[] = {
      [](const DriverOptions& options) { return fmt::format("ws://{}:{}", options.haply.address, options.haply.port); },
      [](const DriverOptions& options, bool hurry) -> std::unique_ptr<DeviceDriver> {
        HaplyOptions haply = options.haply;
-       if (hurry) haply.start_timeout_ms = std::min(haply.start_timeout_ms, kAskFor_ms);
+       if (hurry) haply.start_timeout_ms = std::min(haply.start_timeout_ms, options.ask_for_ms);
        return std::make_unique<HaplyDriver>(haply);
      },
      {"no Haply service listens", "does not speak the JSON of Haply"},

@@ -24,6 +24,7 @@ struct DriverOptions {
   SpaceMouseOptions spacemouse;
   BridgeOptions bridge;
   HaplyOptions haply;
+  int ask_for_ms = 300;  // at most, to see whether a device on the network is there (FindFarDevices)
 };
 
 struct UsbNumbers {
@@ -66,8 +67,8 @@ struct FoundDevice {
 /// Opens and starts each, which moves nothing, and lets go of it. May take a second or two for each device. Throws
 /// Error when USB can't be asked.
 std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options = {});
-/// Those on USB, and those that answer on the network, where the options say that they are; waits for each for a
-/// second at most.
+/// Those on USB, and those that answer on the network, where the options say that they are; waits for each step of
+/// theirs for DriverOptions::ask_for_ms at most.
 std::vector<FoundDevice> FindUsbDevices(UsbBus& bus, const DriverOptions& options = {});
 std::vector<FoundDevice> FindFarDevices(const DriverOptions& options = {});
 

@@ -35,9 +35,9 @@ void FeelSpring(ToldDevice::State& state) {
 
 DeviceCheckOptions ShortOptions() {
   DeviceCheckOptions options;
-  options.homing_s = 20;
-  options.still_s = 0.3;
-  options.circle_s = 3;    // the second of it at full force: time for the gate to open again after a stall
+  options.homing_s = 60;
+  options.still_s = 2;     // 100 samples must come within it, of a device that tells 2000
+  options.circle_s = 4;    // two seconds of it at full force: time for the gate to open again after a stall
   options.buttons_s = 20;  // it ends with the last of them
   return options;
 }
@@ -125,6 +125,7 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
   }
   DeviceCheckOptions options = ShortOptions();
   options.buttons_s = 0;
+  options.still_s = 1;  // it is measured five times
   // One round of ten has no good answer, and the handle is never at rest: nobody holds it, and no force is made.
   Served served(PatientOptions(), [](ToldDevice::State& state) {
     state.feels = [](ToldDevice::State& s) {

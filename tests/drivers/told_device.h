@@ -50,6 +50,7 @@ class ToldDevice {
     DriverCommand told;
     std::uint64_t rounds = 0;
     double largest_N = 0;  // since somebody made it 0
+    int asked = 0;         // to be opened
     int opened = 0;
     int stopped = 0;
     /// Moves the handle by the force, once a round.
@@ -120,7 +121,10 @@ class ToldDeviceDriver final : public DeviceDriver {
 
 inline DeviceServo::Open OpenTold(const std::shared_ptr<ToldDevice>& device) {
   return [device]() -> std::unique_ptr<DeviceDriver> {
-    const ToldDevice::State state = device->Look();
+    const ToldDevice::State state = device->With([](ToldDevice::State& s) {
+      ++s.asked;
+      return s;
+    });
     if (state.fails_otherwise) throw std::runtime_error("no memory, perhaps");
     if (!state.fails_to_open.empty()) throw Error(state.fails_to_open);
     if (!state.is_there) throw DeviceNotThere("it is not there");
@@ -196,6 +200,14 @@ class Served {
     std::string text;
     for (const std::string& message : servo->TakeMessages()) text += message + "\n";
     return text;
+  }
+  /// Said since the last call, or soon; what was said with it is not told again.
+  bool AwaitMessage(const std::string& part) const {
+    std::string text;
+    return WaitFor([&] {
+      text += Messages();
+      return text.find(part) != std::string::npos;
+    });
   }
 
   std::shared_ptr<ToldDevice> device = std::make_shared<ToldDevice>();

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <thread>
 
@@ -160,16 +161,20 @@ TEST_F(EmulatedDrivers, FalconIsUnpluggedInMidExchangeAndPluggedInAgain) {
   EmulatedKernel kernel;
   const int socket = kernel.PlugIn(model);
   options_.falcon.firmware = MakeFirmware();
+  constexpr int kInTheMiddle = 20;
   for (int time = 0; time < 2; ++time) {
     const std::unique_ptr<DeviceDriver> driver = OpenDriver(bus_, "falcon", options_);
     driver->Start({});
+    std::atomic<int> samples{0};
+    std::atomic<bool> ended{false};
     std::thread puller([&] {
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      while (samples < kInTheMiddle && !ended) std::this_thread::sleep_for(std::chrono::milliseconds(1));
       kernel.Unplug(socket);
     });
-    const Count count = ExchangeFor(*driver, 10'000);
+    const Count count = ExchangeFor(*driver, 10'000, [&](const DriverSample&) { ++samples; });
+    ended = true;
     puller.join();
-    EXPECT_GT(count.samples, 0);
+    EXPECT_GE(count.samples, kInTheMiddle);
     EXPECT_EQ(count.gone, 1);
     driver->Stop();  // to nobody: no harm
     EXPECT_THROW(OpenDriver(bus_, "falcon", options_), Error);
@@ -211,18 +216,32 @@ TEST_F(EmulatedDrivers, WoodenDeviceExchangesReportsByInterrupt) {
   command.f_D_N = Vec3(0.5, 1, -0.5);
   // Its driver waits for a millisecond or two at most: this machine may miss that, but nothing is ever wrong. The leap
   // of the handle is, once.
-  const Count count = ExchangeFor(
-      *driver, 2000, [&](const DriverSample& sample) { last = sample; }, command);
-  EXPECT_EQ(count.gone, 0);
-  EXPECT_LE(count.bad, 1);
-  EXPECT_GT(count.samples, 200);
+  const auto look = [&](const DriverSample& sample) { last = sample; };
+  Count all;
+  for (int part = 0; part < 20 && (part == 0 || all.samples <= 200); ++part) {
+    const Count count = ExchangeFor(*driver, 2000, look, command);
+    all.samples += count.samples;
+    all.bad += count.bad;
+    all.gone += count.gone;
+  }
+  EXPECT_EQ(all.gone, 0);
+  EXPECT_LE(all.bad, 1);
+  EXPECT_GT(all.samples, 200);
   // One count is 2 pi / 32000 of a turn: 0.1 mm at the handle.
   EXPECT_LT(glm::length(last.X_DH.p_AB - wanted), 0.2);
-  kernel.Look([&] {
-    EXPECT_TRUE(model.motors_on());
-    // Currents are whole mA: 26 N mm / A, gears of 12: 0.3 N mm on arms of 200 mm.
-    EXPECT_LT(glm::length(held_.f_D_N() - command.f_D_N), 0.05);
-  });
+  // The board switches its motors off where the machine stands still before somebody looks: then once more.
+  bool on = false;
+  for (int tries = 0; tries < 100 && !on; ++tries) {
+    ExchangeFor(*driver, 20, look, command);
+    kernel.Look([&] {
+      on = model.motors_on();
+      // Currents are whole mA: 26 N mm / A, gears of 12: 0.3 N mm on arms of 200 mm.
+      if (on) {
+        EXPECT_LT(glm::length(held_.f_D_N() - command.f_D_N), 0.05);
+      }
+    });
+  }
+  EXPECT_TRUE(on);
 }
 
 TEST_F(EmulatedDrivers, SpaceMouseTellsHowFarItsCapIsPushed) {
@@ -237,9 +256,11 @@ TEST_F(EmulatedDrivers, SpaceMouseTellsHowFarItsCapIsPushed) {
     model.Press(2);
   });
   DriverSample last;
-  const Count count = ExchangeFor(*driver, 50, [&](const DriverSample& sample) { last = sample; });
-  EXPECT_EQ(count.bad, 0);
-  EXPECT_EQ(count.gone, 0);
+  for (int part = 0; part < 40 && (part == 0 || last.buttons == 0); ++part) {
+    const Count count = ExchangeFor(*driver, 50, [&](const DriverSample& sample) { last = sample; });
+    EXPECT_EQ(count.bad, 0);
+    EXPECT_EQ(count.gone, 0);
+  }
   EXPECT_EQ(last.deflection[0], 1);
   EXPECT_EQ(last.buttons, 2U);
   driver->Stop();

@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <optional>
 #include <thread>
@@ -55,6 +56,26 @@ struct Options {
   double silent_at_s = -1;
   double loud_at_s = -1;
   bool no_homing = false;
+};
+
+/// The same hand, and the most that it ever felt.
+class FeltHand final : public Mechanism {
+ public:
+  explicit FeltHand(Mechanism& hand) : hand_(hand) {}
+  void Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) override {
+    force_N_ = glm::length(f_D_N);
+    peak_N_ = std::max(peak_N_, force_N_);
+    hand_.Move(dt_s, f_D_N, tau_D_Nmm);
+  }
+  Pose handle() const override { return hand_.handle(); }
+  std::uint32_t buttons() const override { return hand_.buttons(); }
+  double force_N() const { return force_N_; }
+  double peak_N() const { return peak_N_; }
+
+ private:
+  Mechanism& hand_;
+  double force_N_ = 0;
+  double peak_N_ = 0;
 };
 
 std::vector<std::uint8_t> ReadBytes(const std::string& path) {
@@ -152,16 +173,13 @@ int Run(int argc, char** argv) {
   }
   std::optional<SceneHand> cutting;
   if (!options.scene.empty()) cutting.emplace(ReadScene(options.scene), FindDeviceProfile("falcon"));
-  Mechanism& handle = cutting ? static_cast<Mechanism&>(*cutting) : hand;
+  FeltHand handle(cutting ? static_cast<Mechanism&>(*cutting) : hand);
   const std::unique_ptr<EmulatedDevice> device = MakeEmulatedDevice(options.device, handle, options.emulated);
   if (cutting) cutting->SetHears([&] { return device->packets(); });
+  // There it waits until it is unplugged, however late that comes.
+  if (cutting && options.unplug_on_way_s >= 0) cutting->StopAt(options.unplug_on_way_s);
   EmulatedKernel kernel;
   const int socket = kernel.PlugIn(device->model(), options.socket);
-
-  const pid_t id = fork();
-  if (id == 0) Become(program, options.socket.no_permission);
-  child = id;
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, PassOn);
 
   struct Event {
     double at_s;
@@ -173,11 +191,19 @@ int Run(int argc, char** argv) {
                                {options.loud_at_s, [&] { kernel.SetSilent(socket, false); }}};
   std::erase_if(events, [](const Event& event) { return event.at_s < 0; });
   std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.at_s < b.at_s; });
+  // From the beginning is before the program's.
+  for (; !events.empty() && events.front().at_s <= 0; events.erase(events.begin())) events.front().what();
+
+  const pid_t id = fork();
+  if (id == 0) Become(program, options.socket.no_permission);
+  child = id;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, PassOn);
+
   const auto begin = std::chrono::steady_clock::now();
   int status = 0;
-  double peak_N = 0;
   double again_at_s = -1;
   bool plugged_in = true;
+  std::optional<double> unplugged_on_way_s;
   double before_s = 0;
   while (waitpid(id, &status, WNOHANG) == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
@@ -186,6 +212,7 @@ int Run(int argc, char** argv) {
       events.front().what();
       events.erase(events.begin());
     }
+    bool felt = false;
     bool pull = false;
     bool interrupt = false;
     kernel.Look([&] {
@@ -202,6 +229,12 @@ int Run(int argc, char** argv) {
       options.unplug_on_way_s = -1;
       kernel.Unplug(socket);
       plugged_in = false;
+      kernel.Look([&] {
+        if (!cutting) return;
+        unplugged_on_way_s = cutting->way_s();
+        cutting->SetEngaged(false);
+        cutting->StopAt(std::numeric_limits<double>::infinity());
+      });
       again_at_s = options.plug_in_later_s >= 0 ? now.count() + options.plug_in_later_s : -1;
     }
     if (again_at_s >= 0 && now.count() >= again_at_s) {
@@ -223,19 +256,20 @@ int Run(int argc, char** argv) {
       } else if (device->driven()) {
         hand.Begin();
       }
-      peak_N = std::max(peak_N, glm::length(cutting ? cutting->f_D_N() : hand.f_D_N()));
+      felt = handle.peak_N() > kFelt_N;
     });
-    if (peak_N > kFelt_N && !options.felt_file.empty()) std::ofstream(std::exchange(options.felt_file, ""));
+    if (felt && !options.felt_file.empty()) std::ofstream(std::exchange(options.felt_file, ""));
   }
   child = 0;
   if (!options.report_file.empty()) {
     nlohmann::ordered_json report;
     kernel.Look([&] {
       report = device->Report();
-      report["peak_force_N"] = peak_N;
-      report["force_at_end_N"] = glm::length(cutting ? cutting->f_D_N() : hand.f_D_N());
+      report["peak_force_N"] = handle.peak_N();
+      report["force_at_end_N"] = handle.force_N();
       report["way_s"] = cutting ? cutting->way_s() : hand.way_s();
       if (cutting) report["strokes"] = cutting->strokes();
+      if (unplugged_on_way_s) report["unplugged_on_way_s"] = *unplugged_on_way_s;
     });
     report["unknown_calls"] = kernel.unknown_calls();
     std::ofstream(options.report_file) << report.dump(2) << '\n';

@@ -69,7 +69,7 @@ void SceneHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
     const std::uint64_t before = std::exchange(heard_, commands_());
     if (heard_ != before) since_heard_s_ = 0;
   }
-  if (!engaged_ || (commands_ && since_heard_s_ > kStandsStill_s)) return;
+  if (!engaged_ || way_s_ >= stop_at_s_ || (commands_ && since_heard_s_ > kStandsStill_s)) return;
   const Vec3 f_W_N = workspace_.ToWorld(f_D_N);
   while (dt_s > 0) {
     const double step_s = std::min(dt_s, kLongestStep_s);

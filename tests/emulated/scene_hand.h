@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <utility>
 
 #include "devices/workspace.h"
@@ -24,6 +25,8 @@ class SceneHand final : public Mechanism {
   /// How often the device was told something. While the program stands still, so does the hand: what a handle does
   /// meanwhile does not move the tool, and the way would be that much shorter.
   void SetHears(std::function<std::uint64_t()> commands) { commands_ = std::move(commands); }
+  /// It goes no further on its way, until it is told of a place that is further.
+  void StopAt(double way_s) { stop_at_s_ = way_s; }
   /// Whether the device's lamp says that the hand has the tool.
   void SetEngaged(bool engaged);
   /// A device that is there, homed and not engaged: a button is pressed for a moment after a while.
@@ -53,6 +56,7 @@ class SceneHand final : public Mechanism {
   double engaged_s_ = 0;
   double waiting_s_ = 0;
   double way_s_ = 0;
+  double stop_at_s_ = std::numeric_limits<double>::infinity();
   Pose X_DH_;
   Vec3 f_D_N_{0};
 };

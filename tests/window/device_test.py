@@ -78,19 +78,20 @@ def rehearse(kerf, emulate, picture):
         w.wait_event("running")
         w.key("space")
         w.wait_state("the spindle turns", lambda s: s["spindle"])
-        w.wait_state("told that it is gone", lambda s: "is gone: no force" in s["message"], seconds=60)
+        w.wait_message("is gone: no force")
         if picture:
             w.key("F12")
             shutil.copy(folder / w.wait_event("picture")["file"], picture)
-        w.wait_state("told that it is there", lambda s: "is there again" in s["message"], seconds=60)
+        w.wait_message("is there again")
         # The hand agrees by a button of the device, and cuts on.
         w.wait_state("the bar is cut", lambda s: s["removed_mm3"] > 5, seconds=90)
         # The bone comes back around the blade that the hand still holds there; then it goes away again.
         w.key("ctrl+z")
         w.wait_event("answer", what="Undone", failure="")
         w.wait_state("the spindle stands", lambda s: not s["spindle"])
+        before = w.mark()
         w.key("r")
-        w.wait_state("told whose the saw's place is", lambda s: "its place is the handle's" in s["message"])
+        w.wait_message("its place is the handle's", after=before)
         w.key("ctrl+y")
         w.wait_event("answer", what="Redone", failure="")
         # A saw that a device holds is stopped under the help too.

@@ -26,7 +26,8 @@ class Display:
         read, write = os.pipe()
         self.server = subprocess.Popen(
             ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp",
-             "-noreset"],  # else it begins anew, and refuses who comes just then, each time that its last client leaves
+             "-noreset",  # else it begins anew, and refuses who comes just then, each time that its last client leaves
+             "-r"],  # no repeats: of a key that a busy machine lets go of late there would be several
             pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as pipe:
@@ -80,7 +81,8 @@ class Window:
         deadline = time.monotonic() + 60
         while self.id is None:
             self._check(deadline, "no window came up")
-            found = self._xdotool("search", "--name", title, check=False).split()
+            # Only one that is seen can have the focus.
+            found = self._xdotool("search", "--onlyvisible", "--name", title, check=False).split()
             self.id = found[0] if found else None
             time.sleep(0.1)
         self.focus()
@@ -169,6 +171,17 @@ class Window:
                 if event["event"] == name and all(event.get(k) == v for k, v in wanted.items()):
                     return event
             self._check(deadline, f"no event {name} {wanted}") if not self._over() else self._fail(name)
+            time.sleep(0.05)
+
+    def wait_message(self, part, seconds=60, after=0):
+        """Said to the user since that mark: it stands there for a second or so, and another may take its place at once."""
+        deadline = time.monotonic() + seconds
+        while True:
+            self.read()
+            for event in self.events[after:]:
+                if event["event"] == "message" and part in event["text"]:
+                    return
+            self._check(deadline, f"never said: {part}")
             time.sleep(0.05)
 
     def wait_state(self, what, test, seconds=60):

@@ -83,9 +83,10 @@ def main():
         w.wait_state("the spindle turns", lambda s: s["spindle"])
         w._xdotool("keydown", "Down")
         w.wait_state("cutting on", lambda s: s["force_N"] > 0.1)
+        before = w.mark()
         other = subprocess.Popen([sys.executable, "-c", OTHER_WINDOW], env=w.env, stdout=subprocess.PIPE, text=True)
         other.stdout.readline()
-        w.wait_event("focus", on=False)
+        w.wait_event("focus", after=before, on=False)
         w.wait_state("the loop's spindle stands", lambda s: not s["spindle"] and s["rpm"] == 0)
         removed = w.state["removed_mm3"]
         time.sleep(1)
