@@ -24,7 +24,8 @@ class HaplyService {
     kShortHello  // text of no meaning at first, then as kGood
   };
 
-  explicit HaplyService(Mood mood = Mood::kGood, bool with_grip = true);
+  /// `port`: 0 takes any that is free. Throws std::runtime_error when it can't listen there.
+  explicit HaplyService(Mood mood = Mood::kGood, bool with_grip = true, std::uint16_t port = 0);
   ~HaplyService();
   HaplyService(const HaplyService&) = delete;
   HaplyService& operator=(const HaplyService&) = delete;
