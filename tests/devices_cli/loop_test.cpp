@@ -38,6 +38,19 @@ class LoopInAHand : public test::ProgramTest {
   static std::string Arguments(const std::string& device) {
     return "'" KERF_PROGRAM "' loop bar.toml --seconds 300 --json -o out --record cut.kerf --device " + device;
   }
+  /// Until it holds. A machine that stands still for long makes the program ask, and it is told to go on.
+  bool Until(Running& kerf, const std::function<bool()>& holds) {
+    return kerf.Until([&] {
+      int asked = 0;
+      const std::string err = kerf.err();
+      for (std::size_t at = 0; (at = err.find("or agree here", at)) != std::string::npos; ++at) ++asked;
+      if (asked > agreed_) {
+        agreed_ = asked;
+        kerf.Type("\n");
+      }
+      return holds();
+    });
+  }
   /// Until the loop has run for a while from now on: its recording grows. False when it ends before that.
   bool GoesOn(Running& kerf) const {
     const auto bytes = [this] {
@@ -60,14 +73,18 @@ class LoopInAHand : public test::ProgramTest {
     ASSERT_FALSE(rows.empty());
     // Places come as floats or in decimal places, and five of these are written.
     EXPECT_NEAR(rows.front().at("handle_z_mm"), kStart_mm, 1e-4);
-    EXPECT_NEAR(rows.back().at("handle_z_mm"), kStart_mm - lowered_mm, 1e-4 + error_mm);
+    // Nobody looks where the handle goes while the machine stands still, and the tool does not go that way.
+    const bool seen = !kerf.Said("bridge: answers again") && !kerf.Said("inverse3: answers again") && agreed_ == 0;
+    const double end_mm = kStart_mm - lowered_mm;
+    EXPECT_GE(rows.back().at("handle_z_mm"), end_mm - 1e-4 - error_mm);
+    EXPECT_LE(rows.back().at("handle_z_mm"), seen ? end_mm + 1e-4 + error_mm : kStart_mm - kGap_mm) << kerf.err();
     for (const ForceRow& row : rows) {
       ASSERT_NEAR(row.at("handle_x_mm"), 0, 1e-4);
       ASSERT_NEAR(row.at("handle_y_mm"), 0, 1e-4);
       // The bone holds the tool back, and at no time is it far ahead of the handle.
       ASSERT_GT(row.at("tool_z_mm"), row.at("handle_z_mm") - 0.05) << row.at("time_s");
     }
-    EXPECT_LT(rows.back().at("tool_z_mm"), kStart_mm - kGap_mm - 0.5 * kCut_mm);
+    EXPECT_LT(rows.back().at("tool_z_mm"), kStart_mm - kGap_mm - 0.3 * kCut_mm);
     const Json json = Json::parse(kerf.out());
     EXPECT_GT(json["removed_mm3"], 0.1);
     EXPECT_GT(json["force"]["largest_N"], kFelt_N);
@@ -76,17 +93,19 @@ class LoopInAHand : public test::ProgramTest {
     EXPECT_EQ(replay.code, 0) << replay.err;
     EXPECT_THAT(replay.out, HasSubstr("to the bit as recorded"));
   }
+
+  int agreed_ = 0;  // times
 };
 
 TEST_F(LoopInAHand, ThatHoldsABridgesDevice) {
   FarSide far;
-  Running kerf(folder_, At::kNowhere, Arguments("bridge --bridge " + far.where()));
-  ASSERT_TRUE(kerf.Until([&] { return far.felt().engaged > 0; })) << kerf.err();
+  Running kerf(folder_, At::kKeys, Arguments("bridge --bridge " + far.where()));
+  ASSERT_TRUE(Until(kerf, [&] { return far.felt().engaged > 0; })) << kerf.err();
   ASSERT_TRUE(GoesOn(kerf)) << kerf.err();
   EXPECT_EQ(far.felt().largest_N, 0.0);
   far.Lower(kGap_mm + kCut_mm);
-  ASSERT_TRUE(kerf.Until([&] { return far.felt().lowered_mm == kGap_mm + kCut_mm; })) << kerf.err();
-  EXPECT_TRUE(kerf.Until([&] { return far.felt().largest_N > kFelt_N; })) << kerf.err();
+  ASSERT_TRUE(Until(kerf, [&] { return far.felt().lowered_mm == kGap_mm + kCut_mm; })) << kerf.err();
+  EXPECT_TRUE(Until(kerf, [&] { return far.felt().largest_N > kFelt_N; })) << kerf.err();
   EXPECT_THAT(kerf.err(), HasSubstr("hold the handle still in the middle"));
   ExpectCut(kerf, kGap_mm + kCut_mm);
   EXPECT_EQ(far.felt().now_N, 0.0);
@@ -100,13 +119,13 @@ TEST_F(LoopInAHand, ThatHoldsAnInverse3) {
   } catch (const std::exception&) {
     GTEST_SKIP() << "another program listens at 127.0.0.1:10001, where Haply's service does";
   }
-  Running kerf(folder_, At::kNowhere, Arguments("inverse3"));
+  Running kerf(folder_, At::kKeys, Arguments("inverse3"));
   ASSERT_TRUE(kerf.UntilSaid("hold the handle still in the middle")) << kerf.err();
   ASSERT_TRUE(kerf.UntilSaid("inverse3: in the hand") && GoesOn(kerf)) << kerf.err();
   const int begin = service->forces();
   double lowered_mm = 0;
   double felt_N = 0;
-  ASSERT_TRUE(kerf.Until([&] {
+  ASSERT_TRUE(Until(kerf, [&] {
     // By the messages that come, and in steps that a hand makes, however late the test is.
     lowered_mm = std::fmin(std::fmin(lowered_mm + 0.1, 0.002 * (service->forces() - begin)), kGap_mm + kCut_mm);
     service->Put(start_m - Vec3{0, 0, 1e-3 * lowered_mm});
