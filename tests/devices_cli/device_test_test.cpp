@@ -123,8 +123,9 @@ TEST_F(DeviceTest, TellsInATableHowTheExamplesHandleWent) {
   ASSERT_TRUE(example.Until([&] { return test::Slurp(folder_ / "port.txt").ends_with('\n'); }));
   const std::string said = test::Slurp(folder_ / "port.txt");
   const std::string where = said.substr(said.find("127."));
-  Running kerf(folder_, At::kNowhere,
-               "'" KERF_PROGRAM "' device test bridge --circle 4 --buttons 0 --bridge " + where.substr(0, where.find('\n')));
+  Running kerf(
+      folder_, At::kNowhere,
+      "'" KERF_PROGRAM "' device test bridge --circle 4 --buttons 0 --bridge " + where.substr(0, where.find('\n')));
   ASSERT_EQ(kerf.WaitForEnd(), 0) << kerf.err();
   const std::string table = kerf.out();
   EXPECT_THAT(table, HasSubstr("bridge (example, up to 3.3 N)\n  homed     yes\n"));

@@ -18,6 +18,7 @@ using test::AreSame;
 using test::At;
 using test::FarSide;
 using test::ForceRow;
+using test::GoesOn;
 using test::ProgramResult;
 using test::Running;
 using testing::HasSubstr;
@@ -51,22 +52,10 @@ class LoopInAHand : public test::ProgramTest {
       return holds();
     });
   }
-  /// Until the loop has run for a while from now on: its recording grows. False when it ends before that.
-  bool GoesOn(Running& kerf) const {
-    const auto bytes = [this] {
-      std::error_code none_yet;
-      const std::uintmax_t size = std::filesystem::file_size(folder_ / "cut.kerf", none_yet);
-      return none_yet ? 0 : size;
-    };
-    for (int i = 0; i < 2; ++i) {  // the first may be what it had done before
-      if (!kerf.Until([&, before = bytes()] { return bytes() > before; })) return false;
-    }
-    return true;
-  }
   /// Ends it as Ctrl-C does. The tool has gone where the handle went, lowered_mm straight down, through the bone; and
   /// the recording gives all of it again.
   void ExpectCut(Running& kerf, double lowered_mm, double error_mm = 0) const {
-    ASSERT_TRUE(GoesOn(kerf)) << kerf.err();
+    ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
     kerf.Signal(SIGINT);
     ASSERT_EQ(kerf.WaitForEnd(), 0) << kerf.err();
     const std::vector<ForceRow> rows = test::ReadForces(folder_ / "out/forces.csv");
@@ -101,7 +90,7 @@ TEST_F(LoopInAHand, ThatHoldsABridgesDevice) {
   FarSide far;
   Running kerf(folder_, At::kKeys, Arguments("bridge --bridge " + far.where()));
   ASSERT_TRUE(Until(kerf, [&] { return far.felt().engaged > 0; })) << kerf.err();
-  ASSERT_TRUE(GoesOn(kerf)) << kerf.err();
+  ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
   EXPECT_EQ(far.felt().largest_N, 0.0);
   far.Lower(kGap_mm + kCut_mm);
   ASSERT_TRUE(Until(kerf, [&] { return far.felt().lowered_mm == kGap_mm + kCut_mm; })) << kerf.err();
@@ -121,18 +110,20 @@ TEST_F(LoopInAHand, ThatHoldsAnInverse3) {
   }
   Running kerf(folder_, At::kKeys, Arguments("inverse3"));
   ASSERT_TRUE(kerf.UntilSaid("hold the handle still in the middle")) << kerf.err();
-  ASSERT_TRUE(kerf.UntilSaid("inverse3: in the hand") && GoesOn(kerf)) << kerf.err();
+  ASSERT_TRUE(kerf.UntilSaid("inverse3: in the hand") && GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
   const int begin = service->forces();
   double lowered_mm = 0;
   double felt_N = 0;
-  ASSERT_TRUE(Until(kerf, [&] {
-    // By the messages that come, and in steps that a hand makes, however late the test is.
-    lowered_mm = std::fmin(std::fmin(lowered_mm + 0.1, 0.002 * (service->forces() - begin)), kGap_mm + kCut_mm);
-    service->Put(start_m - Vec3{0, 0, 1e-3 * lowered_mm});
-    felt_N = std::fmax(felt_N, glm::length(service->force_N()));
-    return lowered_mm == kGap_mm + kCut_mm && felt_N > kFelt_N;
-  })) << felt_N
-      << kerf.err();
+  ASSERT_TRUE(Until(kerf,
+                    [&] {
+                      // By the messages that come, and in steps that a hand makes, however late the test is.
+                      lowered_mm = std::fmin(std::fmin(lowered_mm + 0.1, 0.002 * (service->forces() - begin)),
+                                             kGap_mm + kCut_mm);
+                      service->Put(start_m - Vec3{0, 0, 1e-3 * lowered_mm});
+                      felt_N = std::fmax(felt_N, glm::length(service->force_N()));
+                      return lowered_mm == kGap_mm + kCut_mm && felt_N > kFelt_N;
+                    }))
+      << felt_N << kerf.err();
   ExpectCut(kerf, kGap_mm + kCut_mm);
   EXPECT_EQ(service->force_N(), Vec3{0});
 }
@@ -143,7 +134,7 @@ TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
   Running kerf(folder_, At::kKeys, Arguments("bridge --bridge " + far.where()));
   const termios before = kerf.Settings();
   ASSERT_TRUE(kerf.Until([&] { return far.felt().engaged > 0; })) << kerf.err();
-  ASSERT_TRUE(GoesOn(kerf)) << kerf.err();
+  ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
   far.Lower(kGap_mm + kCut_mm);
   ASSERT_TRUE(kerf.Until([&] { return far.felt().now_N > kFelt_N; })) << kerf.err();
 
@@ -157,8 +148,7 @@ TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
   kerf.Until([&] { return std::chrono::steady_clock::now() - mute_since > std::chrono::seconds(1); });
   EXPECT_FALSE(kerf.Said("is there again"));
   far.SetMute(false);
-  ASSERT_TRUE(kerf.UntilSaid("is there again; press a button on it, or agree here, to have force again"))
-      << kerf.err();
+  ASSERT_TRUE(kerf.UntilSaid("is there again; press a button on it, or agree here, to have force again")) << kerf.err();
   const FarSide::Felt asked = far.felt();
   ASSERT_TRUE(kerf.Until([&] { return far.felt().commands > asked.commands + 500; }));
   EXPECT_EQ(far.felt().engaged, asked.engaged);
@@ -166,7 +156,7 @@ TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
 
   kerf.Type("\n");
   ASSERT_TRUE(kerf.UntilSaid("bridge: in the hand; the force comes on slowly")) << kerf.err();
-  ASSERT_TRUE(GoesOn(kerf)) << kerf.err();
+  ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
   const double end_mm = far.felt().lowered_mm + kCut_mm;
   far.Lower(kCut_mm);
   EXPECT_TRUE(kerf.Until([&] { return far.felt().largest_N > kFelt_N; })) << kerf.err();

@@ -44,8 +44,7 @@ enum class At : std::uint8_t {
 class Running {
  public:
   /// `command`: a program of the shell's with its arguments. The folder is the current one.
-  Running(std::filesystem::path folder, At at, const std::string& command)
-      : folder_(std::move(folder)) {
+  Running(std::filesystem::path folder, At at, const std::string& command) : folder_(std::move(folder)) {
     if (openpty(&master_, &terminal_, nullptr, nullptr, nullptr) != 0) throw std::runtime_error("no terminal");
     for (const int end : {master_, terminal_}) fcntl(end, F_SETFD, FD_CLOEXEC);
     posix_spawn_file_actions_t actions;

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "support/running.h"
+
 namespace kerf::test {
 
 /// The numbers of a row of forces.csv by the names of their columns.
@@ -37,6 +39,19 @@ inline std::vector<ForceRow> ReadForces(const std::filesystem::path& path) {
     rows.push_back(row);
   }
   return rows;
+}
+
+/// Until the loop has run for a while from now on: its recording grows. False when it ends before that.
+inline bool GoesOn(Running& kerf, const std::filesystem::path& recording) {
+  const auto bytes = [&recording] {
+    std::error_code none_yet;
+    const std::uintmax_t size = std::filesystem::file_size(recording, none_yet);
+    return none_yet ? 0 : size;
+  };
+  for (int i = 0; i < 2; ++i) {  // the first may be what it had done before
+    if (!kerf.Until([&, before = bytes()] { return bytes() > before; })) return false;
+  }
+  return true;
 }
 
 }  // namespace kerf::test
