@@ -77,14 +77,22 @@ class SessionWithADevice : public test::EmulatedProgram {
 
 TEST_F(SessionWithADevice, WoodenHapticsCutsAndIsFelt) {
   Write("block.toml", kBlockToTheRight);
-  // For seconds to the right, so slowly at first that it passes for a handle at rest.
-  Running kerf(folder_, At::kNowhere,
-               Command("--device wooden --hand line --radius 20 --period 40 --hand-model H4 --felt felt",
-                       "loop block.toml --device wooden --seconds 300 --json -o out --record cut.kerf"));
-  ASSERT_TRUE(kerf.Until([&] { return Exists("felt"); })) << kerf.err();
-  EXPECT_THAT(kerf.err(), HasSubstr("wooden: hold the handle still in the middle"));
-  kerf.Signal(SIGINT);
-  ExpectCutToTheRight(kerf);
+  // For seconds to the right, so slowly at first that it passes for a handle at rest. On a machine that stands still
+  // again and again there is never much force: then once more.
+  std::optional<Running> kerf;
+  for (int tries = 0; tries < 5 && !Exists("felt"); ++tries) {
+    kerf.reset();
+    std::filesystem::remove(folder_ / "cut.kerf");
+    kerf.emplace(folder_, At::kNowhere,
+                 Command("--device wooden --hand line --radius 20 --period 40 --hand-model H4 --felt felt",
+                         "loop block.toml --device wooden --seconds 300 --json -o out --record cut.kerf"));
+    const auto late = std::chrono::steady_clock::now() + std::chrono::seconds(15);
+    kerf->Until([&] { return Exists("felt") || std::chrono::steady_clock::now() > late; });
+  }
+  ASSERT_TRUE(Exists("felt")) << kerf->err();
+  EXPECT_THAT(kerf->err(), HasSubstr("wooden: hold the handle still in the middle"));
+  kerf->Signal(SIGINT);
+  ExpectCutToTheRight(*kerf);
   const Json report = Report();
   EXPECT_GT(report["peak_force_N"], 0.5);
   EXPECT_LT(report["peak_force_N"], 5);  // its peak
