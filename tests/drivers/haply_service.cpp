@@ -21,14 +21,18 @@ namespace kerf::test {
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 
-HaplyService::HaplyService(Mood mood, bool with_grip) : mood_(mood), with_grip_(with_grip) {
-  listening_ = socket(AF_INET, SOCK_STREAM, 0);
+HaplyService::HaplyService(Mood mood, bool with_grip, std::uint16_t port) : mood_(mood), with_grip_(with_grip) {
+  listening_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int again = 1;  // where one before it listened
+  setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &again, sizeof again);
   sockaddr_in at{};
   at.sin_family = AF_INET;
+  at.sin_port = htons(port);
   at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   socklen_t size = sizeof at;
   if (bind(listening_, reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0 || listen(listening_, 4) != 0 ||
       getsockname(listening_, reinterpret_cast<sockaddr*>(&at), &size) != 0) {
+    close(listening_);
     throw std::runtime_error("no socket");
   }
   port_ = ntohs(at.sin_port);

@@ -25,7 +25,8 @@ class HaplyService {
     kNoGrip       // as kGood, but the list of grips is empty
   };
 
-  explicit HaplyService(Mood mood = Mood::kGood, bool with_grip = true);
+  /// `port`: 0 takes any that is free. Throws std::runtime_error when it can't listen there.
+  explicit HaplyService(Mood mood = Mood::kGood, bool with_grip = true, std::uint16_t port = 0);
   ~HaplyService();
   HaplyService(const HaplyService&) = delete;
   HaplyService& operator=(const HaplyService&) = delete;

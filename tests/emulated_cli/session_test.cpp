@@ -1,0 +1,197 @@
+// kerf loop as it is, with emulated devices other than the Falcon, and with one that stops answering in mid-cut.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "emulated_program.h"
+#include "support/running.h"
+#include "support/session_files.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+using test::At;
+using test::ForceRow;
+using test::ProgramResult;
+using test::Running;
+using testing::HasSubstr;
+using testing::Not;
+
+// To the right stands a block, and the disc cuts into it sideways.
+constexpr char kBlockToTheRight[] = R"([bone]
+model = "block"
+[bone.block]
+size_x_mm = 40.0
+size_y_mm = 4.0
+size_z_mm = 3.0
+voxel_mm = 0.2
+[tool]
+diameter_mm = 12.0
+thickness_mm = 2.0
+teeth = 16
+[[path.stroke]]
+start_mm = [-26.5, 0.0, -1.5]
+end_mm = [-20.0, 0.0, -1.5]
+feed_mm_per_s = 1.5
+disc_normal = [0.0, 1.0, 0.0]
+[device]
+expected_peak_N = 5.0
+[output]
+pictures = false
+)";
+constexpr double kStart_mm = -26.5;
+constexpr double kGap_mm = 0.5;
+
+class SessionWithADevice : public test::EmulatedProgram {
+ protected:
+  std::string Command(const std::string& options, const std::string& arguments) const {
+    return "'" KERF_EMULATE_USB "' --report report.json " + options + " -- '" KERF_PROGRAM "' " + arguments;
+  }
+  /// The tool has gone into the block with the handle, and no farther; the recording gives it all again.
+  void ExpectCutToTheRight(Running& kerf) const {
+    ASSERT_EQ(kerf.WaitForEnd(), 0) << kerf.err();
+    const std::vector<ForceRow> rows = test::ReadForces(folder_ / "out/forces.csv");
+    ASSERT_FALSE(rows.empty());
+    EXPECT_NEAR(rows.front().at("handle_x_mm"), kStart_mm, 0.5);
+    double largest_mm = kStart_mm;
+    for (const ForceRow& row : rows) {
+      largest_mm = std::fmax(largest_mm, row.at("tool_x_mm"));
+      // The bone holds the tool back, and at no time is it far ahead of the handle.
+      ASSERT_LT(row.at("tool_x_mm"), row.at("handle_x_mm") + 0.2) << row.at("time_s");
+    }
+    EXPECT_GT(largest_mm, kStart_mm + kGap_mm + 0.2);
+    EXPECT_GT(Json::parse(kerf.out())["removed_mm3"], 0.1);
+    ExpectSameAgain();
+    EXPECT_EQ(Report()["unknown_calls"], 0);
+  }
+  void ExpectSameAgain() const {
+    const ProgramResult replay = Kerf("replay cut.kerf --verify");
+    EXPECT_EQ(replay.code, 0) << replay.err;
+    EXPECT_THAT(replay.out, HasSubstr("to the bit as recorded"));
+  }
+};
+
+TEST_F(SessionWithADevice, WoodenHapticsCutsAndIsFelt) {
+  Write("block.toml", kBlockToTheRight);
+  // For seconds to the right, so slowly at first that it passes for a handle at rest. On a machine that stands still
+  // again and again there is never much force: then once more.
+  std::optional<Running> kerf;
+  for (int tries = 0; tries < 5 && !Exists("felt"); ++tries) {
+    kerf.reset();
+    std::filesystem::remove(folder_ / "cut.kerf");
+    kerf.emplace(folder_, At::kNowhere,
+                 Command("--device wooden --hand line --radius 20 --period 40 --hand-model H4 --felt felt",
+                         "loop block.toml --device wooden --seconds 300 --json -o out --record cut.kerf"));
+    const auto late = std::chrono::steady_clock::now() + std::chrono::seconds(15);
+    kerf->Until([&] { return Exists("felt") || std::chrono::steady_clock::now() > late; });
+  }
+  ASSERT_TRUE(Exists("felt")) << kerf->err();
+  EXPECT_THAT(kerf->err(), HasSubstr("wooden: hold the handle still in the middle"));
+  kerf->Signal(SIGINT);
+  ExpectCutToTheRight(*kerf);
+  const Json report = Report();
+  EXPECT_GT(report["peak_force_N"], 0.5);
+  EXPECT_LT(report["peak_force_N"], 5);  // its peak
+  EXPECT_EQ(report["currents_at_end_mA"], Json({0.0, 0.0, 0.0}));
+}
+
+TEST_F(SessionWithADevice, ASpaceMouseCuts) {
+  Write("block.toml", kBlockToTheRight);
+  // Half of the cap's way, to the right for ten seconds.
+  Running kerf(folder_, At::kNowhere,
+               Command("--device spacemouse --hand line --radius 10 --period 20",
+                       "loop block.toml --device spacemouse --seconds 2.5 --json -o out --record cut.kerf"));
+  ExpectCutToTheRight(kerf);
+}
+
+class StallOfAFalcon : public SessionWithADevice {
+ protected:
+  void SetUp() override {
+    SessionWithADevice::SetUp();
+    // Of bone so much that the hand is at it for eight seconds, and a device that lets all of the force be felt.
+    const std::string block = R"([bone]
+model = "block"
+[bone.block]
+size_x_mm = 8.0
+size_y_mm = 8.0
+size_z_mm = 9.0
+voxel_mm = 0.25
+[tool]
+diameter_mm = 24.0
+thickness_mm = 2.0
+teeth = 16
+[[path.stroke]]
+start_mm = [0.0, 0.0, 12.5]
+end_mm = [0.0, 0.0, 4.0]
+feed_mm_per_s = 1.0
+disc_normal = [1.0, 0.0, 0.0]
+[hand]
+model = "H4"
+[output]
+pictures = false
+[device]
+profile = "falcon"
+expected_peak_N = 5.0
+)";
+    Write("block.toml", block);
+    Write("hand.toml", block + "delay_ticks = 2\n");
+  }
+  std::string MakeCommand(int silent_at_s) const {
+    return Command("--firmware-there --homed --scene hand.toml --felt felt --silent-at " + std::to_string(silent_at_s) +
+                       " --loud-at " + std::to_string(silent_at_s + 2),
+                   "loop block.toml --device falcon --seconds 300 --json -o out --record cut.kerf");
+  }
+};
+
+TEST_F(StallOfAFalcon, EndsTheForceUntilTheUserAgrees) {
+  // It must be in the bone by then: on a machine that is slow, later.
+  std::optional<Running> kerf;
+  for (int at_s = 4; at_s < 16; at_s = at_s * 3 / 2) {
+    kerf.reset();
+    for (const char* file : {"cut.kerf", "felt"}) std::filesystem::remove(folder_ / file);
+    kerf.emplace(folder_, At::kKeys, MakeCommand(at_s));
+    const auto late = std::chrono::steady_clock::now() + std::chrono::seconds(at_s + 6);
+    kerf->Until([&] { return kerf->Said("is there again") || std::chrono::steady_clock::now() > late; });
+    if (Exists("felt") && kerf->Said("falcon: does not answer: no force")) break;
+  }
+  ASSERT_TRUE(kerf->UntilSaid("is there again; press a button on it, or agree here, to have force again"))
+      << kerf->err();
+  // The hand's press of a button within the silence was no answer: nothing had been asked. Enter is one.
+  EXPECT_THAT(kerf->err(), testing::EndsWith("to have force again\n"));
+  kerf->Type("\n");
+  ASSERT_TRUE(kerf->Until([&] {
+    const std::string err = kerf->err();
+    return err.find("in the hand", err.find("is there again")) != std::string::npos;
+  })) << kerf->err();
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(test::GoesOn(*kerf, folder_ / "cut.kerf")) << kerf->err();
+  kerf->Signal(SIGINT);
+  ASSERT_EQ(kerf->WaitForEnd(), 0) << kerf->err();
+  EXPECT_THAT(kerf->err(), HasSubstr("falcon: does not answer: no force\n"));
+  EXPECT_THAT(kerf->err(), Not(HasSubstr("is gone")));
+
+  // Force, none for as long as it was silent and nobody had agreed (what it was silent is the machine's clock), and
+  // force again.
+  double since_s = -1;
+  double longest_s = 0;
+  for (const ForceRow& row : test::ReadForces(folder_ / "out/forces.csv")) {
+    if (row.at("device_x_N") == 0 && row.at("device_y_N") == 0 && row.at("device_z_N") == 0) continue;
+    if (since_s >= 0) longest_s = std::fmax(longest_s, row.at("time_s") - since_s);
+    since_s = row.at("time_s");
+  }
+  EXPECT_GT(longest_s, 1) << Report() << kerf->out().substr(0, 300);
+  const Json json = Json::parse(kerf->out());
+  EXPECT_GE(json["served"]["silences"], 1);
+  EXPECT_GT(json["removed_mm3"], 0.1);
+  const Json report = Report();
+  EXPECT_GT(report["peak_force_N"], 0);
+  EXPECT_EQ(report["motors_at_end"], Json({0, 0, 0}));
+  EXPECT_EQ(report["unknown_calls"], 0);
+  ExpectSameAgain();
+}
+
+}  // namespace
+}  // namespace kerf

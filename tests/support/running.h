@@ -1,0 +1,145 @@
+// The program beside a test: at a terminal of its own when it is to have one, told keys and signals, waited for.
+#pragma once
+
+#include <fcntl.h>
+#include <poll.h>
+#include <pty.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "support/program.h"
+
+namespace kerf::test {
+
+/// No wait in a test is for less than the slowest machine: what takes as long as this does not come.
+inline constexpr std::chrono::seconds kLongest{60};
+
+/// Until it holds; false when it did not.
+inline bool WaitUntil(const std::function<bool()>& holds, std::chrono::milliseconds longest = kLongest) {
+  const auto end = std::chrono::steady_clock::now() + longest;
+  while (!holds()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
+enum class At : std::uint8_t {
+  kNowhere,   // its input ends at once; stdout.txt and stderr.txt of the folder are what it says
+  kKeys,      // its input is a terminal
+  kTerminal,  // so is what it prints to stdout
+};
+
+class Running {
+ public:
+  /// `command`: a program of the shell's with its arguments. The folder is the current one.
+  Running(std::filesystem::path folder, At at, const std::string& command) : folder_(std::move(folder)) {
+    if (openpty(&master_, &terminal_, nullptr, nullptr, nullptr) != 0) throw std::runtime_error("no terminal");
+    for (const int end : {master_, terminal_}) fcntl(end, F_SETFD, FD_CLOEXEC);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    const auto open_at = [&](int number, const std::string& path, int flags) {
+      posix_spawn_file_actions_addopen(&actions, number, path.c_str(), flags, 0644);
+    };
+    constexpr int kWrite = O_WRONLY | O_CREAT | O_TRUNC | O_APPEND;
+    if (at == At::kNowhere) open_at(STDIN_FILENO, "/dev/null", O_RDONLY);
+    if (at != At::kNowhere) posix_spawn_file_actions_adddup2(&actions, terminal_, STDIN_FILENO);
+    if (at == At::kTerminal) posix_spawn_file_actions_adddup2(&actions, terminal_, STDOUT_FILENO);
+    if (at != At::kTerminal) open_at(STDOUT_FILENO, folder_ / "stdout.txt", kWrite);
+    open_at(STDERR_FILENO, folder_ / "stderr.txt", kWrite);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    std::string line = "cd '" + folder_.string() + "' && exec env -u DISPLAY " + command;
+    std::string shell = "sh";
+    std::string option = "-c";
+    char* const words[] = {shell.data(), option.data(), line.data(), nullptr};
+    const int failed = posix_spawn(&id_, "/bin/sh", &actions, &attributes, words, environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&actions);
+    if (failed != 0) throw std::runtime_error("the program could not be started");
+  }
+  ~Running() {
+    if (!Ended()) {
+      kill(-id_, SIGKILL);  // and whom it has started
+      waitpid(id_, nullptr, 0);
+    }
+    close(master_);
+    close(terminal_);
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+
+  void Type(const std::string& keys) const {
+    if (write(master_, keys.data(), keys.size()) != static_cast<ssize_t>(keys.size())) {
+      throw std::runtime_error("the terminal takes no keys");
+    }
+  }
+  void Signal(int number) const { kill(id_, number); }
+
+  std::string out() const { return Slurp(folder_ / "stdout.txt"); }
+  std::string err() const { return Slurp(folder_ / "stderr.txt"); }
+  bool Said(const std::string& text) const { return err().find(text) != std::string::npos; }
+  /// What the terminal has been sent so far: what the program printed, and the keys where they are shown.
+  const std::string& Shown() {
+    for (;;) {
+      pollfd output{.fd = master_, .events = POLLIN, .revents = 0};
+      char bytes[4096];
+      if (poll(&output, 1, 0) != 1) return shown_;
+      const ssize_t got = read(master_, bytes, sizeof(bytes));
+      if (got <= 0) return shown_;
+      shown_.append(bytes, static_cast<std::size_t>(got));
+    }
+  }
+  termios Settings() const {
+    termios settings{};
+    if (tcgetattr(terminal_, &settings) != 0) throw std::runtime_error("the terminal has no settings");
+    return settings;
+  }
+
+  bool Ended() {
+    if (!ended_ && waitpid(id_, &status_, WNOHANG) == id_) ended_ = true;
+    return ended_;
+  }
+  /// Until it holds; false when the program ends before that.
+  bool Until(const std::function<bool()>& holds) {
+    bool held = false;
+    WaitUntil([&] { return (held = holds()) || Ended(); });
+    return held || holds();
+  }
+  bool UntilSaid(const std::string& text) {
+    return Until([&] { return Said(text); });
+  }
+  /// -1: it goes on and on.
+  int WaitForEnd() {
+    if (!WaitUntil([this] { return Ended(); })) return -1;
+    return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
+  }
+
+ private:
+  std::filesystem::path folder_;
+  pid_t id_ = -1;
+  int master_ = -1;
+  int terminal_ = -1;
+  int status_ = 0;
+  bool ended_ = false;
+  std::string shown_;
+};
+
+inline bool AreSame(const termios& a, const termios& b) {
+  return a.c_iflag == b.c_iflag && a.c_oflag == b.c_oflag && a.c_cflag == b.c_cflag && a.c_lflag == b.c_lflag &&
+         std::equal(std::begin(a.c_cc), std::end(a.c_cc), std::begin(b.c_cc));
+}
+
+}  // namespace kerf::test

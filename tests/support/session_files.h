@@ -1,0 +1,57 @@
+// What a session with a device leaves behind.
+#pragma once
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "support/running.h"
+
+namespace kerf::test {
+
+/// The numbers of a row of forces.csv by the names of their columns.
+using ForceRow = std::map<std::string, double>;
+
+/// Of the whole rows.
+inline std::vector<ForceRow> ReadForces(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::vector<ForceRow> rows;
+  std::vector<std::string> names;
+  for (std::string line; std::getline(file, line) && !file.eof();) {
+    std::istringstream cells(line);
+    std::vector<std::string> values;
+    for (std::string cell; std::getline(cells, cell, ',');) values.push_back(cell);
+    if (names.empty()) {
+      if (values.at(0) == "time_s") names = values;
+      continue;
+    }
+    ForceRow row;
+    for (std::size_t i = 0; i < std::min(names.size(), values.size()); ++i) {
+      char* end = nullptr;
+      const double number = std::strtod(values[i].c_str(), &end);
+      if (!values[i].empty() && *end == '\0') row[names[i]] = number;
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Until the loop has run for a while from now on: its recording grows. False when it ends before that.
+inline bool GoesOn(Running& kerf, const std::filesystem::path& recording) {
+  const auto bytes = [&recording] {
+    std::error_code none_yet;
+    const std::uintmax_t size = std::filesystem::file_size(recording, none_yet);
+    return none_yet ? 0 : size;
+  };
+  for (int i = 0; i < 2; ++i) {  // the first may be what it had done before
+    if (!kerf.Until([&, before = bytes()] { return bytes() > before; })) return false;
+  }
+  return true;
+}
+
+}  // namespace kerf::test
