@@ -1,6 +1,7 @@
 #include "emulated/scene_hand.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "scene/path.h"
 
@@ -84,7 +85,8 @@ void SceneHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
 }
 
 std::uint32_t SceneHand::buttons() const {
-  return waiting_s_ > kPress_s && waiting_s_ < kPress_s + kPressed_s ? 1u : 0u;
+  // Again and again: a program that stands still just then does not hear it.
+  return std::fmod(waiting_s_, kPress_s + kPressed_s) > kPress_s ? 1u : 0u;
 }
 
 }  // namespace kerf::test

@@ -29,7 +29,7 @@ class SceneHand final : public Mechanism {
   void StopAt(double way_s) { stop_at_s_ = way_s; }
   /// Whether the device's lamp says that the hand has the tool.
   void SetEngaged(bool engaged);
-  /// A device that is there, homed and not engaged: a button is pressed for a moment after a while.
+  /// A device that is there, homed and not engaged: a button is pressed for a moment, time and again.
   void SetWaiting(bool waiting) { waiting_ = waiting; }
 
   void Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) override;
