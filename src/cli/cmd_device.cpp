@@ -30,7 +30,7 @@ struct Options {
 class RawKeys {
  public:
   RawKeys() {
-    if (!IsOurs() || tcgetattr(STDIN_FILENO, &before_.emplace()) != 0) {
+    if (!MayReadTerminal(STDIN_FILENO) || tcgetattr(STDIN_FILENO, &before_.emplace()) != 0) {
       before_.reset();
       return;
     }
@@ -47,13 +47,10 @@ class RawKeys {
   bool Pressed() const {
     pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
     char key = 0;
-    return before_ && IsOurs() && poll(&input, 1, 0) == 1 && read(STDIN_FILENO, &key, 1) == 1;
+    return before_ && MayReadTerminal(STDIN_FILENO) && poll(&input, 1, 0) == 1 && read(STDIN_FILENO, &key, 1) == 1;
   }
 
  private:
-  /// A terminal, and not from the background: who reads it from there is stopped.
-  static bool IsOurs() { return isatty(STDIN_FILENO) == 1 && tcgetpgrp(STDIN_FILENO) == getpgrp(); }
-
   std::optional<termios> before_;
 };
 

@@ -250,8 +250,7 @@ void FollowServo(DeviceServo& servo, bool& waited) {
   for (const std::string& message : servo.TakeMessages()) {
     fmt::print(stderr, "{}kerf: {}\n", terminal ? "\r\x1b[K" : "", message);  // over a progress bar
   }
-  // Who reads a terminal from the background is stopped.
-  if (isatty(STDIN_FILENO) != 1 || tcgetpgrp(STDIN_FILENO) != getpgrp()) return;
+  if (!MayReadTerminal(STDIN_FILENO)) return;
   // What was typed before it asked is no answer.
   const bool asks = servo.state() == ServoState::kWaiting;
   const bool asked = std::exchange(waited, asks);

@@ -1,5 +1,7 @@
 #include "cli/signals.h"
 
+#include <unistd.h>
+
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
@@ -84,6 +86,12 @@ ExitsAtOnce::ExitsAtOnce() {
 
 ExitsAtOnce::~ExitsAtOnce() {
   exits_at_once.store(false);
+}
+
+bool MayReadTerminal(int file) {
+  if (isatty(file) != 1) return false;
+  const pid_t in_front = tcgetpgrp(file);
+  return in_front == -1 || in_front == getpgrp();  // -1: it is not the terminal that this program is controlled by
 }
 
 void HandleSignals() {

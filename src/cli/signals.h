@@ -23,6 +23,9 @@ class ExitsAtOnce {
   ExitsAtOnce& operator=(const ExitsAtOnce&) = delete;
 };
 
+/// It is a terminal, and this program is not in its background, where who reads it is stopped.
+bool MayReadTerminal(int file);
+
 /// From now on the first SIGINT, SIGTERM or SIGHUP (those that are ignored stay so) sets this to true, for work that
 /// ends itself safely; a second one is handled as before.
 const std::atomic<bool>& CatchInterrupt();

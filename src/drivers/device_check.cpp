@@ -179,7 +179,7 @@ class Check {
 
   void WatchButtons() {
     const DriverTraits& traits = servo_.traits();
-    if (traits.buttons.empty() || result_.stopped || gone_) return;
+    if (traits.buttons.empty() || !(options_.buttons_s > 0) || result_.stopped || gone_) return;
     Say(fmt::format("press each button ({}) within {:g} s", fmt::join(traits.buttons, ", "), options_.buttons_s));
     const auto all = static_cast<std::uint32_t>((1ull << traits.buttons.size()) - 1);
     const double end_s = Now_s() + options_.buttons_s;
