@@ -16,7 +16,6 @@ using test::PatientOptions;
 using test::Served;
 using test::ToldDevice;
 using test::WaitFor;
-using testing::HasSubstr;
 
 constexpr std::uint32_t kClutch = 1;
 constexpr std::uint32_t kRight = 4;

@@ -45,6 +45,7 @@ struct Options {
   std::string way = "still";
   std::vector<std::string> presses;
   std::string start_file;
+  bool leaves_buttons = false;
   std::string felt_file;
   std::string report_file;
   double unplug_at_s = -1;
@@ -122,6 +123,7 @@ std::vector<std::string> ReadOptions(int argc, char** argv, Options& options) {
   app.add_option("--interrupt-on-way", options.interrupt_on_way_s,
                  "s of the way of a hand that cuts a scene; then the program gets SIGINT, as by Ctrl-C");
   app.add_option("--wait-for", options.start_file, "File before which the hand that cuts a scene does not begin");
+  app.add_flag("--leaves-buttons", options.leaves_buttons, "The hand that cuts a scene agrees to nothing by a button");
   app.add_option("--felt", options.felt_file, fmt::format("File that is there once the hand has felt {} N", kFelt_N));
   app.add_option("--report", options.report_file, "File for what the device has been through, JSON");
   const auto end = std::find_if(argv, argv + argc, [](const char* word) { return std::strcmp(word, "--") == 0; });
@@ -249,7 +251,7 @@ int Run(int argc, char** argv) {
       if (cutting) {
         // Who sees it unplugged stops.
         cutting->SetEngaged(plugged_in && device->engaged() && options.start_file.empty());
-        cutting->SetWaiting(device->waits());
+        cutting->SetWaiting(!options.leaves_buttons && device->waits());
         if (device->wants_homing()) cutting->Home();
       } else if (device->wants_homing() && !options.no_homing) {
         hand.Home();

@@ -120,7 +120,7 @@ class ForceOfAFalcon : public test::EmulatedProgram {
 };
 
 TEST_F(ForceOfAFalcon, EndsWithTheProgramHoweverThatEnds) {
-  for (const std::string signals : {"TERM", "TERM TERM", "HUP TERM", "SEGV", "PIPE", "USR1"}) {
+  for (const std::string signals : {"TERM", "TERM TERM", "HUP TERM", "SEGV", "USR1", "XCPU"}) {
     const ProgramResult result = Signal(signals);
     EXPECT_NE(result.code, 0) << signals;
     const Json report = Report();
