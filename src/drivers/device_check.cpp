@@ -269,7 +269,8 @@ void WatchDevice(DeviceServo& servo, const std::function<bool()>& goes_on,
     const bool answers = 1e-9 * static_cast<double>(clock.Now()) - s.at_s < servo.options().servo.agree_s;
     std::string line = Describe(s.state);
     if (s.state != ServoState::kClosed) line += answers ? "; " + DescribeSample(traits, s.sample) : "; no answer";
-    show(line, true);
+    // Before its first round nothing is known of it.
+    if (s.state != ServoState::kClosed || servo.state() == ServoState::kClosed) show(line, true);
     clock.SleepUntil(clock.Now() + kPeriod_ns);
   }
   const ServoCounts rounds = servo.counts().rounds;

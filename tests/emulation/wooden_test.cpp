@@ -451,7 +451,8 @@ TEST(WoodenDriver, TakesThePoseAtTheStartForZeroWhenAskedTo) {
   setup.bus.Advance(0.002);
   const auto driver = setup.Open(params);
   driver->Start(nullptr);
-  EXPECT_THAT(driver->traits().homing, HasSubstr("hold the arm in its zero pose"));
+  EXPECT_THAT(driver->traits().homing,
+              HasSubstr("or when the session began; else unplug it, hold it so, and plug it in"));
   DriverSample sample;
   ASSERT_EQ(driver->Exchange({}, sample), RoundEnd::kSample);
   EXPECT_LT(CalcDistance(sample.X_DH.p_AB, zero), 0.1);

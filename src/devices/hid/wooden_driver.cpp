@@ -33,12 +33,10 @@ std::string DescribeZero(const WoodenParams& params) {
       "base at {:.0f} degrees, upper arm {:.0f} degrees from upright, forearm {:.0f} degrees from hanging straight "
       "down",
       params.zero_deg.x, params.zero_deg.y, params.zero_deg.z);
-  return params.zero_at_start
-             ? fmt::format("hold the arm in its zero pose ({}) until the force comes on", pose)
-             : fmt::format(
-                   "the arm must have been in its zero pose ({}) when it was plugged in; else unplug it, hold "
-                   "it so, and plug it in",
-                   pose);
+  return fmt::format(
+      "the arm must have been in its zero pose ({}) when it was plugged in{}; else unplug it, hold it so, and plug it "
+      "in",
+      pose, params.zero_at_start ? ", or when the session began" : "");
 }
 
 }  // namespace
