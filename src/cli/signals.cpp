@@ -4,7 +4,9 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
+#include <ctime>
 
 #include "drivers/device_servo.h"
 #include "files/files.h"
@@ -30,7 +32,17 @@ extern "C" void EndAtOnce(int status, void*) {
 }
 
 std::atomic<bool> interrupted{false};
-static_assert(std::atomic<bool>::is_always_lock_free);
+std::atomic<std::int64_t> interrupted_ns{0};
+std::atomic<int> interrupted_by{0};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
+constexpr std::int64_t kSame_ns = 250'000'000;
+
+// clock_gettime() may be called in a handler.
+std::int64_t Now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
 
 extern "C" void LetGoAndEnd(int number) {
   DeviceServo::LetGoOfAll(kLetGo_ms, true);
@@ -42,9 +54,17 @@ extern "C" void LetGoAndStop(int) {
   raise(SIGSTOP);
 }
 
-extern "C" void NoteInterrupt(int) {
-  interrupted.store(true);
+extern "C" void NoteInterrupt(int number) {
+  const std::int64_t now_ns = Now_ns();
+  if (!interrupted.load()) {
+    interrupted_ns.store(now_ns);
+    interrupted_by.store(number);
+    interrupted.store(true);
+    return;
+  }
+  if (number == interrupted_by.load() && now_ns - interrupted_ns.load() < kSame_ns) return;
   HandleSignals();  // sigaction() may be called in a handler
+  raise(number);    // handled so once this handler returns
 }
 
 }  // namespace

@@ -27,7 +27,8 @@ class ExitsAtOnce {
 bool MayReadTerminal(int file);
 
 /// From now on the first SIGINT, SIGTERM or SIGHUP (those that are ignored stay so) sets this to true, for work that
-/// ends itself safely; a second one is handled as before.
+/// ends itself safely; a second one is handled as before. The same one again within a quarter of a second is no second
+/// one: timeout(1), and a shell beside its job, tell the program of each signal twice.
 const std::atomic<bool>& CatchInterrupt();
 
 }  // namespace kerf::cli
