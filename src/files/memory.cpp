@@ -93,6 +93,11 @@ std::size_t ReadResidentBytes() {
   return ReadOwnPages().resident * PageBytes();
 }
 
+std::size_t ReadHeapBytes() {
+  const struct mallinfo2 heap = mallinfo2();
+  return heap.uordblks + heap.hblkhd;
+}
+
 std::uint64_t ReadAvailableBytes() {
   return std::min({ReadMachineBytes(), ReadGroupBytes(), ReadUserBytes()});
 }

@@ -9,6 +9,9 @@ namespace kerf {
 
 /// Memory of this program that is in use, bytes; 0 where the system does not tell.
 std::size_t ReadResidentBytes();
+/// What this program has asked of the heap and not given back, bytes: other than of what is resident, the system's
+/// pages have no part in it.
+std::size_t ReadHeapBytes();
 /// What this program may still ask for, bytes: the least of what the machine has free (with its swap), what its control
 /// group leaves and what `ulimit -v` leaves. The largest number where the system does not tell.
 std::uint64_t ReadAvailableBytes();

@@ -37,6 +37,7 @@ bool GuardedDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept
   }
   if (!TryEnter()) {
     ++counts_.passed_over;
+    tripped_.store(true);  // a trip is under way, and this tick may have taken note of it before: the next one does
     return true;
   }
   const bool zero = closed_ || tripped_.load();

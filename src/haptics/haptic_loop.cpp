@@ -117,11 +117,11 @@ void HapticLoop::Stop() {
 void HapticLoop::RunThread() {
   AskForPriority(params_.priority, grants_);
   TouchStack();
-  started_.store(true);
-  started_.notify_all();
   start_ns_ = clock_.Now();
   deadlines_.Start(start_ns_);
   beat_ns_.store(start_ns_);
+  started_.store(true);
+  started_.notify_all();
   while (running() && !stop_.load(std::memory_order_relaxed)) TickOnce();
   if (running()) Finish(LoopEnd::kAsked);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -105,6 +106,8 @@ class HapticLoop {
   void RunHere(std::int64_t ticks, const std::function<bool()>& between = {});
   /// After the end: sends changed leaves that still wait, as far as there is room. False when there were none.
   bool SendRest();
+  /// Since it began, which is when its time is 0; after Start(), by any thread.
+  std::chrono::nanoseconds CalcElapsed() const { return std::chrono::nanoseconds(clock_.Now() - start_ns_); }
   /// False once the loop has ended by itself.
   bool running() const { return end_.load() == LoopEnd::kNotYet; }
 

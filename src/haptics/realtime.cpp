@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 
 #include <cerrno>
 #include <cstring>
@@ -15,6 +16,14 @@ namespace {
 
 std::string Reason(int number) {
   return std::generic_category().message(number);
+}
+
+/// Under a limit MCL_FUTURE would make each request for memory fail that goes beyond it: a thread's stack, the bone's
+/// leaves.
+bool MayLockAnyMemory() {
+  rlimit limit{RLIM_INFINITY, RLIM_INFINITY};
+  setrlimit(RLIMIT_MEMLOCK, &limit);  // where the user may
+  return getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
 }
 
 }  // namespace
@@ -43,12 +52,15 @@ void AskForPriority(int priority, RealtimeGrants& grants) {
 }
 
 void LockMemory(RealtimeGrants& grants) {
-  grants.locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-  grants.memory = grants.locked ? "Memory is locked in RAM."
-                                : fmt::format(
-                                      "Memory could not be locked in RAM ({}): a tick may have to wait for a "
-                                      "page; run as root or raise the limit (ulimit -l).",
-                                      Reason(errno));
+  const bool later_too = MayLockAnyMemory();
+  grants.locked = mlockall(later_too ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT) == 0;
+  grants.memory = grants.locked && later_too ? "Memory is locked in RAM."
+                  : grants.locked
+                      ? "What memory there was at the start is locked in RAM: the limit (ulimit -l) is finite."
+                      : fmt::format(
+                            "Memory could not be locked in RAM ({}): a tick may have to wait for a "
+                            "page; run as root or raise the limit (ulimit -l).",
+                            Reason(errno));
 }
 
 void UnlockMemory() {

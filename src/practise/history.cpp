@@ -57,6 +57,18 @@ Statement Prepare(const std::string& file, sqlite3* db, const char* sql) {
   return Statement(statement);
 }
 
+/// SQLite waits for nobody before this statement, its busy timeout notwithstanding, as two that wait here might wait
+/// for each other. Whoever holds the history may be the one who has it done; until somebody has, it is kept as safely.
+void BeginLog(const std::string& file, sqlite3* db) {
+  constexpr int kStep_ms = 10;
+  int code = SQLITE_BUSY;
+  for (int waited_ms = 0; (code & 0xff) == SQLITE_BUSY && waited_ms < kBusy_ms; waited_ms += kStep_ms) {
+    if (waited_ms > 0) sqlite3_sleep(kStep_ms);
+    code = sqlite3_exec(db, "PRAGMA journal_mode = WAL", nullptr, nullptr, nullptr);
+  }
+  if (code != SQLITE_OK && (code & 0xff) != SQLITE_BUSY) Fail(file, db, code);
+}
+
 int AskNumber(const std::string& file, sqlite3* db, const char* sql) {
   const Statement statement = Prepare(file, db, sql);
   const int code = sqlite3_step(statement.get());
@@ -132,7 +144,7 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
   }
   Do(file, db, "COMMIT");
   // Readers don't wait for a writer, and a program that is killed leaves what was kept before.
-  Do(file, db, "PRAGMA journal_mode = WAL");
+  BeginLog(file, db);
 }
 
 History::~History() = default;

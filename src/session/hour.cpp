@@ -70,6 +70,7 @@ class HourWatch final : public LoopWatch {
     now_.removed_error_mm3 = now_.removed_mm3 - (hour_.volume_before_mm3 - simulation.bone().CalcVolume());
     now_.energy_error_J = now_.energy_J - gone_J_;
     now_.bone_MB = 1e-6 * static_cast<double>(simulation.bone().CalcMemoryBytes());
+    now_.heap_MB = 1e-6 * static_cast<double>(ReadHeapBytes());
     now_.resident_MB = 1e-6 * static_cast<double>(ReadResidentBytes());
     hour_.minutes.push_back(now_);
     now_.rest_ticks = 0;
@@ -133,6 +134,10 @@ double Hour::CalcMemoryGrowth_MB() const {
 
 double Hour::CalcOtherGrowth_MB() const {
   return CalcSpread(minutes, [](const HourMinute& m) { return m.resident_MB - m.bone_MB; });
+}
+
+double Hour::CalcHeapGrowth_MB() const {
+  return CalcSpread(minutes, [](const HourMinute& m) { return m.heap_MB - m.bone_MB; });
 }
 
 double Hour::CalcTimeRatio() const {

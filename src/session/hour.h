@@ -21,6 +21,7 @@ inline constexpr int kHourWarmUp_min = 1;
 struct HourMinute {
   int minute = 0;          // 1, 2, ...
   double resident_MB = 0;  // of the program; what is free but kept is not counted
+  double heap_MB = 0;      // asked of the heap and not given back
   double bone_MB = 0;      // of the bone: it grows by 2 kB for each leaf of pure bone that is cut into
   double tick_p50_us = 0;  // of the ticks that cut; whole ticks, with the simulated hand and device
   double tick_p99_us = 0;
@@ -50,6 +51,8 @@ struct Hour {
   /// bone grew by, which a reader's copy has too (the simulation's own leaves were set aside before).
   double CalcMemoryGrowth_MB() const;
   double CalcOtherGrowth_MB() const;
+  /// The same of the heap without the bone, which does not depend on what the system does with the program's pages.
+  double CalcHeapGrowth_MB() const;
   /// Median of the last minutes' p50 over that of the first ones'; 1 for fewer than 2 minutes.
   double CalcTimeRatio() const;
   HourMinute CalcWorst() const;  // of each figure the one furthest from 0; `minute` is how many there are

@@ -518,7 +518,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   } else {
     loop.Start();
     double look_at_s = 0;
-    began = std::chrono::steady_clock::now();  // locking the memory takes a while
+    began = std::chrono::steady_clock::now() - loop.CalcElapsed();  // locking the memory takes a while
     while (loop.running() && !stopped() && elapsed_s() < options.seconds) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
       if (fragments.is_on()) loop.state().Update();  // what had been sent by then is read now

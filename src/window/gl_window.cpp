@@ -64,6 +64,10 @@ struct GlWindow::State {
   std::vector<WindowEvent> events;
   int width = 0;
   int height = 0;
+  // Where the mouse was told to be last: glfwGetCursorPos() tells where it is by now, which may be far from a click
+  // that waited while a picture was drawn.
+  double mouse_x = 0;
+  double mouse_y = 0;
 
   ~State() {
     if (window != nullptr) {
@@ -84,12 +88,12 @@ struct GlWindow::State {
     return event;
   }
   /// The mouse is told in the screen's units, which may be larger than pixels.
-  void SetPlace(WindowEvent& event, double x, double y) const {
+  void SetPlace(WindowEvent& event) const {
     int w = 1;
     int h = 1;
     glfwGetWindowSize(window, &w, &h);
-    event.x = w > 0 ? x * width / w : x;
-    event.y = h > 0 ? y * height / h : y;
+    event.x = w > 0 ? mouse_x * width / w : mouse_x;
+    event.y = h > 0 ? mouse_y * height / h : mouse_y;
   }
   void Resize() {
     glfwGetFramebufferSize(window, &width, &height);
@@ -107,6 +111,7 @@ struct GlWindow::State {
 void GlWindow::State::Listen() {
   using Kind = WindowEvent::Kind;
   glfwSetWindowUserPointer(window, this);
+  glfwGetCursorPos(window, &mouse_x, &mouse_y);
   glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int mods) {
     WindowEvent& event = Of(w).Add(action == GLFW_RELEASE ? Kind::kKeyUp : Kind::kKeyDown, mods);
     event.key = KeyOf(key);
@@ -115,32 +120,28 @@ void GlWindow::State::Listen() {
   glfwSetCharCallback(window, [](GLFWwindow* w, unsigned int c) { Of(w).Add(Kind::kText).character = c; });
   glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int mods) {
     if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
-    double x = 0;
-    double y = 0;
-    glfwGetCursorPos(w, &x, &y);
     WindowEvent& event = Of(w).Add(action == GLFW_PRESS ? Kind::kMouseDown : Kind::kMouseUp, mods);
     event.button = button == GLFW_MOUSE_BUTTON_LEFT    ? MouseButton::kLeft
                    : button == GLFW_MOUSE_BUTTON_RIGHT ? MouseButton::kRight
                                                        : MouseButton::kMiddle;
-    Of(w).SetPlace(event, x, y);
+    Of(w).SetPlace(event);
   });
   glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) {
     int mods = 0;
     const auto held = [w](int a, int b) { return glfwGetKey(w, a) == GLFW_PRESS || glfwGetKey(w, b) == GLFW_PRESS; };
     if (held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT)) mods |= GLFW_MOD_SHIFT;
     if (held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL)) mods |= GLFW_MOD_CONTROL;
-    Of(w).SetPlace(Of(w).Add(Kind::kMouseMove, mods), x, y);
+    Of(w).mouse_x = x;
+    Of(w).mouse_y = y;
+    Of(w).SetPlace(Of(w).Add(Kind::kMouseMove, mods));
   });
   glfwSetScrollCallback(window, [](GLFWwindow* w, double, double y) {
     int mods = 0;
     if (glfwGetKey(w, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS) mods |= GLFW_MOD_SHIFT;
     if (glfwGetKey(w, GLFW_KEY_LEFT_CONTROL) == GLFW_PRESS) mods |= GLFW_MOD_CONTROL;
-    double px = 0;
-    double py = 0;
-    glfwGetCursorPos(w, &px, &py);
     WindowEvent& event = Of(w).Add(Kind::kScroll, mods);
     event.amount = y;
-    Of(w).SetPlace(event, px, py);
+    Of(w).SetPlace(event);
   });
   glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int, int) {
     Of(w).Resize();

@@ -98,6 +98,7 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
 
 /// Every place of a file may be a length. Ends the process: 0 when none of them, made absurd, asks for memory.
 [[noreturn]] void ReadLyingFiles(const std::string& path) {
+  test::UseOneCore();
   Bone bone = test::MakeSphere({10, 10, 10}, 1, 0.4);
   SetHu(
       bone, [](const Vec3& p) { return 100 * p.x; }, 0.5);

@@ -52,8 +52,13 @@ TEST_F(Costs, OfARunAreATableAndInJson) {
 }
 
 TEST_F(Costs, OfALoopAreATableAndInJson) {
-  const ProgramResult table = Kerf("loop s.toml --seconds 0.3 --costs");
-  ASSERT_EQ(table.code, 0) << table.err;
+  // By the clock: on a machine that stands still meanwhile the tool has not come to the bone yet.
+  ProgramResult table;
+  for (const char* seconds : {"0.5", "3", "10", "30"}) {
+    table = Kerf(std::string("loop s.toml --costs --seconds ") + seconds);
+    ASSERT_EQ(table.code, 0) << table.err;
+    if (table.out.find("remove") != std::string::npos) break;
+  }
   for (const char* part : {"engage", "remove", "p99 of budget"}) EXPECT_THAT(table.out, HasSubstr(part));
   const ProgramResult json = Kerf("loop s.toml --seconds 0.3 --costs --json");
   ASSERT_EQ(json.code, 0) << json.err;

@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include "haptics/watchdog.h"
 #include "made_up.h"
@@ -28,6 +29,45 @@ TEST(GuardedDevice, HoldsZeroAfterATripUntilTheLoopHasTakenNote) {
   device.Write({0.1, 0, 0}, Vec3{0});
   EXPECT_EQ(inner.force_x_N, 0.1);
   EXPECT_EQ(device.counts().largest_step_N, 3);  // the first; neither the trip nor what follows it
+}
+
+/// While it takes the trip's zero, the loop goes on, as if in a thread of its own.
+class DeviceInATrip final : public Device {
+ public:
+  const DeviceProfile& profile() const override { return inner_.profile(); }
+  bool Read(DeviceSample& sample) noexcept override { return inner_.Read(sample); }
+  bool Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept override {
+    if (std::exchange(trips_, false)) {
+      taken_ = loop_->TakeTripped();
+      loop_->Write({0.1, 0, 0}, Vec3{0});  // its ramp's first value
+    }
+    return inner_.Write(f_H_W_N, tau_H_W_Nmm);
+  }
+  bool Trip(GuardedDevice& loop) noexcept {
+    loop_ = &loop;
+    trips_ = true;
+    return loop.Trip();
+  }
+  bool taken() const { return taken_; }
+
+ private:
+  RecordingDevice inner_;
+  GuardedDevice* loop_ = nullptr;
+  bool trips_ = false;
+  bool taken_ = false;
+};
+
+TEST(GuardedDevice, ARampThatBeganInTheMiddleOfATripBeginsAgain) {
+  DeviceInATrip inner;
+  GuardedDevice device(inner);
+  device.Write({0.1, 0, 0}, Vec3{0});
+  EXPECT_TRUE(inner.Trip(device));
+  EXPECT_TRUE(inner.taken());
+  EXPECT_EQ(device.counts().passed_over, 1U);
+  // Its first value never reached the device: a second one would be a step of two.
+  EXPECT_TRUE(device.TakeTripped());
+  device.Write({0.1, 0, 0}, Vec3{0});
+  EXPECT_EQ(device.counts().largest_step_N, 0.1);
 }
 
 TEST(GuardedDevice, WritesZeroForWhatIsNotFinite) {

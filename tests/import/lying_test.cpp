@@ -102,6 +102,7 @@ std::string Read(const Lie& lie, const test::Folder& folder) {
 }
 
 [[noreturn]] void ReadAllLies() {
+  test::UseOneCore();
   test::LimitMemory(std::uint64_t{256} << 20);
   for (const Lie& lie : MakeLies()) {
     const test::Folder folder;

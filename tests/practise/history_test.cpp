@@ -6,8 +6,11 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -77,14 +80,46 @@ TEST_F(HistoryTest, KeepsWhatItIsGiven) {
 
 TEST_F(HistoryTest, TwoWritersAtTheSameTimeLoseNothing) {
   constexpr int kEach = 25;
-  const auto write = [&](const std::string& student) {
-    for (int i = 0; i < kEach; ++i) History(File()).Add(MakeOne(student, fmt::format("{}", i), i));
+  const auto write = [&](const std::string& student, std::string& failure) {
+    try {
+      for (int i = 0; i < kEach; ++i) History(File()).Add(MakeOne(student, fmt::format("{}", i), i));
+    } catch (const Error& e) {
+      failure = e.what();
+    }
   };
-  std::thread a(write, "a");
-  std::thread b(write, "b");
+  std::string failure_a;
+  std::string failure_b;
+  std::thread a(write, "a", std::ref(failure_a));
+  std::thread b(write, "b", std::ref(failure_b));
   a.join();
   b.join();
+  EXPECT_EQ(failure_a, "");
+  EXPECT_EQ(failure_b, "");
   EXPECT_EQ(History(File()).List().size(), 2U * kEach);
+}
+
+TEST_F(HistoryTest, IsOpenedWhileAnotherWritesNowAndThen) {
+  History(File()).Add(MakeOne("a", "x", 1));
+  for (int i = 0; i < 20; ++i) {
+    Execute("PRAGMA journal_mode = DELETE");  // as before the first who opened it was done
+    sqlite3* db = nullptr;
+    ASSERT_EQ(sqlite3_open(File().c_str(), &db), SQLITE_OK);
+    sqlite3_busy_timeout(db, 5000);
+    std::atomic<bool> done{false};
+    std::thread other([&] {
+      while (!done) {
+        sqlite3_exec(db, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        sqlite3_exec(db, "COMMIT", nullptr, nullptr, nullptr);
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+    });
+    const std::string message = MessageOfOpening();
+    done = true;
+    other.join();
+    sqlite3_close(db);
+    ASSERT_EQ(message, "") << i;
+  }
 }
 
 TEST_F(HistoryTest, SaysInOneSentenceWhatIsWrongWithItsFile) {

@@ -15,6 +15,7 @@
 #include "kerf/error.h"
 #include "session/hand_motion.h"
 #include "session/run_loop.h"
+#include "support/motion.h"
 #include "support/result_folder.h"
 
 namespace kerf {
@@ -439,7 +440,7 @@ TEST(LoopEffects, APieceIsTakenOutWhileItRuns) {
 
 TEST(LoopEffects, LiveAPieceIsTakenOut) {
   LoopOptions options;
-  options.seconds = 10;
+  const test::EndsAfterMotion end(9, options);
   const LoopSummary s =
       RunLoop(ParseScene(std::string(kThroughThePiece) + "pieces = \"moved\"\n", "s.toml"), options, {});
   // While it ran or, on a machine that is busy with other things, at its end.

@@ -20,6 +20,7 @@ def begin_cut(w):
     w.wait_event("running")
     w.wait_event("first_picture")
     w.key("v", "l", "space")
+    w.key(*["bracketleft"] * 6)  # a millimetre a second: ten seconds of bone, however slow this script
     w.wait_state("the spindle turns", lambda s: s["spindle"])
     w._xdotool("keydown", "Down")
     w.wait_state("bone is removed", lambda s: s["removed_mm3"] > 2)

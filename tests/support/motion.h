@@ -1,0 +1,31 @@
+// How long a live loop goes on in a test.
+#pragma once
+
+#include <atomic>
+#include <span>
+
+#include "session/run_loop.h"
+
+namespace kerf::test {
+
+/// Ends a live loop once its hand has moved for so long: on a machine that stands still a hand falls behind the clock,
+/// by all but kLongestTick_s of each gap. Outlives the loop.
+class EndsAfterMotion {
+ public:
+  EndsAfterMotion(double motion_s, LoopOptions& options) : left_s_(motion_s) {
+    options.seconds = 300;
+    options.stop = &ended_;
+    options.take_tick = [this](const LoopSample& sample, std::span<const double> /*channels*/) {
+      left_s_ -= sample.report.given.dt_s;
+      if (left_s_ <= 0) ended_ = true;
+    };
+  }
+  EndsAfterMotion(const EndsAfterMotion&) = delete;
+  EndsAfterMotion& operator=(const EndsAfterMotion&) = delete;
+
+ private:
+  double left_s_;
+  std::atomic<bool> ended_{false};
+};
+
+}  // namespace kerf::test
