@@ -131,10 +131,11 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
     }
     link_->Send(WriteBridgeHello(NextHeader()));
     const Clock::time_point next = std::min(Clock::now() + std::chrono::milliseconds(100), begin + most);
-    for (int left_ms = MillisecondsUntil(next); left_ms > 0; left_ms = MillisecondsUntil(next)) {
+    int left_ms = MillisecondsUntil(next);
+    do {  // once also where the time was up before anybody could look: what has come has come
       std::array<std::uint8_t, 2 * kBridgeBytes> bytes;
       std::size_t count = 0;
-      const UdpEnd end = link_->Receive(bytes, left_ms, count);
+      const UdpEnd end = link_->Receive(bytes, std::max(left_ms, 0), count);
       if (end == UdpEnd::kRefused) {
         ++refused;
         continue;
@@ -155,7 +156,7 @@ void BridgeDriver::Start(const std::function<bool(const std::string& doing, doub
         if (show) show("ready", 1);
         return;
       }
-    }
+    } while ((left_ms = MillisecondsUntil(next)) > 0);
   }
   if (other_version != 0) {
     throw Error(fmt::format(

@@ -149,7 +149,7 @@ class Check {
       const double waited_s = Now_s() - begin_wait_s;
       if (still && waited_s > kTakeHold_s) servo_.Agree();
       if (!Pass()) return;
-      if (waited_s < kMostWait_s && servo_.state() != ServoState::kClosed) continue;
+      if (waited_s < kMostWait_s) continue;
       result_.faults.emplace_back("the handle was never kept still in the middle, so no force was made");
       return;
     }
@@ -161,7 +161,13 @@ class Check {
     for (double t_s = 0; t_s < options_.circle_s && Pass(); t_s = Now_s() - begin_s) {
       const double swell = std::clamp(std::min(t_s, options_.circle_s - t_s) / kRamp_s, 0.0, 1.0);
       const Vec3 way = options_.up ? Vec3{0, 1, 0} : CalcWay(kCircleTurns * t_s / options_.circle_s);
-      if (servo_.state() != ServoState::kEngaged) {
+      // Asked once: between two questions it may go away, and would be both lost and gone.
+      const ServoState state = servo_.state();
+      if (state == ServoState::kClosed) {
+        gone_ = true;
+        break;
+      }
+      if (state != ServoState::kEngaged) {
         result_.faults.emplace_back("the device was lost while it made force");
         break;
       }

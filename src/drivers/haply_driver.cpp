@@ -70,7 +70,8 @@ class HaplyDriver::Line {
     });
   }
 
-  /// The newest message that has come; none when the time is up or the line is broken.
+  /// The newest message that has come; none when the time is up or the line is broken. Where the time is up already,
+  /// what is there.
   std::optional<std::string> Receive(Clock::time_point end) {
     std::optional<std::string> newest;
     for (int i = 0; i < kMostMessages; ++i) {
@@ -220,10 +221,13 @@ RoundEnd HaplyDriver::Exchange(const DriverCommand& command, DriverSample& sampl
     const double force_N = glm::length(f_D_N);
     if (!std::isfinite(force_N)) f_D_N = Vec3{0};
     if (force_N > profile_.peak_force_N) f_D_N *= profile_.peak_force_N / force_N;
+    // What is there before the force goes out does not answer it: taken for the answer, once late, each round would
+    // tell where the handle was in the one before, for good. It is news where no other comes.
+    const std::optional<std::string> late = line_->Receive(Clock::now());
     line_->Send(WriteHaplyForce(state_.id, FrameDToHaply(f_D_N)));
     const auto end = Clock::now() + std::chrono::milliseconds(options_.timeout_ms);
     const std::optional<std::string> text = line_->Receive(end);
-    if (text) return Take(*text, sample);
+    if (text || late) return Take(text ? *text : *late, sample);
     if (!line_->broken()) return RoundEnd::kNoAnswer;
   } catch (const std::exception&) {
     // Out of memory, or an error of the line that Boost throws: as good as gone.

@@ -32,6 +32,7 @@ class HaplyDriver final : public DeviceDriver {
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
   void Start(const std::function<bool(const std::string& doing, double share)>& show) override;
+  /// Waits for a message that comes after the force went out; one from before is told where none does.
   /// A message without the device is kNoAnswer, or kGone when kMostWithout of them came in a row. kNoAnswer too: one
   /// without the grip, where there was one at Start().
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;

@@ -7,6 +7,7 @@ namespace {
 
 constexpr double kReportInterval_s = 0.008;
 constexpr std::size_t kMostWaiting = 16;
+constexpr std::uint8_t kButtons = 3;  // the report
 
 HidFace MakeFace(std::uint16_t vendor, std::uint16_t product, bool six_axes) {
   HidFace face;
@@ -23,7 +24,7 @@ HidFace MakeFace(std::uint16_t vendor, std::uint16_t product, bool six_axes) {
     for (const std::uint8_t byte : bytes) face.report_descriptor.push_back(byte);
   };
   if (!six_axes) add({0x85, 2, 0x81, 0x06});
-  add({0x85, 3, 0x15, 0x00, 0x25, 0x01, 0x75, 1, 0x95, 32, 0x81, 0x02});
+  add({0x85, kButtons, 0x15, 0x00, 0x25, 0x01, 0x75, 1, 0x95, 32, 0x81, 0x02});
   add({0x85, 4, 0x75, 8, 0x95, 1, 0x91, 0x02, 0xc0});
   return face;
 }
@@ -57,7 +58,7 @@ void SpaceMouseEmulation::Advance(double dt_s) {
   since_report_s_ = 0;
   if (told_buttons_ != buttons_) {
     told_buttons_ = buttons_;
-    std::vector<std::uint8_t> report = {3};
+    std::vector<std::uint8_t> report = {kButtons};
     for (int i = 0; i < 4; ++i) report.push_back(static_cast<std::uint8_t>(buttons_ >> (8 * i) & 0xff));
     reports_.push_back(std::move(report));
   }
@@ -71,7 +72,13 @@ void SpaceMouseEmulation::Advance(double dt_s) {
       QueueAxes(2, 3, 3);
     }
   }
-  while (reports_.size() > kMostWaiting) reports_.pop_front();
+  // Axes are told again while the cap is off its middle, and once more when it is back: the oldest of them may go. A
+  // button is told once, when it changes.
+  while (reports_.size() > kMostWaiting) {
+    const auto oldest = std::find_if(reports_.begin(), reports_.end(),
+                                     [](const std::vector<std::uint8_t>& report) { return report[0] != kButtons; });
+    reports_.erase(oldest != reports_.end() ? oldest : reports_.begin());
+  }
 }
 
 Transfer SpaceMouseEmulation::Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value,

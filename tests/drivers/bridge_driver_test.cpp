@@ -23,6 +23,7 @@
 #include "devices/servo_round.h"
 #include "drivers/child_process.h"
 #include "kerf/error.h"
+#include "support/wakeful.h"
 
 namespace kerf {
 namespace {
@@ -157,13 +158,15 @@ TEST(BridgeDriver, MovesTheExamplesMass) {
   // The hand's spring of 0.2 N/mm gives way by 5 mm to 1 N, along z, where the hand wants to stay at 0.
   command.f_D_N = {0, 0, 1};
   double z_mm = 0;
-  for (int i = 0; i < 10'000 && std::abs(z_mm - 5) > 0.1; ++i) {
+  // Where the machine stands still between two rounds, the bridge makes no force for a moment.
+  const auto off_N = [&] { return glm::length(driver.made_f_D_N() - Vec3(0, 0, 1)); };
+  for (int i = 0; i < 1'000'000 && (std::abs(z_mm - 5) > 0.1 || off_N() > 1e-6); ++i) {
     ASSERT_EQ(ExchangeUntilAnswered(driver, command, sample), RoundEnd::kSample);
     ASSERT_TRUE(sample.homed);
     z_mm = sample.X_DH.p_AB.z;
   }
   EXPECT_NEAR(z_mm, 5, 0.1);
-  EXPECT_LT(glm::length(driver.made_f_D_N() - Vec3(0, 0, 1)), 1e-6);
+  EXPECT_LT(off_N(), 1e-6);
   // Longer than its peak: it makes no more.
   command.f_D_N = {0, 0, 100};
   driver.Exchange(command, sample);
@@ -193,7 +196,7 @@ TEST(BridgeDriver, TheFieldIsMadeOnTheFarSide) {
   DriverSample sample;
   double z_mm = 0;
   double force_N = 0;
-  for (int i = 0; i < 10'000 && !(i > 500 && std::abs(z_mm - 3.2) < 0.05 && std::abs(force_N - 0.64) < 0.05); ++i) {
+  for (int i = 0; i < 1'000'000 && !(i > 500 && std::abs(z_mm - 3.2) < 0.05 && std::abs(force_N - 0.64) < 0.05); ++i) {
     ASSERT_EQ(ExchangeUntilAnswered(driver, command, sample), RoundEnd::kSample);
     z_mm = sample.X_DH.p_AB.z;
     force_N = driver.made_f_D_N().z;
@@ -242,17 +245,20 @@ TEST(BridgeDriver, ABridgeThatIsStoppedGivesNoAnswerAndGoesOn) {
 }
 
 TEST(BridgeDriver, IsTurnedAwayWhileAnotherHasTheDevice) {
-  ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
-  const std::uint16_t port = PortOf(example);
-  BridgeDriver first(MakeOptions(port));
-  first.Start(nullptr);
-  BridgeDriver second(MakeOptions(port));
-  DriverSample sample;
-  first.Exchange({}, sample);
-  EXPECT_THAT(MessageOfStart(second), HasSubstr("is in use by another program"));
-  EXPECT_EQ(ExchangeUntilAnswered(first, {}, sample), RoundEnd::kSample);
-  first.Stop();
-  EXPECT_EQ(MessageOfStart(second), "nothing thrown");
+  // Who is silent for two seconds has it no more.
+  test::JudgeAwake(std::chrono::milliseconds(1000), [](test::LongestGap& /*own*/) {
+    ChildProcess example({KERF_BRIDGE_EXAMPLE, "0"});
+    const std::uint16_t port = PortOf(example);
+    BridgeDriver first(MakeOptions(port));
+    first.Start(nullptr);
+    BridgeDriver second(MakeOptions(port));
+    DriverSample sample;
+    first.Exchange({}, sample);
+    EXPECT_THAT(MessageOfStart(second), HasSubstr("is in use by another program"));
+    EXPECT_EQ(ExchangeUntilAnswered(first, {}, sample), RoundEnd::kSample);
+    first.Stop();
+    EXPECT_EQ(MessageOfStart(second), "nothing thrown");
+  });
 }
 
 TEST(BridgeDriver, HearsNobodyButItsBridge) {
@@ -450,7 +456,7 @@ TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
   };
   ASSERT_EQ(run(driver, 200), ServoState::kEngaged);
   ASSERT_GT(glm::length(servo.sent_force_N()), 1.9);
-  EXPECT_EQ(driver.late_states(), 0u);
+  EXPECT_LE(driver.late_states(), servo.counts().no_answers);  // none, but for the machine
   // From here on each round waits its 10 ms in vain for its own answer, and hears that of six rounds ago.
   far.late = 6;
   options.timeout_ms = 10;
@@ -473,26 +479,30 @@ TEST(BridgeDriver, AnswersOfLongAgoEndTheForceThoughTheyNeverStop) {
 }
 
 TEST(BridgeDriver, AnswersThatAreLateNowAndThenAreNews) {
-  FarBridge far;
-  BridgeOptions options = MakeOptions(far.port());
-  options.timeout_ms = 100;
-  options.oldest_ms = 1000;  // as busy as the machine may be
-  BridgeDriver driver(options);
-  driver.Start(nullptr);
-  DriverSample sample;
-  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);  // the first after the start
-  far.late_now_and_then = true;
-  int samples = 0;
-  for (int i = 0; i < 20; ++i) samples += driver.Exchange({}, sample) == RoundEnd::kSample ? 1 : 0;
-  EXPECT_GE(samples, 12);  // 16, but for the machine
-  // Always the answer to the one before: old, but not too old.
-  far.late_now_and_then = false;
-  far.late = 1;
-  driver.Exchange({}, sample);
-  samples = 0;
-  for (int i = 0; i < 5; ++i) samples += driver.Exchange({}, sample) == RoundEnd::kSample ? 1 : 0;
-  EXPECT_GE(samples, 3);
-  EXPECT_EQ(driver.late_states(), 0u);
+  // A second in all: late answers are no older than that, and no round waits for longer than a tenth.
+  test::JudgeAwake(std::chrono::milliseconds(80), [](test::LongestGap& /*own*/) {
+    FarBridge far;
+    BridgeOptions options = MakeOptions(far.port());
+    options.timeout_ms = 100;
+    options.oldest_ms = 1000;  // as busy as the machine may be
+    BridgeDriver driver(options);
+    driver.Start(nullptr);
+    DriverSample sample;
+    EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);  // the first after the start
+    far.late_now_and_then = true;
+    int samples = 0;
+    for (int i = 0; i < 20; ++i) samples += driver.Exchange({}, sample) == RoundEnd::kSample ? 1 : 0;
+    EXPECT_GE(samples, 12);  // 16, but for the machine
+    // Always the answer to the one before: old, but not too old.
+    far.late_now_and_then = false;
+    far.late = 1;
+    driver.Exchange({}, sample);
+    samples = 0;
+    for (int i = 0; i < 5; ++i) samples += driver.Exchange({}, sample) == RoundEnd::kSample ? 1 : 0;
+    EXPECT_GE(samples, 3);
+    EXPECT_EQ(driver.late_states(), 0u);
+  });
+  BridgeOptions options;
   options.oldest_ms = 0;
   EXPECT_THROW(BridgeDriver{options}, Error);
 }

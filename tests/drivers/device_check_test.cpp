@@ -12,10 +12,13 @@
 #include "emulation/falcon_model.h"
 #include "emulation/model_bus.h"
 #include "emulation/scripted_hand.h"
+#include "support/wakeful.h"
 
 namespace kerf {
 namespace {
 
+using test::JudgeAwake;
+using test::LongestGap;
 using test::PatientOptions;
 using test::Served;
 using test::ToldDevice;
@@ -47,57 +50,70 @@ double FalconsPeak() {
 }
 
 TEST(DeviceCheck, FindsWhatIsKnownOfTheDevice) {
-  Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
-  DeviceCheckOptions options = ShortOptions();
-  std::string said;
-  options.say = [&](const std::string& text) {
-    said += text + "\n";
-    if (text.starts_with("press each button")) {
-      served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b1011; });
-    } else if (text == "button left") {
-      served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b0100; });
-    }
-  };
-  const DeviceCheckResult r = CheckDevice(*served.servo, options);
-  EXPECT_THAT(r.faults, IsEmpty());
-  EXPECT_TRUE(r.homed);
-  EXPECT_FALSE(r.stopped);
-  EXPECT_GT(r.still_samples, 15U);
-  EXPECT_NEAR(r.least_step_mm, kQuantum_mm, 1e-9);
-  EXPECT_NEAR(r.span_mm.y, kQuantum_mm, 1e-9);
-  EXPECT_EQ(r.span_mm.x, 0);
-  // Up and down for as long as each other; samples that are skipped by chance make it less even.
-  EXPECT_GT(r.noise_mm.y, 0.2 * kQuantum_mm);
-  EXPECT_LE(r.noise_mm.y, 0.5 * kQuantum_mm + 1e-9);
-  EXPECT_TRUE(r.made_force);
-  EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
-  EXPECT_NEAR(r.largest_sent_N, 0.2 * FalconsPeak(), 0.03 * 0.2 * FalconsPeak());
-  EXPECT_LE(served.device->Look().largest_N, 0.2 * FalconsPeak() + 1e-9);
-  EXPECT_NEAR(r.moved_mm, 0.2 * FalconsPeak() / kSpring_N_per_mm, 0.1);
-  EXPECT_GT(r.followed, 0.9);
-  EXPECT_EQ(r.buttons, 0b1111U);
-  EXPECT_THAT(said, HasSubstr("leave the handle alone"));
-  EXPECT_THAT(said, HasSubstr("button right"));
+  // Two seconds at rest, and two at full force: of a machine that stands still for half of them nothing is known.
+  JudgeAwake(std::chrono::milliseconds(1000), [](LongestGap& own) {
+    Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
+    DeviceCheckOptions options = ShortOptions();
+    options.goes_on = [&] {
+      own.Look();
+      return true;
+    };
+    std::string said;
+    options.say = [&](const std::string& text) {
+      said += text + "\n";
+      if (text.starts_with("press each button")) {
+        served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b1011; });
+      } else if (text == "button left") {
+        served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b0100; });
+      }
+    };
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_THAT(r.faults, IsEmpty());
+    EXPECT_TRUE(r.homed);
+    EXPECT_FALSE(r.stopped);
+    EXPECT_GT(r.still_samples, 15U);
+    EXPECT_NEAR(r.least_step_mm, kQuantum_mm, 1e-9);
+    EXPECT_NEAR(r.span_mm.y, kQuantum_mm, 1e-9);
+    EXPECT_EQ(r.span_mm.x, 0);
+    // Up and down for as long as each other; samples that are skipped by chance make it less even.
+    EXPECT_GT(r.noise_mm.y, 0.2 * kQuantum_mm);
+    EXPECT_LE(r.noise_mm.y, 0.5 * kQuantum_mm + 1e-9);
+    EXPECT_TRUE(r.made_force);
+    EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
+    EXPECT_NEAR(r.largest_sent_N, 0.2 * FalconsPeak(), 0.03 * 0.2 * FalconsPeak());
+    EXPECT_LE(served.device->Look().largest_N, 0.2 * FalconsPeak() + 1e-9);
+    EXPECT_NEAR(r.moved_mm, 0.2 * FalconsPeak() / kSpring_N_per_mm, 0.1);
+    EXPECT_GT(r.followed, 0.9);
+    EXPECT_EQ(r.buttons, 0b1111U);
+    EXPECT_THAT(said, HasSubstr("leave the handle alone"));
+    EXPECT_THAT(said, HasSubstr("button right"));
 
-  const auto json = nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r));
-  EXPECT_EQ(json["ok"], true);
-  EXPECT_EQ(json["buttons"], "clutch, spindle, right, left");
-  EXPECT_EQ(json["still"]["samples"], r.still_samples);
-  EXPECT_THAT(FormatDeviceCheck("told", *served.servo, r), HasSubstr("least step 0.0400 mm"));
+    const auto json = nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r));
+    EXPECT_EQ(json["ok"], true);
+    EXPECT_EQ(json["buttons"], "clutch, spindle, right, left");
+    EXPECT_EQ(json["still"]["samples"], r.still_samples);
+    EXPECT_THAT(FormatDeviceCheck("told", *served.servo, r), HasSubstr("least step 0.0400 mm"));
+  });
 }
 
 TEST(DeviceCheck, EndsAtOnceWithoutForce) {
-  Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
-  DeviceCheckOptions options = ShortOptions();
-  options.circle_s = 60;
-  options.goes_on = [&] { return served.device->Look().largest_N < 0.5; };
-  const DeviceCheckResult r = CheckDevice(*served.servo, options);
-  EXPECT_TRUE(r.stopped);
-  EXPECT_THAT(r.faults, IsEmpty());
-  EXPECT_EQ(r.buttons, 0U);
-  EXPECT_LT(r.largest_asked_N, 0.2 * FalconsPeak());
-  EXPECT_TRUE(test::WaitFor([&] { return served.device->Look().told.f_D_N == Vec3(0); }, 10));
-  EXPECT_EQ(nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r))["ok"], false);
+  // The force swells within a second: who looks too late finds it whole.
+  JudgeAwake(std::chrono::milliseconds(200), [](LongestGap& own) {
+    Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
+    DeviceCheckOptions options = ShortOptions();
+    options.circle_s = 60;
+    options.goes_on = [&] {
+      own.Look();
+      return served.device->Look().largest_N < 0.5;
+    };
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_TRUE(r.stopped);
+    EXPECT_THAT(r.faults, IsEmpty());
+    EXPECT_EQ(r.buttons, 0U);
+    EXPECT_LT(r.largest_asked_N, 0.2 * FalconsPeak());
+    EXPECT_TRUE(test::WaitFor([&] { return served.device->Look().told.f_D_N == Vec3(0); }, 10));
+    EXPECT_EQ(nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r))["ok"], false);
+  });
 }
 
 TEST(DeviceCheck, MakesNoForceWithADeviceThatHasNone) {
@@ -123,21 +139,25 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
     EXPECT_THAT(r.faults, ElementsAre("the handle was not homed in 0.1 s: pull it out"));
     EXPECT_EQ(served.device->Look().largest_N, 0);
   }
-  DeviceCheckOptions options = ShortOptions();
-  options.buttons_s = 0;
-  options.still_s = 1;  // it is measured five times
-  // One round of ten has no good answer, and the handle is never at rest: nobody holds it, and no force is made.
-  Served served(PatientOptions(), [](ToldDevice::State& state) {
-    state.feels = [](ToldDevice::State& s) {
-      s.sample.X_DH.p_AB.x = 5 * std::sin(0.1 * static_cast<double>(s.rounds));
-      s.end = s.rounds % 10 == 0 ? RoundEnd::kBadAnswer : RoundEnd::kSample;
-    };
+  // The last second at rest is the one that counts.
+  JudgeAwake(std::chrono::milliseconds(500), [](LongestGap& /*own*/) {
+    DeviceCheckOptions options = ShortOptions();
+    options.buttons_s = 0;
+    options.still_s = 1;  // it is measured five times
+    // One round of ten has no good answer, and the handle is never at rest: nobody holds it, and no force is made.
+    Served served(PatientOptions(), [](ToldDevice::State& state) {
+      state.feels = [](ToldDevice::State& s) {
+        s.sample.X_DH.p_AB.x = 5 * std::sin(0.1 * static_cast<double>(s.rounds));
+        s.end = s.rounds % 10 == 0 ? RoundEnd::kBadAnswer : RoundEnd::kSample;
+      };
+    });
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_THAT(r.faults,
+                ElementsAre(HasSubstr("never kept still in the middle"), HasSubstr("rounds had no good answer"),
+                            HasSubstr("the handle was never left alone")));
+    EXPECT_FALSE(r.made_force);
+    EXPECT_EQ(served.device->Look().largest_N, 0);
   });
-  const DeviceCheckResult r = CheckDevice(*served.servo, options);
-  EXPECT_THAT(r.faults, ElementsAre(HasSubstr("never kept still in the middle"), HasSubstr("rounds had no good answer"),
-                                    HasSubstr("the handle was never left alone")));
-  EXPECT_FALSE(r.made_force);
-  EXPECT_EQ(served.device->Look().largest_N, 0);
 }
 
 TEST(DeviceCheck, UnpluggedInMidForceItEndsAtOnceAndSaysSo) {
@@ -249,50 +269,59 @@ std::unique_ptr<DeviceDriver> LiveFalcon::Open() {
 }
 
 TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
-  LiveFalcon falcon;
-  DeviceServo servo(
-      "falcon", [&] { return falcon.Open(); }, PatientOptions(), [](const std::string&, double) { return true; });
-  DeviceCheckOptions options = ShortOptions();
-  options.buttons_s = 0;
-  options.say = [&](const std::string& text) {
-    if (text.find("no force before that") != std::string::npos) falcon.Home();
-  };
-  const DeviceCheckResult r = CheckDevice(servo, options);
-  EXPECT_THAT(r.faults, IsEmpty());
-  EXPECT_TRUE(r.homed);
-  EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
-  EXPECT_GT(r.moved_mm, 0.5);
-  EXPECT_GT(r.followed, 0.5);
-  ASSERT_TRUE(test::WaitFor([&] { return falcon.motors() == std::array<int, 3>{}; }));
+  std::unique_ptr<LiveFalcon> falcon;
+  std::unique_ptr<DeviceServo> servo;
+  JudgeAwake(std::chrono::milliseconds(1000), [&](LongestGap& own) {
+    servo.reset();
+    falcon = std::make_unique<LiveFalcon>();
+    servo = std::make_unique<DeviceServo>(
+        "falcon", [&] { return falcon->Open(); }, PatientOptions(), [](const std::string&, double) { return true; });
+    DeviceCheckOptions options = ShortOptions();
+    options.buttons_s = 0;
+    options.goes_on = [&] {
+      own.Look();
+      return true;
+    };
+    options.say = [&](const std::string& text) {
+      if (text.find("no force before that") != std::string::npos) falcon->Home();
+    };
+    const DeviceCheckResult r = CheckDevice(*servo, options);
+    EXPECT_THAT(r.faults, IsEmpty());
+    EXPECT_TRUE(r.homed);
+    EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
+    EXPECT_GT(r.moved_mm, 0.5);
+    EXPECT_GT(r.followed, 0.5);
+  });
+  ASSERT_TRUE(test::WaitFor([&] { return falcon->motors() == std::array<int, 3>{}; }));
 
   // In mid-force.
   const auto push = [&] {
     DriverCommand command;
     command.f_D_N = {0, 1, 0};
-    servo.Command(command);
+    servo->Command(command);
   };
   ASSERT_TRUE(test::WaitFor([&] {
     push();
-    return falcon.motors() != std::array<int, 3>{};
+    return falcon->motors() != std::array<int, 3>{};
   }));
-  falcon.Unplug();
-  ASSERT_TRUE(test::WaitFor([&] { return servo.state() == ServoState::kClosed; }));
-  falcon.PlugInAgain();
+  falcon->Unplug();
+  ASSERT_TRUE(test::WaitFor([&] { return servo->state() == ServoState::kClosed; }));
+  falcon->PlugInAgain();
   ASSERT_TRUE(test::WaitFor([&] {
     push();
-    return servo.state() == ServoState::kHoming;
+    return servo->state() == ServoState::kHoming;
   }));
-  EXPECT_EQ(falcon.uploads(), 2);
-  falcon.Home();
+  EXPECT_EQ(falcon->uploads(), 2);
+  falcon->Home();
   ASSERT_TRUE(test::WaitFor([&] {
     push();
-    EXPECT_EQ(falcon.motors(), (std::array<int, 3>{}));
-    return servo.state() == ServoState::kWaiting;
+    EXPECT_EQ(falcon->motors(), (std::array<int, 3>{}));
+    return servo->state() == ServoState::kWaiting;
   }));
-  servo.Agree();
+  servo->Agree();
   EXPECT_TRUE(test::WaitFor([&] {
     push();
-    return falcon.motors() != std::array<int, 3>{};
+    return falcon->motors() != std::array<int, 3>{};
   }));
 }
 

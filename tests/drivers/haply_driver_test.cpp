@@ -13,6 +13,7 @@
 
 #include "drivers/haply_service.h"
 #include "kerf/error.h"
+#include "support/wakeful.h"
 
 namespace kerf {
 namespace {
@@ -38,6 +39,28 @@ std::string MessageOfStart(HaplyDriver& driver) {
   return "nothing thrown";
 }
 
+/// Until there is an answer: one that a busy machine makes late counts for nothing, for good or for bad. `late` counts
+/// the rounds without.
+RoundEnd ExchangeUntilAnswered(HaplyDriver& driver, const DriverCommand& command, DriverSample& sample, int& late) {
+  RoundEnd end = driver.Exchange(command, sample);
+  for (int i = 0; i < 5 && end == RoundEnd::kNoAnswer; ++i) {
+    ++late;
+    end = driver.Exchange(command, sample);
+  }
+  return end;
+}
+
+RoundEnd ExchangeUntilAnswered(HaplyDriver& driver, const DriverCommand& command, DriverSample& sample) {
+  int late = 0;
+  return ExchangeUntilAnswered(driver, command, sample, late);
+}
+
+/// For a second at most.
+template <typename Condition>
+void WaitFor(const Condition& condition) {
+  for (int i = 0; i < 500 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+}
+
 TEST(HaplyDriver, TellsWhereTheCursorIsAndSendsTheForce) {
   HaplyService service;
   HaplyDriver driver(MakeOptions(service.port()));
@@ -47,7 +70,7 @@ TEST(HaplyDriver, TellsWhereTheCursorIsAndSendsTheForce) {
   EXPECT_EQ(driver.traits().buttons.size(), 3u);
   DriverSample sample;
   // It starts in what is taken for the middle.
-  ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  ASSERT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
   EXPECT_LT(glm::length(sample.X_DH.p_AB), 1e-9);
   EXPECT_EQ(sample.buttons, 0b101u);
   // A turn about the service's up is one about y of frame D.
@@ -57,28 +80,59 @@ TEST(HaplyDriver, TellsWhereTheCursorIsAndSendsTheForce) {
   service.Put(Vec3(0.02, -0.1, 0.23));
   DriverCommand command;
   command.f_D_N = {1, 2, 3};
-  for (int i = 0; i < 3; ++i) ASSERT_EQ(driver.Exchange(command, sample), RoundEnd::kSample);
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(ExchangeUntilAnswered(driver, command, sample), RoundEnd::kSample);
   EXPECT_LT(glm::length(sample.X_DH.p_AB - Vec3(10, 30, -20)), 1e-9);
   EXPECT_LT(glm::length(service.force_N() - Vec3(1, -3, 2)), 1e-12);
   driver.Stop();
-  for (int i = 0; i < 500 && service.force_N() != Vec3{0}; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
+  WaitFor([&] { return service.force_N() == Vec3{0}; });
   EXPECT_EQ(service.force_N(), Vec3{0});
   EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kGone);
 }
 
 TEST(HaplyDriver, ThousandRoundsEachHaveAnAnswerOfTheirOwn) {
+  // A round waits for a second at most: one in which the machine stood still for as long says nothing.
+  for (int tries = 1;; ++tries) {
+    HaplyService service;
+    HaplyDriver driver(MakeOptions(service.port()));
+    driver.Start(nullptr);
+    const test::Wakeful awake;
+    DriverSample sample;
+    int samples = 0;
+    for (RoundEnd end = RoundEnd::kSample; samples < 1000 && end == RoundEnd::kSample;) {
+      DriverCommand command;
+      command.f_D_N = {0.001 * samples, 0, 0};
+      end = driver.Exchange(command, sample);
+      samples += end == RoundEnd::kSample ? 1 : 0;
+    }
+    if (samples < 1000 && awake.Longest() > std::chrono::milliseconds(500) && tries < test::kMostTries) continue;
+    EXPECT_EQ(samples, 1000);
+    EXPECT_EQ(service.forces(), 1000);
+    return;
+  }
+}
+
+TEST(HaplyDriver, AfterAnAnswerThatWasLateEachRoundHearsItsOwnAgain) {
   HaplyService service;
-  HaplyDriver driver(MakeOptions(service.port()));
+  service.GiveWay();
+  HaplyDriver driver(MakeOptions(service.port(), 200));
   driver.Start(nullptr);
   DriverSample sample;
-  for (int i = 0; i < 1000; ++i) {
+  ASSERT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
+  service.SetMood(Mood::kWithheld);
+  RoundEnd end = RoundEnd::kSample;
+  for (int i = 0; i < 7 && end == RoundEnd::kSample; ++i) end = driver.Exchange({}, sample);
+  EXPECT_EQ(end, RoundEnd::kNoAnswer);
+  const int told = service.told();
+  service.SetMood(Mood::kGood);
+  WaitFor([&] { return service.told() > told; });
+  // Each force puts the cursor elsewhere. The machine may make others late, but not all.
+  bool own = false;
+  for (int i = 1; i <= 50 && !own; ++i) {
     DriverCommand command;
-    command.f_D_N = {0.001 * i, 0, 0};
-    ASSERT_EQ(driver.Exchange(command, sample), RoundEnd::kSample);
+    command.f_D_N = {0.1 * i, 0, 0};
+    own = driver.Exchange(command, sample) == RoundEnd::kSample && std::abs(sample.X_DH.p_AB.x - 0.1 * i) < 1e-9;
   }
-  EXPECT_EQ(service.forces(), 1000);
+  EXPECT_TRUE(own);
 }
 
 TEST(HaplyDriver, BadForcesAreZeroAndLongOnesShortened) {
@@ -90,11 +144,12 @@ TEST(HaplyDriver, BadForcesAreZeroAndLongOnesShortened) {
   DriverCommand command;
   for (const double x : {std::nan(""), HUGE_VAL}) {
     command.f_D_N = {x, 1, 1};
-    ASSERT_EQ(driver.Exchange(command, sample), RoundEnd::kSample);
+    ASSERT_EQ(ExchangeUntilAnswered(driver, command, sample), RoundEnd::kSample);
     EXPECT_EQ(service.force_N(), Vec3{0});
   }
   command.f_D_N = {0, 3000, 4000};
-  ASSERT_EQ(driver.Exchange(command, sample), RoundEnd::kSample);
+  ASSERT_EQ(ExchangeUntilAnswered(driver, command, sample), RoundEnd::kSample);
+  WaitFor([&] { return service.force_N() != Vec3{0}; });  // the answer may be one that was late
   EXPECT_LT(glm::length(service.force_N() - Vec3(0, -8, 6)), 1e-9);
 }
 
@@ -104,14 +159,20 @@ TEST(HaplyDriver, GarbageIsDroppedAndTheNextIsHeard) {
   driver.Start(nullptr);
   DriverSample sample;
   for (const Mood mood : {Mood::kGarbage, Mood::kStrange}) {
+    int late = 0;
     service.SetMood(mood);
-    driver.Exchange({}, sample);
+    ExchangeUntilAnswered(driver, {}, sample, late);
     sample.buttons = 77;
-    EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kBadAnswer);
+    EXPECT_EQ(ExchangeUntilAnswered(driver, {}, sample, late), RoundEnd::kBadAnswer);
     EXPECT_EQ(sample.buttons, 77u);
     service.SetMood(Mood::kGood);
-    driver.Exchange({}, sample);
-    EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+    // One may have been on its way, and those that were late.
+    RoundEnd end = RoundEnd::kBadAnswer;
+    for (int rounds = 0; rounds < 2 + late && end != RoundEnd::kSample; ++rounds) {
+      end = driver.Exchange({}, sample);
+      late += end == RoundEnd::kNoAnswer ? 1 : 0;
+    }
+    EXPECT_EQ(end, RoundEnd::kSample);
   }
 }
 
@@ -140,13 +201,13 @@ TEST(HaplyDriver, SaysWhenTheConnectionIsClosedAndComesBack) {
   driver.Start(nullptr);
   DriverSample sample;
   service.SetMood(Mood::kClosing);
-  RoundEnd end = driver.Exchange({}, sample);
-  for (int i = 0; i < 5 && end == RoundEnd::kSample; ++i) end = driver.Exchange({}, sample);
+  RoundEnd end = ExchangeUntilAnswered(driver, {}, sample);
+  for (int i = 0; i < 5 && end == RoundEnd::kSample; ++i) end = ExchangeUntilAnswered(driver, {}, sample);
   EXPECT_EQ(end, RoundEnd::kGone);
   EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kGone);
   service.SetMood(Mood::kGood);
   driver.Start(nullptr);
-  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  EXPECT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
 }
 
 TEST(HaplyDriver, ADeviceThatLeavesTheListIsGone) {
@@ -207,7 +268,7 @@ TEST(HaplyDriver, AGripThatDropsOutIsNoAnswerNotAHandleTurnedBack) {
   HaplyDriver driver(MakeOptions(service.port()));
   driver.Start(nullptr);
   DriverSample sample;
-  ASSERT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  ASSERT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
   const Quat before = sample.X_DH.R_AB;
   ASSERT_GT(std::abs(before.y), 0.5);
   service.SetMood(Mood::kNoGrip);
@@ -218,7 +279,7 @@ TEST(HaplyDriver, AGripThatDropsOutIsNoAnswerNotAHandleTurnedBack) {
   }
   service.SetMood(Mood::kGood);
   driver.Exchange({}, sample);
-  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  EXPECT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
   EXPECT_EQ(sample.X_DH.R_AB, before);
 }
 
@@ -227,7 +288,7 @@ TEST(HaplyDriver, OneThatBeganWithoutAGripNeedsNone) {
   HaplyDriver driver(MakeOptions(service.port()));
   driver.Start(nullptr);
   DriverSample sample;
-  EXPECT_EQ(driver.Exchange({}, sample), RoundEnd::kSample);
+  EXPECT_EQ(ExchangeUntilAnswered(driver, {}, sample), RoundEnd::kSample);
   EXPECT_EQ(sample.X_DH.R_AB, Quat(1, 0, 0, 0));
 }
 

@@ -52,7 +52,8 @@ std::string HaplyService::MakeState() const {
   nlohmann::json message;
   nlohmann::json device;
   device["device_id"] = "04BA";
-  device["state"]["cursor_position"] = {{"x", p_H_m_.x}, {"y", p_H_m_.y}, {"z", p_H_m_.z}};
+  const Vec3 p_H_m = p_H_m_ + (gives_way_ ? 1e-3 : 0) * force_N_;
+  device["state"]["cursor_position"] = {{"x", p_H_m.x}, {"y", p_H_m.y}, {"z", p_H_m.z}};
   device["state"]["cursor_velocity"] = {{"x", 0.0}, {"y", 0.0}, {"z", 0.0}};
   message["inverse3"] = nlohmann::json::array({device});
   message["wireless_verse_grip"] = nlohmann::json::array();
@@ -80,6 +81,7 @@ void HaplyService::Serve() {
     stream.accept(error);
     const auto say = [&](const std::string& text) {
       if (!error) stream.write(asio::buffer(text), error);
+      ++told_;
     };
     bool hello = true;
     while (!error && !stop_) {
@@ -98,6 +100,10 @@ void HaplyService::Serve() {
           say(MakeState());
           break;
         case Mood::kSilent:
+          break;
+        case Mood::kWithheld:
+          while (mood_ == Mood::kWithheld && !stop_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+          say(MakeState());
           break;
         case Mood::kShortHello:
           if (hello) say("hello");

@@ -22,7 +22,8 @@ class HaplyService {
     kSilent,
     kClosing,     // ends the connection at the next force
     kShortHello,  // text of no meaning at first, then as kGood
-    kNoGrip       // as kGood, but the list of grips is empty
+    kNoGrip,      // as kGood, but the list of grips is empty
+    kWithheld     // what there is to tell is told when the mood is another
   };
 
   /// `port`: 0 takes any that is free. Throws std::runtime_error when it can't listen there.
@@ -37,11 +38,14 @@ class HaplyService {
     std::lock_guard lock(mutex_);
     p_H_m_ = p_H_m;
   }
+  /// From now on the cursor is 1 mm per N from its place: a state tells which force it answers.
+  void GiveWay() { gives_way_ = true; }
   Vec3 force_N() const {
     std::lock_guard lock(mutex_);
     return force_N_;
   }
   int forces() const { return forces_; }  // messages so far
+  int told() const { return told_; }      // likewise, of its own
 
  private:
   void Serve();
@@ -53,6 +57,8 @@ class HaplyService {
   Vec3 p_H_m_{0.01, -0.12, 0.2};
   Vec3 force_N_{0};
   std::atomic<int> forces_{0};
+  std::atomic<int> told_{0};
+  std::atomic<bool> gives_way_{false};
   std::atomic<bool> stop_{false};
   std::atomic<int> connection_{-1};
   std::uint16_t port_ = 0;

@@ -63,6 +63,25 @@ TEST(SpaceMouse, ButtonsAreTheBits) {
   EXPECT_EQ(setup.Run(10).buttons, 0u);
 }
 
+TEST(SpaceMouse, AButtonIsToldAlsoToAHostThatWasAwayForLong) {
+  for (const bool six_axes : {false, true}) {
+    Rig setup(six_axes);
+    setup.model.Push({350, 0, 0, 0, 0, 0});
+    setup.model.Press(0b10);
+    for (int i = 0; i < 1000; ++i) setup.bus.Advance(0.008);
+    const DriverSample sample = setup.Run(40);
+    EXPECT_EQ(sample.buttons, 0b10u);
+    EXPECT_EQ(sample.deflection[0], 1);
+  }
+  // One button after the other, more often than there is room: how it is in the end.
+  Rig setup;
+  for (std::uint32_t i = 0; i < 100; ++i) {
+    setup.model.Press(i % 2 == 0 ? 0b100 : 0b1000);
+    setup.bus.Advance(0.008);
+  }
+  EXPECT_EQ(setup.Run(40).buttons, 0b1000u);
+}
+
 TEST(SpaceMouse, IsSilentAtRestAndThatIsNoFault) {
   SpaceMouseEmulation model;
   SpaceMouseDriver driver(std::make_unique<test::DirectLine>(model), SpaceMouseModels()[6]);
