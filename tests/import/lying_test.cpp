@@ -15,7 +15,6 @@ namespace kerf {
 namespace {
 
 using test::SliceSpec;
-using ::testing::HasSubstr;
 
 struct Lie {
   std::string name;                   // of the file
