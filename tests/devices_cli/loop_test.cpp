@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "devices_cli/far_side.h"
 #include "drivers/haply_service.h"
@@ -63,7 +65,7 @@ class LoopInAHand : public test::ProgramTest {
     // Places come as floats or in decimal places, and five of these are written.
     EXPECT_NEAR(rows.front().at("handle_z_mm"), kStart_mm, 1e-4);
     // Nobody looks where the handle goes while the machine stands still, and the tool does not go that way.
-    const bool seen = !kerf.Said("bridge: answers again") && !kerf.Said("inverse3: answers again") && agreed_ == 0;
+    const bool seen = !kerf.Said("bridge: answers again") && !kerf.Said("inverse3: answers again") && agreed_ == meant_;
     const double end_mm = kStart_mm - lowered_mm;
     EXPECT_GE(rows.back().at("handle_z_mm"), end_mm - 1e-4 - error_mm);
     EXPECT_LE(rows.back().at("handle_z_mm"), seen ? end_mm + 1e-4 + error_mm : kStart_mm - kGap_mm) << kerf.err();
@@ -84,6 +86,7 @@ class LoopInAHand : public test::ProgramTest {
   }
 
   int agreed_ = 0;  // times
+  int meant_ = 0;   // of these, to what the test itself had brought about
 };
 
 TEST_F(LoopInAHand, ThatHoldsABridgesDevice) {
@@ -130,22 +133,36 @@ TEST_F(LoopInAHand, ThatHoldsAnInverse3) {
 
 // What the driver's thread says at a stall, and that force comes back by the user's leave alone: by Enter, once asked.
 TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
-  FarSide far;
-  Running kerf(folder_, At::kKeys, Arguments("bridge --bridge " + far.where()));
-  const termios before = kerf.Settings();
-  ASSERT_TRUE(kerf.Until([&] { return far.felt().engaged > 0; })) << kerf.err();
-  ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
-  far.Lower(kGap_mm + kCut_mm);
-  ASSERT_TRUE(kerf.Until([&] { return far.felt().now_N > kFelt_N; })) << kerf.err();
+  constexpr int kMostTries = 5;
+  std::optional<FarSide> its;
+  std::optional<Running> session;
+  std::chrono::steady_clock::time_point mute_since;
+  const auto mute_for = [&] { return std::chrono::steady_clock::now() - mute_since; };
+  const auto asked_already = [&] { return session->Said("is there again"); };
+  // Where the machine stood still for half a second before it was mute, the program has asked: then once more.
+  for (int tries = 0; tries < kMostTries && (!session || asked_already()); ++tries) {
+    session.reset();
+    its.emplace();
+    std::filesystem::remove(folder_ / "cut.kerf");
+    session.emplace(folder_, At::kKeys, Arguments("bridge --bridge " + its->where()));
+    ASSERT_TRUE(session->Until([&] { return its->felt().engaged > 0; })) << session->err();
+    ASSERT_TRUE(GoesOn(*session, folder_ / "cut.kerf")) << session->err();
+    its->Lower(kGap_mm + kCut_mm);
+    ASSERT_TRUE(session->Until([&] { return its->felt().now_N > kFelt_N || asked_already(); })) << session->err();
 
-  far.SetMute(true);
-  const auto mute_since = std::chrono::steady_clock::now();
-  ASSERT_TRUE(kerf.UntilSaid("bridge: does not answer: no force")) << kerf.err();
-  ASSERT_TRUE(kerf.Until([&] { return far.felt().now_N == 0; }));
+    its->SetMute(true);
+    mute_since = std::chrono::steady_clock::now();
+    ASSERT_TRUE(session->UntilSaid("bridge: does not answer: no force")) << session->err();
+    // What it had answered before is told by then.
+    ASSERT_TRUE(session->Until([&] { return its->felt().now_N == 0 && mute_for() > std::chrono::milliseconds(300); }));
+  }
+  FarSide& far = *its;
+  Running& kerf = *session;
+  ASSERT_FALSE(kerf.Said("is there again")) << kerf.err();
   far.ForgetLargest();
   kerf.Type("\n");  // nobody has asked
   // Half a second is what the program lets pass without a question.
-  kerf.Until([&] { return std::chrono::steady_clock::now() - mute_since > std::chrono::seconds(1); });
+  kerf.Until([&] { return mute_for() > std::chrono::seconds(1); });
   EXPECT_FALSE(kerf.Said("is there again"));
   far.SetMute(false);
   ASSERT_TRUE(kerf.UntilSaid("is there again; press a button on it, or agree here, to have force again")) << kerf.err();
@@ -154,16 +171,20 @@ TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
   EXPECT_EQ(far.felt().engaged, asked.engaged);
   EXPECT_EQ(far.felt().largest_N, 0.0);
 
+  agreed_ = meant_ = 1;
   kerf.Type("\n");
-  ASSERT_TRUE(kerf.UntilSaid("bridge: in the hand; the force comes on slowly")) << kerf.err();
+  ASSERT_TRUE(Until(kerf, [&] {
+    const std::string err = kerf.err();
+    return err.find("bridge: in the hand; the force comes on slowly", err.find("is there again")) != std::string::npos;
+  })) << kerf.err();
   ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
   const double end_mm = far.felt().lowered_mm + kCut_mm;
   far.Lower(kCut_mm);
-  EXPECT_TRUE(kerf.Until([&] { return far.felt().largest_N > kFelt_N; })) << kerf.err();
-  ASSERT_TRUE(kerf.Until([&] { return far.felt().lowered_mm >= end_mm; })) << kerf.err();
+  EXPECT_TRUE(Until(kerf, [&] { return far.felt().largest_N > kFelt_N; })) << kerf.err();
+  ASSERT_TRUE(Until(kerf, [&] { return far.felt().lowered_mm >= end_mm; })) << kerf.err();
   EXPECT_THAT(kerf.err(), Not(HasSubstr("is gone")));
   ExpectCut(kerf, end_mm, FarSide::kStep_mm);  // one that it was mute about
-  EXPECT_TRUE(AreSame(kerf.Settings(), before));
+  EXPECT_TRUE(AreSame(kerf.Settings(), kerf.SettingsBefore()));
 }
 
 }  // namespace
