@@ -142,11 +142,16 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
     const ServoCounts& rounds = counts.rounds;
     const LogHistogram& times = servo.round_times();
     const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+    const auto gate = [&counts](GateReason reason) { return counts.gate[static_cast<std::size_t>(reason)]; };
+    // Before the loop's first command there was one of no age.
+    const std::uint64_t stale = std::max<std::uint64_t>(gate(GateReason::kStale), 1) - 1;
     return std::vector<std::pair<std::string, double>>{{"rounds", number(rounds.rounds)},
                                                        {"without_an_answer", number(rounds.no_answers)},
                                                        {"with_a_bad_one", number(rounds.bad_answers)},
                                                        {"silences", number(rounds.silences)},
                                                        {"leaps", number(rounds.leaps)},
+                                                       {"loop_stood_still", number(stale)},
+                                                       {"round_stood_still", number(gate(GateReason::kClock))},
                                                        {"largest_sent_N", rounds.largest_N},
                                                        {"round_p50_us", times.CalcPercentile_us(0.5)},
                                                        {"round_p99_us", times.CalcPercentile_us(0.99)},

@@ -22,33 +22,45 @@ using testing::Not;
 
 /// A fifth of the far side's peak, which is the circle's force.
 constexpr double kCircle_N = 0.2 * FarSide::kPeak_N;
+constexpr int kMostTries = 5;
 
 class DeviceTest : public test::ProgramTest {
  protected:
+  /// A machine that stands still for more than a moment rightly fails a device: then all is done again.
+  static bool FailedByStandingStill(Running& kerf) {
+    return kerf.WaitForEnd() == 1 && (kerf.Said("was lost while it made force") ||
+                                      kerf.Said("rounds had no good answer") || kerf.Said("samples came in"));
+  }
   static std::string Arguments(const FarSide& far, const std::string& more) {
     return "'" KERF_PROGRAM "' device test bridge --bridge " + far.where() + " " + more;
   }
 };
 
 TEST_F(DeviceTest, AnyKeyEndsItAndTheForceWithIt) {
-  FarSide far;
-  Running kerf(folder_, At::kKeys, Arguments(far, "--circle 60"));
-  const termios before = kerf.Settings();
-  ASSERT_TRUE(kerf.UntilSaid("leave the handle alone")) << kerf.err();
-  // Keys come one by one, and are not shown.
-  EXPECT_EQ(kerf.Settings().c_lflag & (ICANON | ECHO), 0U);
-  ASSERT_TRUE(kerf.UntilSaid("take the handle loosely")) << kerf.err();
-  EXPECT_EQ(far.felt().largest_N, 0.0);
-  far.Press(1);  // agrees
-  ASSERT_TRUE(kerf.Until([&] { return far.felt().now_N > 0.5 * kCircle_N; })) << kerf.err();
-  kerf.Type("x");
-  EXPECT_EQ(kerf.WaitForEnd(), 1);
-  EXPECT_EQ(far.felt().now_N, 0.0);
-  EXPECT_LE(far.felt().largest_N, 1.001 * kCircle_N);
-  EXPECT_THAT(kerf.err(), HasSubstr("kerf: the test was stopped\n"));
-  EXPECT_THAT(kerf.out(), HasSubstr("  stopped   by a key\n"));
-  EXPECT_TRUE(AreSame(kerf.Settings(), before));
-  EXPECT_THAT(kerf.Shown(), Not(HasSubstr("x")));
+  std::optional<FarSide> far;
+  std::optional<Running> kerf;
+  bool pushed = false;
+  for (int tries = 0; tries < kMostTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
+    kerf.reset();
+    far.emplace();
+    kerf.emplace(folder_, At::kKeys, Arguments(*far, "--circle 60 --buttons 0"));
+    ASSERT_TRUE(kerf->UntilSaid("leave the handle alone")) << kerf->err();
+    // Keys come one by one, and are not shown.
+    EXPECT_EQ(kerf->Settings().c_lflag & (ICANON | ECHO), 0U);
+    ASSERT_TRUE(kerf->UntilSaid("take the handle loosely")) << kerf->err();
+    EXPECT_EQ(far->felt().largest_N, 0.0);
+    far->Press(1);  // agrees
+    pushed = kerf->Until([&] { return far->felt().now_N > 0.5 * kCircle_N; });
+    if (pushed) kerf->Type("x");
+  }
+  ASSERT_TRUE(pushed) << kerf->err();
+  EXPECT_EQ(kerf->WaitForEnd(), 1);
+  EXPECT_EQ(far->FeltByNow().now_N, 0.0);
+  EXPECT_LE(far->felt().largest_N, 1.001 * kCircle_N);
+  EXPECT_THAT(kerf->err(), HasSubstr("kerf: the test was stopped\n"));
+  EXPECT_THAT(kerf->out(), HasSubstr("  stopped   by a key\n"));
+  EXPECT_TRUE(AreSame(kerf->Settings(), kerf->SettingsBefore()));
+  EXPECT_THAT(kerf->Shown(), Not(HasSubstr("x")));
 }
 
 TEST_F(DeviceTest, AKeyBeforeTheForceEndsItToo) {
@@ -73,17 +85,23 @@ void RunToTheEnd(Running& kerf, FarSide& far) {
   ASSERT_TRUE(kerf.UntilSaid("press each button (button 1, button 2)")) << kerf.err();
   far.Press(1);
   ASSERT_TRUE(kerf.UntilSaid("kerf: button button 1\n")) << kerf.err();
-  EXPECT_FALSE(kerf.Said("kerf: button button 2\n"));
   far.Press(2);
-  EXPECT_EQ(kerf.WaitForEnd(), 0) << kerf.err();
+  ASSERT_GE(kerf.WaitForEnd(), 0) << kerf.err();
 }
 
 TEST_F(DeviceTest, TellsInJsonWhatTheHandleDid) {
   constexpr double kNoise_mm = 0.05;
-  FarSide far(kNoise_mm);
-  Running kerf(folder_, At::kNowhere, Arguments(far, "--circle 4 --buttons 60 --json"));
-  RunToTheEnd(kerf, far);
-  const Json json = Json::parse(kerf.out());
+  std::optional<FarSide> far;
+  std::optional<Running> kerf;
+  for (int tries = 0; tries < kMostTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
+    kerf.reset();
+    far.emplace(kNoise_mm);
+    kerf.emplace(folder_, At::kNowhere, Arguments(*far, "--circle 4 --buttons 60 --json"));
+    ASSERT_NO_FATAL_FAILURE(RunToTheEnd(*kerf, *far));
+  }
+  ASSERT_EQ(kerf->WaitForEnd(), 0) << kerf->err();
+  EXPECT_LT(kerf->err().find("kerf: button button 1\n"), kerf->err().find("kerf: button button 2\n"));
+  const Json json = Json::parse(kerf->out());
   EXPECT_EQ(json["ok"], true) << json;
   EXPECT_EQ(json["stopped"], false);
   EXPECT_EQ(json["homed"], true);
@@ -106,28 +124,30 @@ TEST_F(DeviceTest, TellsInJsonWhatTheHandleDid) {
   const Json& force = json["force"];
   EXPECT_EQ(force["tried"], true);
   EXPECT_NEAR(force["asked_N"].get<double>(), kCircle_N, 1e-3 * kCircle_N);
-  EXPECT_NEAR(far.felt().largest_N, force["sent_N"].get<double>(), 0.01 * kCircle_N);
+  EXPECT_NEAR(far->felt().largest_N, force["sent_N"].get<double>(), 0.01 * kCircle_N);
   EXPECT_LE(force["moved_mm"].get<double>(), 2 * kNoise_mm + 1e-6);
   EXPECT_LE(json["round_us"]["p50"], json["round_us"]["p99"]);
   EXPECT_GT(json["round_us"]["p50"], 0);
   EXPECT_GT(json["rounds"]["all"], 1000);
   EXPECT_EQ(json["rounds"]["bad_answer"], 0);
-  EXPECT_EQ(far.felt().now_N, 0.0);
+  EXPECT_EQ(far->FeltByNow().now_N, 0.0);
 }
 
 // The example that users copy, as it is: its handle goes by the force.
 TEST_F(DeviceTest, TellsInATableHowTheExamplesHandleWent) {
   constexpr double kSpring_N_per_mm = 0.2;  // of the example's hand
   constexpr double kExample_N = 0.2 * 3.3;
-  Write("port.txt", "");
-  Running example(folder_, At::kNowhere, "'" KERF_BRIDGE_EXAMPLE "' 0 >port.txt 2>example.txt");
-  ASSERT_TRUE(example.Until([&] { return test::Slurp(folder_ / "port.txt").ends_with('\n'); }));
-  const std::string said = test::Slurp(folder_ / "port.txt");
-  const std::string where = said.substr(said.find("127."));
-  // A machine that stands still rightly fails a device: then once more.
+  std::optional<Running> example;
   std::optional<Running> kerf;
-  for (int tries = 0; tries < 5 && (!kerf || kerf->WaitForEnd() != 0); ++tries) {
+  for (int tries = 0; tries < kMostTries && (!kerf || FailedByStandingStill(*kerf)); ++tries) {
     kerf.reset();
+    // A new one: the last one's handle swings on from where its force ended.
+    example.reset();
+    Write("port.txt", "");
+    example.emplace(folder_, At::kNowhere, "'" KERF_BRIDGE_EXAMPLE "' 0 >port.txt 2>example.txt");
+    ASSERT_TRUE(example->Until([&] { return test::Slurp(folder_ / "port.txt").ends_with('\n'); }));
+    const std::string said = test::Slurp(folder_ / "port.txt");
+    const std::string where = said.substr(said.find("127."));
     kerf.emplace(
         folder_, At::kNowhere,
         "'" KERF_PROGRAM "' device test bridge --circle 4 --buttons 0 --bridge " + where.substr(0, where.find('\n')));
@@ -165,18 +185,30 @@ double FindUp_mm(const std::string& text) {
   return up_mm;
 }
 
+/// For whoever waits for a handle that goes down in the hand: after a standstill of half a second the program, which
+/// had it in the hand, waits for a button that was not pressed before.
+void PressAgainIfAsked(FarSide& far, std::uint32_t button, const std::string& shown) {
+  const std::size_t ready = shown.rfind("ready, ");
+  if (far.felt().engaged == 0 || ready == std::string::npos) return;
+  if (shown.find("in the hand", ready) != std::string::npos) return;
+  if (shown.find("; buttons button", ready) != std::string::npos) far.Press(0);
+  if (shown.find("; buttons none", ready) != std::string::npos) far.Press(button);
+}
+
 TEST_F(DeviceTest, WatchedAtATerminalItIsOneLineThatFollowsTheHandle) {
   FarSide far;
   Running kerf(folder_, At::kTerminal, Arguments(far, "--watch"));
-  const termios before = kerf.Settings();
   ASSERT_TRUE(kerf.Until([&] { return FindUp_mm(kerf.Shown()) == 0; })) << kerf.Shown();
   far.Press(2);  // agrees too, so that the far side lets the handle move
   EXPECT_TRUE(kerf.Until([&] { return kerf.Shown().find("; buttons button 2") != std::string::npos; })) << kerf.Shown();
   far.Lower(2.5);
-  EXPECT_TRUE(kerf.Until([&] { return FindUp_mm(kerf.Shown()) == -2.5; })) << kerf.Shown();
+  EXPECT_TRUE(kerf.Until([&] {
+    PressAgainIfAsked(far, 2, kerf.Shown());
+    return FindUp_mm(kerf.Shown()) == -2.5;
+  })) << kerf.Shown();
   kerf.Type("q");
   EXPECT_EQ(kerf.WaitForEnd(), 0);
-  EXPECT_TRUE(AreSame(kerf.Settings(), before));
+  EXPECT_TRUE(AreSame(kerf.Settings(), kerf.SettingsBefore()));
   const std::string shown = kerf.Shown();
   EXPECT_THAT(shown, HasSubstr("bridge (omega_3, up to 12 N)\x1b[?7h\r\n"));
   // Places are written over each other.
@@ -193,20 +225,26 @@ TEST_F(DeviceTest, WatchedWithoutATerminalEachTimeIsALine) {
   far.Press(0);
   Running kerf(folder_, At::kNowhere, Arguments(far, "--watch"));
   ASSERT_TRUE(kerf.Until([&] { return FindUp_mm(kerf.out()) == 0; })) << kerf.out();
+  const std::size_t unpressed = kerf.out().size();
   far.Press(1);
   far.Lower(3);
-  EXPECT_TRUE(kerf.Until([&] { return FindUp_mm(kerf.out()) == -3; })) << kerf.out();
+  EXPECT_TRUE(kerf.Until([&] {
+    PressAgainIfAsked(far, 1, kerf.out());
+    return FindUp_mm(kerf.out()) == -3;
+  })) << kerf.out();
   kerf.Signal(SIGINT);
   EXPECT_EQ(kerf.WaitForEnd(), 0);
   std::istringstream lines(kerf.out());
   std::set<std::string> places;
-  for (std::string line; std::getline(lines, line);) {
+  std::size_t begin = 0;
+  for (std::string line; std::getline(lines, line); begin += line.size() + 1) {
+    places.insert(line);
+    if (line.ends_with("; no answer")) continue;  // for half a second: the machine stood still
     if (line.starts_with("ready, ")) {
-      EXPECT_THAT(line, testing::EndsWith(" mm; buttons none"));
+      EXPECT_THAT(line, HasSubstr(begin < unpressed ? " mm; buttons none" : " mm; buttons "));
     } else if (line.starts_with("in the hand; ")) {
       EXPECT_THAT(line, testing::EndsWith(" mm; buttons button 1"));
     }
-    places.insert(line);
   }
   EXPECT_GE(places.size(), 5U) << kerf.out();  // device, ready, in the hand, its places, rounds
   EXPECT_EQ(kerf.out().find('\x1b'), std::string::npos);

@@ -75,6 +75,12 @@ class FarSide {
     const std::lock_guard lock(mutex_);
     return felt_;
   }
+  /// When it has taken all that had come by now.
+  Felt FeltByNow() const {
+    const std::uint64_t begun = turns_ + 2;  // one may have begun before
+    while (turns_ < begun) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return felt();
+  }
   void ForgetLargest() {
     const std::lock_guard lock(mutex_);
     felt_.largest_N = 0;
@@ -111,6 +117,7 @@ class FarSide {
         Take(packet.data(), static_cast<std::size_t>(got), from);
       }
       Feel();
+      ++turns_;
     }
   }
 
@@ -153,6 +160,7 @@ class FarSide {
   std::uint16_t port_ = 0;
   std::atomic<bool> stop_{false};
   std::atomic<std::uint32_t> buttons_{0};
+  std::atomic<std::uint64_t> turns_{0};
   mutable std::mutex mutex_;  // of what follows
   kerf_bridge bridge_{};
   kerf_bridge_state state_{};

@@ -24,6 +24,7 @@ delay_ticks = 2
 // voxels of 0.2 mm: at most one of them more on either side.
 constexpr double kKerf_mm3 = 0.5 * 3 * 4;
 constexpr double kMostKerf_mm3 = (0.5 + 2 * 0.2) * 3 * 4;
+constexpr int kMostTries = 5;
 
 class CutWithAFalcon : public test::EmulatedProgram {
  protected:
@@ -39,14 +40,16 @@ class CutWithAFalcon : public test::EmulatedProgram {
     // After each of its breaks the machine leaves the device without force for a moment, perhaps just when most is
     // asked for: then once more.
     ProgramResult result;
-    for (int tries = 0; tries < 3; ++tries) {
+    for (int tries = 0; tries < kMostTries; ++tries) {
       std::filesystem::remove(folder_ / "cut.kerf");
       result = KerfWith(
           "--firmware firmware.bin --scene hand.toml --interrupt-on-way 9 " + options,
           "loop bar.toml --device falcon --falcon-firmware firmware.bin --record cut.kerf --json --seconds 500");
       if (result.code != 0) break;
       const Json json = Json::parse(result.out);
-      if (json["served"]["silences"] == 0 || IsAllSent(json)) break;
+      const Json& served = json["served"];
+      const bool went = served["silences"] == 0 && served["loop_stood_still"] == 0 && served["round_stood_still"] == 0;
+      if (went || IsAllSent(json)) break;
     }
     return result;
   }
@@ -117,13 +120,22 @@ class ForceOfAFalcon : public test::EmulatedProgram {
     return KerfWithin("'" KERF_EMULATE_USB "' --report report.json --felt felt --firmware-there --homed -- sh push.sh",
                       "");
   }
+  bool IsLost() const {
+    return test::Slurp(folder_ / "said.txt").find("was lost while it made force") != std::string::npos;
+  }
 };
 
 TEST_F(ForceOfAFalcon, EndsWithTheProgramHoweverThatEnds) {
   for (const std::string signals : {"TERM", "TERM TERM", "HUP TERM", "SEGV", "USR1", "XCPU"}) {
-    const ProgramResult result = Signal(signals);
+    ProgramResult result;
+    Json report;
+    for (int tries = 0; tries < kMostTries; ++tries) {
+      result = Signal(signals);
+      report = Report();
+      // Where the machine stood still before there was much force, the program has rightly ended by itself.
+      if (report["peak_force_N"] > 0.5 || !IsLost()) break;
+    }
     EXPECT_NE(result.code, 0) << signals;
-    const Json report = Report();
     EXPECT_GT(report["peak_force_N"], 0.5) << signals;
     EXPECT_EQ(report["motors_at_end"], Json({0, 0, 0})) << signals;
   }

@@ -47,6 +47,7 @@ class Running {
   Running(std::filesystem::path folder, At at, const std::string& command) : folder_(std::move(folder)) {
     if (openpty(&master_, &terminal_, nullptr, nullptr, nullptr) != 0) throw std::runtime_error("no terminal");
     for (const int end : {master_, terminal_}) fcntl(end, F_SETFD, FD_CLOEXEC);
+    before_ = Settings();
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     const auto open_at = [&](int number, const std::string& path, int flags) {
@@ -108,6 +109,9 @@ class Running {
     return settings;
   }
 
+  /// Before the program had it.
+  const termios& SettingsBefore() const { return before_; }
+
   bool Ended() {
     if (!ended_ && waitpid(id_, &status_, WNOHANG) == id_) ended_ = true;
     return ended_;
@@ -132,6 +136,7 @@ class Running {
   pid_t id_ = -1;
   int master_ = -1;
   int terminal_ = -1;
+  termios before_{};
   int status_ = 0;
   bool ended_ = false;
   std::string shown_;
