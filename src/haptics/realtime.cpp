@@ -18,12 +18,17 @@ std::string Reason(int number) {
   return std::generic_category().message(number);
 }
 
-/// Under a limit MCL_FUTURE would make each request for memory fail that goes beyond it: a thread's stack, the bone's
-/// leaves.
-bool MayLockAnyMemory() {
-  rlimit limit{RLIM_INFINITY, RLIM_INFINITY};
-  setrlimit(RLIMIT_MEMLOCK, &limit);  // where the user may
-  return getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY;
+/// With MCL_FUTURE: whether a request for memory that goes beyond the limit is granted, as to one who is above it, or
+/// would now fail: for a thread's stack, for the bone's leaves.
+bool IsAboveTheLimit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_MEMLOCK, &limit) != 0) return false;
+  if (limit.rlim_cur == RLIM_INFINITY) return true;
+  const std::size_t beyond = limit.rlim_cur + 4096;
+  void* asked = mmap(nullptr, beyond, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (asked == MAP_FAILED) return false;
+  munmap(asked, beyond);
+  return true;
 }
 
 }  // namespace
@@ -52,9 +57,13 @@ void AskForPriority(int priority, RealtimeGrants& grants) {
 }
 
 void LockMemory(RealtimeGrants& grants) {
-  const bool later_too = MayLockAnyMemory();
-  grants.locked = mlockall(later_too ? MCL_CURRENT | MCL_FUTURE : MCL_CURRENT) == 0;
-  grants.memory = grants.locked && later_too ? "Memory is locked in RAM."
+  grants.locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  const bool later_too = grants.locked && IsAboveTheLimit();
+  if (grants.locked && !later_too) {
+    munlockall();
+    grants.locked = mlockall(MCL_CURRENT) == 0;
+  }
+  grants.memory = later_too ? "Memory is locked in RAM."
                   : grants.locked
                       ? "What memory there was at the start is locked in RAM: the limit (ulimit -l) is finite."
                       : fmt::format(

@@ -252,7 +252,8 @@ TEST(LiveLoop, SaysWhatTheSystemGrants) {
   const RealtimeGrants& grants = loop.grants();
   EXPECT_THAT(grants.scheduling,
               testing::StartsWith(grants.fifo ? "SCHED_FIFO was granted" : "SCHED_FIFO was refused"));
-  EXPECT_THAT(grants.memory, testing::StartsWith(grants.locked ? "Memory is locked" : "Memory could not be locked"));
+  EXPECT_THAT(grants.memory,
+              grants.locked ? testing::HasSubstr(" locked in RAM") : testing::HasSubstr("Memory could not be locked"));
   EXPECT_EQ(grants.priority, grants.fifo ? 80 : 0);
 }
 
