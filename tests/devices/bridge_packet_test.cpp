@@ -291,8 +291,8 @@ TEST(BridgeField, IsTheSameInC) {
 
 /// The client's own session, without a socket.
 struct Client {
-  Client() {
-    const kerf_bridge_description d = {"made up", 10, 0, 100, 0, 1, 0.01f, 75, 0.05f, 1000, 6, 1, 0, 2};
+  explicit Client(float peak_N = 10, float peak_Nmm = 100) {
+    const kerf_bridge_description d = {"made up", peak_N, 0, peak_Nmm, 0, 1, 0.01f, 75, 0.05f, 1000, 6, 1, 0, 2};
     kerf_bridge_begin(&bridge, &d);
   }
   std::size_t Take(const BridgeBytes& bytes, std::uint64_t from = 1) {
@@ -420,6 +420,30 @@ TEST(BridgeClient, AServoLoopThatLookedAtTheClockBeforeTheLockHasForce) {
     EXPECT_EQ(client.Force(), Vec3{0}) << before_ns;
     EXPECT_EQ(client.torque, Vec3{0}) << before_ns;
   }
+}
+
+TEST(BridgeClient, APeakOfZeroIsADeviceThatMakesNone) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const auto push = [](Client& client) {
+    client.Take(WriteBridgeHello(MakeHeader(7, 1)));
+    EXPECT_EQ(client.Take(WriteBridgeCommand(MakeHeader(7, 2), MakePush())), 128u);
+  };
+  for (const float none : {0.0f, -0.0f, -5.0f, kNan, kInfinity, -kInfinity, 2e6f}) {
+    Client handle(none);
+    push(handle);
+    EXPECT_EQ(handle.Force(), Vec3{0}) << none;
+    EXPECT_EQ(handle.torque, Vec3{0}) << none;
+    Client wrist(10, none);
+    push(wrist);
+    EXPECT_EQ(wrist.Force(), Vec3(1, 0, 0)) << none;
+    EXPECT_EQ(wrist.torque, Vec3{0}) << none;
+  }
+  // However small, it is a limit.
+  Client weak(1e-3f, 1e-3f);
+  push(weak);
+  EXPECT_NEAR(glm::length(weak.Force()), 1e-3, 1e-9);  // single precision
+  EXPECT_NEAR(glm::length(weak.torque), 1e-3, 1e-9);
 }
 
 }  // namespace

@@ -320,21 +320,26 @@ static int is_good_still(const kerf_bridge* bridge, uint64_t now_ns) {
   return now_ns - bridge->command_ns <= (uint64_t)bridge->command.valid_ms * 1000000u;
 }
 
+static int is_peak(float x) { return is_figure(x) && x > 0; }
+
 void kerf_bridge_force(const kerf_bridge* bridge, uint64_t now_ns, const float position_mm[3],
                        const float velocity_mm_s[3], float force_n[3], float torque_nmm[3]) {
   const kerf_bridge_command* command = &bridge->command;
+  const kerf_bridge_description* device = &bridge->description;
   double size = 0;
   int i;
   for (i = 0; i < 3; ++i) force_n[i] = torque_nmm[i] = 0;
-  if (!bridge->has_command || !command->engaged || !is_good_still(bridge, now_ns) || bridge->description.driven < 3) {
+  if (!bridge->has_command || !command->engaged || !is_good_still(bridge, now_ns)) {
     return;
   }
-  kerf_bridge_field(command, position_mm, velocity_mm_s, bridge->description.peak_force_n, force_n);
-  if (bridge->description.driven < 6) return;
+  /* kerf_bridge_field() takes a peak of 0 for none; here it is a device that makes no force. */
+  if (device->driven < 3 || !is_peak(device->peak_force_n)) return;
+  kerf_bridge_field(command, position_mm, velocity_mm_s, device->peak_force_n, force_n);
+  if (device->driven < 6 || !is_peak(device->peak_torque_nmm)) return;
   for (i = 0; i < 3; ++i) size += (double)command->torque_nmm[i] * command->torque_nmm[i];
   size = sqrt(size);
   for (i = 0; i < 3; ++i) {
-    const double most = bridge->description.peak_torque_nmm;
-    torque_nmm[i] = (float)(command->torque_nmm[i] * (most > 0 && size > most ? most / size : 1.0));
+    const double most = device->peak_torque_nmm;
+    torque_nmm[i] = (float)(command->torque_nmm[i] * (size > most ? most / size : 1.0));
   }
 }

@@ -66,9 +66,9 @@ typedef struct {
 
 typedef struct {
   const char* name; /* 1 to 31 printable ASCII characters */
-  float peak_force_n;
-  float continuous_force_n; /* 0: not known, here and below */
-  float peak_torque_nmm;
+  float peak_force_n;       /* 0: it makes none, and no torque either */
+  float continuous_force_n; /* 0: not known, here and below, but for the peak torque */
+  float peak_torque_nmm;    /* 0: it makes none */
   float continuous_torque_nmm;
   float max_stiffness_n_per_mm;
   float max_damping_ns_per_mm;
@@ -124,10 +124,11 @@ void kerf_bridge_set_state(kerf_bridge* bridge, const kerf_bridge_state* state);
  * goes forward. Gives the bytes of `reply` to send back to that sender: 128, or 0 for no answer. */
 size_t kerf_bridge_take(kerf_bridge* bridge, const unsigned char* bytes, size_t count, uint64_t client, uint64_t now_ns,
                         unsigned char reply[KERF_BRIDGE_BYTES]);
-/* Force and torque to make now: call it from your servo loop, as fast as that runs. Zero when there is no command, it is
- * not engaged, or it is older than it says that it is good for. now_ns is of the clock of kerf_bridge_take(); it may be
- * before the time given there by less than a second, where this thread looked at the clock and then waited for the lock:
- * the command is new then. A clock that is further back gives zero. */
+/* Force and torque to make now, never above the peaks described: call it from your servo loop, as fast as that runs.
+ * Zero when there is no command, it is not engaged, or it is older than it says that it is good for. Both are zero when
+ * the peak force described is not above 0 (or not a number up to 1e6), the torque when the peak torque is not. now_ns is
+ * of the clock of kerf_bridge_take(); it may be before the time given there by less than a second, where this thread
+ * looked at the clock and then waited for the lock: the command is new then. A clock that is further back gives zero. */
 void kerf_bridge_force(const kerf_bridge* bridge, uint64_t now_ns, const float position_mm[3],
                        const float velocity_mm_s[3], float force_n[3], float torque_nmm[3]);
 
