@@ -24,6 +24,8 @@
 
 #include "kerf_bridge.h"
 
+enum { MOST_PACKETS = 64 }; /* taken between two looks at the device */
+
 static volatile sig_atomic_t stop_asked = 0;
 
 static void on_signal(int number) {
@@ -159,6 +161,7 @@ int main(int argc, char** argv) {
     struct pollfd waiting;
     uint64_t t;
     double dt_s;
+    int left;
 
     waiting.fd = s;
     waiting.events = POLLIN;
@@ -170,7 +173,8 @@ int main(int argc, char** argv) {
     device_read(&d, &state, velocity_mm_s);
     memcpy(state.made_force_n, force_n, sizeof force_n);
     kerf_bridge_set_state(&bridge, &state, t);
-    while (take_packet(s, &bridge)) {
+    /* Of the packets that wait no more than these: the device has its turn however many come. */
+    for (left = MOST_PACKETS; left > 0 && take_packet(s, &bridge); --left) {
     }
     kerf_bridge_force(&bridge, now_ns(), state.position_mm, velocity_mm_s, force_n, torque_nmm);
     device_step(&d, dt_s, force_n);
