@@ -10,6 +10,7 @@
 #include <array>
 #include <csignal>
 #include <map>
+#include <stdexcept>
 #include <string>
 
 #include "devices/bridge/bridge_packet.h"
