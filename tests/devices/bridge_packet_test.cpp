@@ -291,8 +291,8 @@ TEST(BridgeField, IsTheSameInC) {
 
 /// The client's own session, without a socket.
 struct Client {
-  Client() {
-    const kerf_bridge_description d = {"made up", 10, 0, 100, 0, 1, 0.01f, 75, 0.05f, 1000, 6, 1, 0, 2};
+  explicit Client(float peak_N = 10, float peak_Nmm = 100) {
+    const kerf_bridge_description d = {"made up", peak_N, 0, peak_Nmm, 0, 1, 0.01f, 75, 0.05f, 1000, 6, 1, 0, 2};
     kerf_bridge_begin(&bridge, &d);
   }
   std::size_t Take(const BridgeBytes& bytes, std::uint64_t from = 1) {
@@ -420,6 +420,68 @@ TEST(BridgeClient, AServoLoopThatLookedAtTheClockBeforeTheLockHasForce) {
     EXPECT_EQ(client.Force(), Vec3{0}) << before_ns;
     EXPECT_EQ(client.torque, Vec3{0}) << before_ns;
   }
+}
+
+TEST(BridgeClient, AStateThatIsNotRenewedIsNotReady) {
+  Client client;
+  constexpr std::uint64_t kMeasured_ns = 5'000'000'000;
+  std::uint32_t sequence = 0;
+  const auto ask = [&](std::uint64_t now_ns) {
+    client.now_ns = now_ns;
+    EXPECT_EQ(client.Take(WriteBridgeCommand(MakeHeader(7, ++sequence), MakePush())), 128u);
+    return ReadBridgeState(client.reply).value_or(BridgeState{});
+  };
+  client.now_ns = kMeasured_ns;
+  client.Take(WriteBridgeHello(MakeHeader(7, ++sequence)));
+  EXPECT_FALSE(ask(kMeasured_ns).ready);  // there is none yet
+  EXPECT_EQ(ReadBridgeHeader(client.reply).value_or(BridgeHeader{}).time_ns, 0u);
+  kerf_bridge_state state{};
+  state.position_mm[1] = 4;
+  state.orientation_wxyz[0] = 1;
+  state.homed = 1;
+  state.ready = 1;
+  kerf_bridge_set_state(&client.bridge, &state, kMeasured_ns);
+  // Whoever answers may have looked at the clock before the lock.
+  for (const std::uint64_t before_ns : {999'999'999u, 1u})
+    EXPECT_TRUE(ask(kMeasured_ns - before_ns).ready) << before_ns;
+  for (const std::uint64_t age_ns : {0u, 1'000'000u, 50'000'000u})
+    EXPECT_TRUE(ask(kMeasured_ns + age_ns).ready) << age_ns;
+  // Frozen, or of another clock: the pose is told as it was, with its own time.
+  for (const std::uint64_t now_ns :
+       {kMeasured_ns + 50'000'001, kMeasured_ns + 3'600'000'000'000, kMeasured_ns - 1'000'000'000, std::uint64_t{0}}) {
+    const BridgeState told = ask(now_ns);
+    EXPECT_FALSE(told.ready) << now_ns;
+    EXPECT_TRUE(told.homed) << now_ns;
+    EXPECT_EQ(told.X_DH.p_AB, Vec3(0, 4, 0)) << now_ns;
+    EXPECT_EQ(ReadBridgeHeader(client.reply).value_or(BridgeHeader{}).time_ns, kMeasured_ns) << now_ns;
+  }
+  // It goes on.
+  kerf_bridge_set_state(&client.bridge, &state, kMeasured_ns + 60'000'000);
+  EXPECT_TRUE(ask(kMeasured_ns + 70'000'000).ready);
+}
+
+TEST(BridgeClient, APeakOfZeroIsADeviceThatMakesNone) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const auto push = [](Client& client) {
+    client.Take(WriteBridgeHello(MakeHeader(7, 1)));
+    EXPECT_EQ(client.Take(WriteBridgeCommand(MakeHeader(7, 2), MakePush())), 128u);
+  };
+  for (const float none : {0.0f, -0.0f, -5.0f, kNan, kInfinity, -kInfinity, 2e6f}) {
+    Client handle(none);
+    push(handle);
+    EXPECT_EQ(handle.Force(), Vec3{0}) << none;
+    EXPECT_EQ(handle.torque, Vec3{0}) << none;
+    Client wrist(10, none);
+    push(wrist);
+    EXPECT_EQ(wrist.Force(), Vec3(1, 0, 0)) << none;
+    EXPECT_EQ(wrist.torque, Vec3{0}) << none;
+  }
+  // However small, it is a limit.
+  Client weak(1e-3f, 1e-3f);
+  push(weak);
+  EXPECT_NEAR(glm::length(weak.Force()), 1e-3, 1e-9);  // single precision
+  EXPECT_NEAR(glm::length(weak.torque), 1e-3, 1e-9);
 }
 
 }  // namespace

@@ -129,7 +129,8 @@ class FarSide {
     state_.buttons = buttons_;
     state_.homed = 1;
     state_.ready = 1;
-    kerf_bridge_set_state(&bridge_, &state_);
+    const std::uint64_t now_ns = Now_ns();
+    kerf_bridge_set_state(&bridge_, &state_, now_ns);
     kerf_bridge_command command{};
     if (kerf_bridge_read_command(packet, count, &command) != 0) {
       ++felt_.commands;
@@ -139,7 +140,7 @@ class FarSide {
       }
     }
     std::array<unsigned char, KERF_BRIDGE_BYTES> reply{};
-    const std::size_t bytes = kerf_bridge_take(&bridge_, packet, count, client, Now_ns(), reply.data());
+    const std::size_t bytes = kerf_bridge_take(&bridge_, packet, count, client, now_ns, reply.data());
     if (bytes > 0 && !mute_) {
       sendto(socket_, reply.data(), bytes, 0, reinterpret_cast<const sockaddr*>(&from), sizeof from);
     }

@@ -24,6 +24,8 @@
 
 #include "kerf_bridge.h"
 
+enum { MOST_PACKETS = 64 }; /* taken between two looks at the device */
+
 static volatile sig_atomic_t stop_asked = 0;
 
 static void on_signal(int number) {
@@ -94,6 +96,20 @@ static void device_close(device* d) {
   (void)d;
 }
 
+/* Takes one of kerf's packets and answers it. Gives 0 when none waits, or it can't be answered. */
+static int take_packet(int s, kerf_bridge* bridge) {
+  unsigned char packet[2 * KERF_BRIDGE_BYTES], reply[KERF_BRIDGE_BYTES];
+  struct sockaddr_in from;
+  socklen_t from_size = sizeof from;
+  uint64_t client;
+  size_t count;
+  const ssize_t got = recvfrom(s, packet, sizeof packet, MSG_DONTWAIT, (struct sockaddr*)&from, &from_size);
+  if (got < 0) return 0;
+  client = (uint64_t)from.sin_addr.s_addr << 16 | from.sin_port;
+  count = kerf_bridge_take(bridge, packet, (size_t)got, client, now_ns(), reply);
+  return count == 0 || sendto(s, reply, count, 0, (struct sockaddr*)&from, from_size) >= 0;
+}
+
 int main(int argc, char** argv) {
   struct sockaddr_in at;
   socklen_t size = sizeof at;
@@ -101,6 +117,7 @@ int main(int argc, char** argv) {
   device d;
   long port = KERF_BRIDGE_PORT;
   uint64_t last_ns;
+  float force_n[3] = {0, 0, 0}; /* that the device makes */
   struct sigaction action;
   int s;
 
@@ -137,37 +154,30 @@ int main(int argc, char** argv) {
 
   last_ns = now_ns();
   while (!stop_asked) {
-    /* The servo loop. Your library's own thread (a scheduler callback) may take this part; then lock the bridge. */
+    /* The servo loop. Your library's own thread (a scheduler callback) may take the part of the device: reading it,
+     * kerf_bridge_set_state, kerf_bridge_force; then lock the bridge. */
     kerf_bridge_state state;
-    float velocity_mm_s[3], force_n[3], torque_nmm[3];
+    float velocity_mm_s[3], torque_nmm[3];
     struct pollfd waiting;
-    uint64_t t = now_ns();
-    double dt_s = 1e-9 * (double)(t - last_ns);
+    uint64_t t;
+    double dt_s;
+    int left;
+
+    waiting.fd = s;
+    waiting.events = POLLIN;
+    poll(&waiting, 1, 1); /* a millisecond at most: the device is served without kerf's packets too */
+    t = now_ns();
+    dt_s = 1e-9 * (double)(t - last_ns);
     if (dt_s > 0.02) dt_s = 0.02; /* the program was stopped for a while */
     last_ns = t;
     device_read(&d, &state, velocity_mm_s);
-    kerf_bridge_force(&bridge, t, state.position_mm, velocity_mm_s, force_n, torque_nmm);
-    device_step(&d, dt_s, force_n);
     memcpy(state.made_force_n, force_n, sizeof force_n);
-    kerf_bridge_set_state(&bridge, &state);
-
-    /* kerf's packets: all that wait; a millisecond at most until the next step. */
-    waiting.fd = s;
-    waiting.events = POLLIN;
-    if (poll(&waiting, 1, 1) <= 0) continue;
-    for (;;) {
-      unsigned char packet[2 * KERF_BRIDGE_BYTES], reply[KERF_BRIDGE_BYTES];
-      struct sockaddr_in from;
-      socklen_t from_size = sizeof from;
-      uint64_t client;
-      size_t count;
-      const ssize_t got =
-          recvfrom(s, packet, sizeof packet, MSG_DONTWAIT, (struct sockaddr*)&from, &from_size);
-      if (got < 0) break;
-      client = (uint64_t)from.sin_addr.s_addr << 16 | from.sin_port;
-      count = kerf_bridge_take(&bridge, packet, (size_t)got, client, now_ns(), reply);
-      if (count > 0 && sendto(s, reply, count, 0, (struct sockaddr*)&from, from_size) < 0) break;
+    kerf_bridge_set_state(&bridge, &state, t);
+    /* Of the packets that wait no more than these: the device has its turn however many come. */
+    for (left = MOST_PACKETS; left > 0 && take_packet(s, &bridge); --left) {
     }
+    kerf_bridge_force(&bridge, now_ns(), state.position_mm, velocity_mm_s, force_n, torque_nmm);
+    device_step(&d, dt_s, force_n);
   }
   device_close(&d);
   close(s);

@@ -243,7 +243,26 @@ void kerf_bridge_begin(kerf_bridge* bridge, const kerf_bridge_description* descr
   bridge->state.orientation_wxyz[0] = 1;
 }
 
-void kerf_bridge_set_state(kerf_bridge* bridge, const kerf_bridge_state* state) { bridge->state = *state; }
+void kerf_bridge_set_state(kerf_bridge* bridge, const kerf_bridge_state* state, uint64_t measured_ns) {
+  bridge->state = *state;
+  bridge->state_ns = measured_ns;
+}
+
+/* Whether what was at that time is no older than most_ms. */
+static int is_good_still(uint64_t since_ns, uint64_t now_ns, uint32_t most_ms) {
+  if (now_ns < since_ns) return since_ns - now_ns < BEHIND_NS;
+  return now_ns - since_ns <= (uint64_t)most_ms * 1000000u;
+}
+
+/* The last state, as it may be told now. */
+static void write_last_state(const kerf_bridge* bridge, uint64_t now_ns, kerf_bridge_header header,
+                             unsigned char* reply) {
+  kerf_bridge_state state = bridge->state;
+  /* A servo loop that hangs leaves the pose as it was: no force may come of that. */
+  if (!is_good_still(bridge->state_ns, now_ns, KERF_BRIDGE_STATE_MS)) state.ready = 0;
+  header.time_ns = bridge->state_ns;
+  kerf_bridge_write_state(reply, &header, &state);
+}
 
 static size_t refuse(unsigned char* reply, kerf_bridge_header header, unsigned reason, const char* text) {
   kerf_bridge_write_refusal(reply, &header, reason, text);
@@ -311,30 +330,30 @@ size_t kerf_bridge_take(kerf_bridge* bridge, const unsigned char* bytes, size_t 
   bridge->command_ns = now_ns;
   bridge->heard_ns = now_ns;
   bridge->last_sequence = header.sequence;
-  kerf_bridge_write_state(reply, &answer, &bridge->state);
+  write_last_state(bridge, now_ns, answer, reply);
   return KERF_BRIDGE_BYTES;
 }
 
-static int is_good_still(const kerf_bridge* bridge, uint64_t now_ns) {
-  if (now_ns < bridge->command_ns) return bridge->command_ns - now_ns < BEHIND_NS;
-  return now_ns - bridge->command_ns <= (uint64_t)bridge->command.valid_ms * 1000000u;
-}
+static int is_peak(float x) { return is_figure(x) && x > 0; }
 
 void kerf_bridge_force(const kerf_bridge* bridge, uint64_t now_ns, const float position_mm[3],
                        const float velocity_mm_s[3], float force_n[3], float torque_nmm[3]) {
   const kerf_bridge_command* command = &bridge->command;
+  const kerf_bridge_description* device = &bridge->description;
   double size = 0;
   int i;
   for (i = 0; i < 3; ++i) force_n[i] = torque_nmm[i] = 0;
-  if (!bridge->has_command || !command->engaged || !is_good_still(bridge, now_ns) || bridge->description.driven < 3) {
+  if (!bridge->has_command || !command->engaged || !is_good_still(bridge->command_ns, now_ns, command->valid_ms)) {
     return;
   }
-  kerf_bridge_field(command, position_mm, velocity_mm_s, bridge->description.peak_force_n, force_n);
-  if (bridge->description.driven < 6) return;
+  /* kerf_bridge_field() takes a peak of 0 for none; here it is a device that makes no force. */
+  if (device->driven < 3 || !is_peak(device->peak_force_n)) return;
+  kerf_bridge_field(command, position_mm, velocity_mm_s, device->peak_force_n, force_n);
+  if (device->driven < 6 || !is_peak(device->peak_torque_nmm)) return;
   for (i = 0; i < 3; ++i) size += (double)command->torque_nmm[i] * command->torque_nmm[i];
   size = sqrt(size);
   for (i = 0; i < 3; ++i) {
-    const double most = bridge->description.peak_torque_nmm;
-    torque_nmm[i] = (float)(command->torque_nmm[i] * (most > 0 && size > most ? most / size : 1.0));
+    const double most = device->peak_torque_nmm;
+    torque_nmm[i] = (float)(command->torque_nmm[i] * (size > most ? most / size : 1.0));
   }
 }
