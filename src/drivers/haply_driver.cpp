@@ -59,15 +59,16 @@ class HaplyDriver::Line {
     return *error;
   }
 
-  /// Begins to send; nothing while an earlier text is on its way.
-  void Send(std::string text) {
-    if (sending_ || error_) return;
+  /// Begins to send. False while an earlier text is on its way, or when the line is broken: nothing then.
+  bool Send(std::string text) {
+    if (sending_ || error_) return false;
     sending_ = true;
     sent_ = std::move(text);
     stream_.async_write(asio::buffer(sent_), [this](beast::error_code e, std::size_t) {
       sending_ = false;
       if (e) error_ = e;
     });
+    return true;
   }
 
   /// The newest message that has come; none when the time is up or the line is broken. Where the time is up already,
@@ -90,6 +91,7 @@ class HaplyDriver::Line {
   }
 
   bool broken() const { return error_.failed(); }
+  bool sending() const { return sending_; }
 
  private:
   void BeginReading() {
@@ -224,10 +226,12 @@ RoundEnd HaplyDriver::Exchange(const DriverCommand& command, DriverSample& sampl
     // What is there before the force goes out does not answer it: taken for the answer, once late, each round would
     // tell where the handle was in the one before, for good. It is news where no other comes.
     const std::optional<std::string> late = line_->Receive(Clock::now());
-    line_->Send(WriteHaplyForce(state_.id, FrameDToHaply(f_D_N)));
+    const bool begun = line_->Send(WriteHaplyForce(state_.id, FrameDToHaply(f_D_N)));
     const auto end = Clock::now() + std::chrono::milliseconds(options_.timeout_ms);
     const std::optional<std::string> text = line_->Receive(end);
-    if (text || late) return Take(text ? *text : *late, sample);
+    // A service that tells but does not take what it is told has no answer: its device has an older force.
+    const bool gone_out = begun && !line_->sending();
+    if (gone_out && (text || late)) return Take(text ? *text : *late, sample);
     if (!line_->broken()) return RoundEnd::kNoAnswer;
   } catch (const std::exception&) {
     // Out of memory, or an error of the line that Boost throws: as good as gone.

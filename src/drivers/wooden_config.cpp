@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "devices/hid/wooden_driver.h"
 #include "devices/hid/wooden_kinematics.h"
 #include "files/files.h"
 #include "scene/faults.h"
@@ -34,6 +35,13 @@ WoodenParams ParseWoodenConfig(const std::string& text, const std::string& file)
   reader.Finish();
   CheckEach(reader, "counts_per_turn", params.counts_per_turn, 1);
   CheckEach(reader, "gear", params.gear, 0.1);
+  for (int i = 0; i < 3; ++i) {
+    const double counts = std::abs(params.counts_per_turn[i] * params.gear[i]);
+    if (counts <= kWoodenMostCountsPerTurn) continue;
+    reader.Fault("gear", fmt::format("gear[{}] makes {:.0f} counts a turn of the joint, with counts_per_turn; it may "
+                                     "make at most {:.0f}, as the reports have 16 bits",
+                                     i, counts, kWoodenMostCountsPerTurn));
+  }
   if (faults.empty() && !FindWoodenAngles(params, Vec3{0})) {
     reader.Fault("middle_mm", "the arm can't reach middle_mm; check base_mm, upper_arm_mm and forearm_mm");
   }

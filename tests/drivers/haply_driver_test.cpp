@@ -195,6 +195,24 @@ TEST(HaplyDriver, SlowAndSilentServicesGiveNoAnswerAndAreHeardLater) {
   EXPECT_GT(samples, 0);
 }
 
+// Until the sockets between hold no more of what it does not take: then a force has not gone out, whatever is told.
+TEST(HaplyDriver, OneThatTellsButTakesNothingHasNoAnswer) {
+  HaplyService service;
+  HaplyDriver driver(MakeOptions(service.port()));
+  driver.Start(nullptr);
+  service.SetMood(Mood::kDeaf);
+  DriverCommand command;
+  command.f_D_N = {0.5, 0, 0};
+  DriverSample sample;
+  const auto most = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  int in_a_row = 0;
+  while (in_a_row < 20 && std::chrono::steady_clock::now() < most) {
+    in_a_row = driver.Exchange(command, sample) == RoundEnd::kNoAnswer ? in_a_row + 1 : 0;
+  }
+  EXPECT_EQ(in_a_row, 20);
+  EXPECT_GT(service.told(), 20);
+}
+
 TEST(HaplyDriver, SaysWhenTheConnectionIsClosedAndComesBack) {
   HaplyService service;
   HaplyDriver driver(MakeOptions(service.port()));

@@ -101,6 +101,12 @@ void HaplyService::Serve() {
           break;
         case Mood::kSilent:
           break;
+        case Mood::kDeaf:
+          while (mood_ == Mood::kDeaf && !stop_ && !error) {
+            say(MakeState());
+            std::this_thread::sleep_for(std::chrono::microseconds(100));
+          }
+          break;
         case Mood::kWithheld:
           while (mood_ == Mood::kWithheld && !stop_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
           say(MakeState());

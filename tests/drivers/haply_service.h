@@ -23,6 +23,7 @@ class HaplyService {
     kClosing,     // ends the connection at the next force
     kShortHello,  // text of no meaning at first, then as kGood
     kNoGrip,      // as kGood, but the list of grips is empty
+    kDeaf,        // a state after the other, and takes nothing of what it is told
     kWithheld     // what there is to tell is told when the mood is another
   };
 

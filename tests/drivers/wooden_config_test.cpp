@@ -54,6 +54,8 @@ TEST(WoodenConfig, FaultsAreToldWhereTheyStand) {
   EXPECT_THAT(MessageOf("base_mm = 80\nforarm_mm = 200\n"), AllOf(HasSubstr("arm.toml:2:1"), HasSubstr("forearm_mm")));
   EXPECT_THAT(MessageOf("base_mm = -3"), AllOf(HasSubstr("arm.toml:1:1"), HasSubstr("0 to 1000")));
   EXPECT_THAT(MessageOf("gear = [16, 0, 12]"), AllOf(HasSubstr("arm.toml:1:1"), HasSubstr("gear[1] = 0")));
+  EXPECT_THAT(MessageOf("counts_per_turn = [2000, 20000, 2000]\ngear = [16, 16, 16]"),
+              AllOf(HasSubstr("arm.toml:2:1"), HasSubstr("gear[1] makes 320000 counts a turn of the joint")));
   EXPECT_THAT(MessageOf("counts_per_turn = [1, 2]"), HasSubstr("2 items"));
   EXPECT_THAT(MessageOf("zero_at_start = 1"), HasSubstr("true or false"));
   EXPECT_THAT(MessageOf("middle_mm = [900, 0, 0]"), HasSubstr("can't reach"));

@@ -344,5 +344,82 @@ TEST(FalconDriver, ALeapIsBelievedWhenItIsSaidTwice) {
   EXPECT_LT(glm::length(bench.sample.X_DH.p_AB - Vec3(10, 10, 20)), kHalfCount_mm);
 }
 
+/// Adds to the counts of each report that comes whole.
+class BentLine final : public UsbTransport {
+ public:
+  explicit BentLine(std::unique_ptr<UsbTransport> line) : line_(std::move(line)) {}
+  Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
+                   std::span<std::uint8_t> data, int timeout_ms) noexcept override {
+    return line_->Control(request_type, request, value, index, data, timeout_ms);
+  }
+  Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data, int timeout_ms) noexcept override {
+    return line_->Write(endpoint, data, timeout_ms);
+  }
+  Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data, int timeout_ms) noexcept override {
+    const Transfer transfer = line_->Read(endpoint, data, timeout_ms);
+    FalconPacket packet;
+    if (transfer.bytes != static_cast<int>(kFtdiStatusBytes + packet.size())) return transfer;
+    std::copy_n(data.begin() + kFtdiStatusBytes, packet.size(), packet.begin());
+    if (std::optional<FalconReport> report = UnpackReport(packet)) {
+      for (std::size_t i = 0; i < 3; ++i) report->counts[i] += added[i];
+      packet = Pack(*report);
+      std::copy(packet.begin(), packet.end(), data.begin() + kFtdiStatusBytes);
+    }
+    return transfer;
+  }
+  FalconCounts added{};
+
+ private:
+  std::unique_ptr<UsbTransport> line_;
+};
+
+/// A place, and what a hand may add to its counts in a millisecond so that they are those of no place.
+std::pair<Vec3, FalconCounts> FindEdge() {
+  constexpr int kAdded = 90;  // of 100
+  for (double r_mm = 0; r_mm < 120; r_mm += 1) {
+    for (const Vec3& way : {Vec3{0, 0, 1}, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, -1}}) {
+      const auto angles = CalcFalconAnglesAt(r_mm * way);
+      FalconForward forward;
+      if (!angles || !CalcFalconTorques(r_mm * way, {0, 0, 1}) || !forward.Solve(*angles)) continue;
+      for (int bits = 0; bits < 8; ++bits) {
+        FalconCounts added{};
+        FalconCounts counts = CalcFalconCounts(*angles);
+        for (std::size_t i = 0; i < 3; ++i) {
+          added[i] = (bits >> i & 1) != 0 ? kAdded : -kAdded;
+          counts[i] += added[i];
+        }
+        FalconForward bent = forward;
+        if (!bent.Solve(CalcFalconAngles(counts))) return {r_mm * way, added};
+      }
+    }
+  }
+  throw Error("there is no such place");
+}
+
+TEST(FalconDriver, AReportOfNoPlaceTakesNoForceAwayAtOnce) {
+  const auto [edge_mm, added] = FindEdge();
+  FalconBench bench;
+  bench.driver.reset();
+  UsbOpening opening = bench.bus.Open(bench.bus.List().at(0), kFalconInterface);
+  auto line = std::make_unique<BentLine>(std::move(opening.transport));
+  BentLine& bent = *line;
+  bench.driver = std::make_unique<FalconDriver>(std::move(line), FalconOptions{});
+  bench.Start();
+  bench.MoveTo(edge_mm);
+  bench.Settle();
+  const Vec3 f_D_N{0, 0, 2};
+  ASSERT_EQ(bench.Round(f_D_N), RoundEnd::kSample);
+  const std::array<int, 3> motors = bench.model.last_command().motors;
+  ASSERT_NE(motors, (std::array<int, 3>{}));
+  bent.added = added;
+  EXPECT_EQ(bench.Round(f_D_N), RoundEnd::kBadAnswer);
+  EXPECT_EQ(bench.Round(f_D_N), RoundEnd::kBadAnswer);
+  // By the last place that was one: a round of zeros would be followed by all of the force.
+  EXPECT_EQ(bench.model.last_command().motors, motors);
+  bent.added = {};
+  EXPECT_EQ(bench.Round(f_D_N), RoundEnd::kSample);
+  EXPECT_LT(glm::length(bench.sample.X_DH.p_AB - edge_mm), kHalfCount_mm);
+}
+
 }  // namespace
 }  // namespace kerf

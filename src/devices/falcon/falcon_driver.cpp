@@ -258,8 +258,9 @@ RoundEnd FalconDriver::Judge(DriverSample& sample) noexcept {
     sample = DriverSample{};
   } else {
     if (!has_place_) forward_.Forget();
-    has_place_ = forward_.Solve(CalcFalconAngles(report_.counts));
-    if (!has_place_) return RoundEnd::kBadAnswer;
+    // Where it can't be solved the last place is kept: a round without force would be followed by one with all of it.
+    if (!forward_.Solve(CalcFalconAngles(report_.counts))) return RoundEnd::kBadAnswer;
+    has_place_ = true;
     sample = DriverSample{};
     sample.X_DH.p_AB = forward_.p_D_mm();
   }

@@ -17,10 +17,6 @@ inline constexpr std::size_t kFalconUsbPacketBytes = 64;
 /// With which every packet from the device begins, and all that it has when there is no data.
 inline constexpr std::size_t kFtdiStatusBytes = 2;
 
-/// Whoever sits at the machine may use it.
-inline constexpr const char* kFalconUdevRule =
-    R"(SUBSYSTEM=="usb", ATTR{idVendor}=="0403", ATTR{idProduct}=="cb48", MODE="0664", GROUP="plugdev", TAG+="uaccess")";
-
 /// Vendor requests of the FT232, all with kFtdiRequestType, index 0 and no data.
 inline constexpr std::uint8_t kFtdiRequestType = 0x40;
 enum FtdiRequest : std::uint8_t {

@@ -77,13 +77,20 @@ Vec3 ReadWoodenCurrents(std::span<const std::uint8_t, kWoodenReportBytes> bytes)
   return currents_mA;
 }
 
-bool WoodenReportFilter::Follows(const WoodenReport& before, const WoodenReport& after) {
+WoodenReportFilter::WoodenReportFilter(const Vec3& counts_per_turn) {
+  for (std::size_t i = 0; i < most_counts_.size(); ++i) {
+    const double counts = std::abs(counts_per_turn[static_cast<int>(i)]) * kMostTurnsPerReport;
+    most_counts_[i] = static_cast<int>(std::clamp(std::ceil(counts), 1.0, 32767.0));
+  }
+}
+
+bool WoodenReportFilter::Follows(const WoodenReport& before, const WoodenReport& after) const {
   const int ahead = static_cast<std::uint16_t>(after.counter - before.counter);
   if (ahead == 0 || ahead > kMostLost + 1) return false;
   for (std::size_t i = 0; i < after.counts.size(); ++i) {
     // Counters of 16 bits go round.
     const auto gone = static_cast<std::int16_t>(after.counts[i] - before.counts[i]);
-    if (std::abs(int{gone}) > ahead * kMostCountsPerReport) return false;
+    if (std::abs(int{gone}) > ahead * most_counts_[i]) return false;
   }
   return true;
 }
@@ -91,7 +98,6 @@ bool WoodenReportFilter::Follows(const WoodenReport& before, const WoodenReport&
 WoodenReportFilter::Verdict WoodenReportFilter::Judge(const WoodenReport& report) {
   const bool follows_doubtful = has_doubtful_ && Follows(doubtful_, report);
   if (!has_last_ || Follows(last_, report) || follows_doubtful) {
-    if (has_last_ && !follows_doubtful) lost_ += static_cast<std::uint16_t>(report.counter - last_.counter) - 1u;
     last_ = report;
     has_last_ = true;
     has_doubtful_ = false;
@@ -105,10 +111,20 @@ WoodenReportFilter::Verdict WoodenReportFilter::Judge(const WoodenReport& report
 }
 
 WoodenDriver::WoodenDriver(std::unique_ptr<UsbTransport> transport, const WoodenParams& params)
-    : transport_(std::move(transport)), params_(params), profile_(FindDeviceProfile("wooden")) {
+    : transport_(std::move(transport)),
+      params_(params),
+      profile_(FindDeviceProfile("wooden")),
+      filter_(params.counts_per_turn * params.gear) {
   for (int i = 0; i < 3; ++i) {
     if (!(std::abs(params.counts_per_turn[i]) >= 1)) throw Error("counts_per_turn must not be 0 for any joint");
     if (!(std::abs(params.gear[i]) >= 0.1)) throw Error("gear must be 0.1 or more, or -0.1 or less, for each joint");
+    const double counts = std::abs(params.counts_per_turn[i] * params.gear[i]);
+    if (!(counts <= kWoodenMostCountsPerTurn)) {
+      throw Error(fmt::format(
+          "counts_per_turn times gear is {:.0f} for a joint; it must be at most {:.0f}, as the reports have 16 "
+          "bits, which must not go round within a turn of the joint",
+          counts, kWoodenMostCountsPerTurn));
+    }
     if (!(params.motor_Nmm_per_A[i] > 0)) throw Error("motor_Nmm_per_A must be above 0 for each motor");
   }
   if (!FindWoodenAngles(params, Vec3{0})) {
@@ -164,8 +180,7 @@ void WoodenDriver::Start(const std::function<bool(const std::string& doing, doub
   if (good < 3) {
     throw Error(
         "the WoodenHaptics device sends no reports of 8 bytes; check that its board runs the USB HID firmware, and "
-        "plug "
-        "it in again");
+        "plug it in again");
   }
   if (params_.zero_at_start) zero_ = counts_;
   tell("ready", 1);

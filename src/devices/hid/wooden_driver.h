@@ -33,33 +33,39 @@ void WriteWoodenCurrents(const Vec3& currents_mA, std::span<std::uint8_t, kWoode
 /// mA.
 Vec3 ReadWoodenCurrents(std::span<const std::uint8_t, kWoodenReportBytes> bytes);
 
+/// Of a joint: beyond, the 16 bits of its count go round within half a turn to either side.
+inline constexpr double kWoodenMostCountsPerTurn = 65534;
+
 /// Tells new reports from old, doubled and damaged ones: there is no check sum on the wire but USB's own.
 class WoodenReportFilter {
  public:
   enum class Verdict : std::uint8_t { kNew, kOld, kBad };
+  /// `counts_per_turn`: of each joint, with its gear; either sign.
+  explicit WoodenReportFilter(const Vec3& counts_per_turn);
   /// kNew for a report that follows the last good one, or the last bad one: then what looked bad was true. A report
   /// follows another when its counter is 1 to kMostLost + 1 ahead and no joint has gone faster than a hand moves it.
   Verdict Judge(const WoodenReport& report);
-  std::uint64_t lost() const { return lost_; }
-  void Reset() { *this = {}; }
+  void Reset() { *this = WoodenReportFilter(most_counts_); }
 
   static constexpr int kMostLost = 1000;
-  /// 160 of 32,000 counts for a turn of the joint in 1 ms are 31 rad/s: 7 m/s at the handle.
-  static constexpr int kMostCountsPerReport = 160;
+  /// 31 rad/s in the 1 ms from one to the next: 7 m/s at the handle.
+  static constexpr double kMostTurnsPerReport = 0.005;
 
  private:
-  static bool Follows(const WoodenReport& before, const WoodenReport& after);
+  explicit WoodenReportFilter(const std::array<int, 3>& most_counts) : most_counts_(most_counts) {}
+  bool Follows(const WoodenReport& before, const WoodenReport& after) const;
 
+  std::array<int, 3> most_counts_;
   WoodenReport last_;
   WoodenReport doubtful_;
   bool has_last_ = false;
   bool has_doubtful_ = false;
-  std::uint64_t lost_ = 0;
 };
 
 class WoodenDriver final : public DeviceDriver {
  public:
-  /// Throws Error when a gear or a number of counts is 0, or the arm can't reach the middle of its workspace.
+  /// Throws Error when a gear or a number of counts is 0, a turn of a joint has more counts than the reports' 16 bits,
+  /// or the arm can't reach the middle of its workspace.
   WoodenDriver(std::unique_ptr<UsbTransport> transport, const WoodenParams& params);
   ~WoodenDriver() override { WoodenDriver::Stop(); }
 
@@ -68,8 +74,6 @@ class WoodenDriver final : public DeviceDriver {
   void Start(const std::function<bool(const std::string& doing, double share)>& show) override;
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
-
-  std::uint64_t lost_reports() const { return filter_.lost(); }
 
  private:
   void CheckReportSizes();
