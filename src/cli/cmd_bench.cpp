@@ -293,7 +293,7 @@ void AddDevicesBench(CLI::App& group) {
   AddDriverOptions(*command, options->device);
   command->add_option("-o,--output", options->output, "File for the report instead of stdout");
   CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
-  command->add_flag("--markdown", options->markdown, "Report as the table of docs/devices.md")->excludes(json);
+  command->add_flag("--markdown", options->markdown, "Report as the table of docs/emulated-usb.md")->excludes(json);
   command->callback([options] { RunDevices(*options); });
 }
 

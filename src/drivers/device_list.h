@@ -64,8 +64,8 @@ struct FoundDevice {
   std::string mend;     // what the user does about it, a sentence with the command
 };
 
-/// Opens and starts each, which moves nothing, and lets go of it. May take a second or two for each device. Throws
-/// Error when USB can't be asked.
+/// Opens and starts each, which moves nothing, and lets go of it. Takes a second or two for each device, a minute for
+/// a Falcon whose boot loader does not answer, where there is firmware for it. Throws Error when USB can't be asked.
 std::vector<FoundDevice> FindDevices(UsbBus& bus, const DriverOptions& options = {});
 /// Those on USB, and those that answer on the network, where the options say that they are; waits for each step of
 /// theirs for DriverOptions::ask_for_ms at most.

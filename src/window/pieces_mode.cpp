@@ -441,7 +441,10 @@ void PiecesMode::Fill(HudState& hud) {
         const std::string lies = contact.overlap_mm3 > 0 ? fmt::format("overlap {:.1f} mm3", contact.overlap_mm3)
                                  : contact.gap           ? fmt::format("gap {:.2f} mm", contact.gap->gap_mm)
                                                          : std::string("apart");
-        if (contact.other == i) row.detail = lies;
+        // Without tenths, as the row has no room for them.
+        if (contact.other == i) {
+          row.detail = contact.overlap_mm3 >= 1 ? fmt::format("ovl. {:.0f} mm3", contact.overlap_mm3) : lies;
+        }
         if (contacts_->piece == i) words += fmt::format(", {} with {}", lies, pieces_->piece(contact.other).name);
       }
     }

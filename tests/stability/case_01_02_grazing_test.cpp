@@ -62,8 +62,9 @@ Sweep Graze(const Pose& X_WB, double voxel_mm, double depth_mm, double rpm) {
 
 TEST(HardCase01, GrazingForceFallsToNothingWithTheDepth) {
   // The catalogue's depth^1.5 is Hertz's against a fixed wall; here the coupling's spring is in series with all there
-  // is, so the force can be no more than stiffness times how deep the handle is. A tooth sees the face from a quarter
-  // of a voxel before it (kLookAheadVoxels): from there the force goes to nothing, and in a steady way.
+  // is, so the force can be no more than stiffness times how deep the handle is. A tooth sees the face from a fifth
+  // of a voxel before it (kLookAheadVoxels; a quarter is allowed here): from there the force goes to nothing, and in a
+  // steady way.
   Verdict verdict(
       "holds, but contact begins a fifth of a voxel before the surface, and goes by the spring, not by depth^1.5");
   double over_share = 0, before_N = 0, slope = 0;

@@ -26,7 +26,8 @@ CoupledParams Pushed() {
 
 TEST(HardCase16, ReversedTheFrictionIsExactlyTheOtherWayAndAllElseTheSame) {
   test::Verdict verdict(
-      "applies in part: there is no tangential force of a tooth yet that could turn round; the flats' friction does");
+      "applies in part: the scene of this case has no `tangential_force`, which would turn round; the flats' friction "
+      "does");
   // The block is its own mirror image in x = 0, and so is the path but for its sense of turning.
   double most_off_N = 0;
   double most_friction_N = 0;

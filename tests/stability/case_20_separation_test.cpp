@@ -117,8 +117,8 @@ Through CutThrough(double feed_mm_per_s, double stiffness_N_per_mm) {
 
 TEST(HardCase20, ABarCutThroughGivesTwoPiecesAndNoBlow) {
   test::Verdict verdict(
-      "applies in part: pieces do not move (they stay held as they were), and none tells of its separation; what is "
-      "asked for is counted exactly");
+      "applies in part: pieces do not move (they stay held as they were), and what tells of a separation is the effect "
+      "`fragments`, not the tick; what is asked for is counted exactly");
   double most_share = 0;
   double most_back_N = 0;
   double soft_N = 0;

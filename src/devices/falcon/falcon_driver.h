@@ -48,7 +48,7 @@ class FalconDriver final : public DeviceDriver {
 
   const DeviceProfile& profile() const override { return profile_; }
   const DriverTraits& traits() const override { return traits_; }
-  /// Up to ten uploads of about 0.6 s each.
+  /// Up to ten uploads of about 0.6 s each; of 6 s (30 greetings of 0.2 s) where the boot loader does not answer.
   void Start(const std::function<bool(const std::string& doing, double share)>& show) override;
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
