@@ -12,11 +12,12 @@ namespace kerf {
 namespace {
 
 constexpr int kControl_ms = 10;
-// A round in which nothing comes ends before the next is due, so that it takes a period as all others do: there is no
-// other clock here.
+// The host polls the device once in a period, and finds it only while somebody reads: so a read waits for longer than
+// that. A round in which nothing comes takes two periods then, which is how silence is timed: there is no clock here.
 constexpr double kRate_hz = 125;
-constexpr int kRead_ms = 6;
-static_assert(kRead_ms < 1000 / kRate_hz);
+constexpr int kRead_ms = 10;
+static_assert(kRead_ms > 1000 / kRate_hz && kRead_ms < 2000 / kRate_hz);
+constexpr double kSilentRound_s = 2 / kRate_hz;
 constexpr std::uint8_t kIn = 0x81;
 constexpr std::size_t kPacketBytes = 64;
 constexpr int kFullScale = 350;
@@ -158,7 +159,7 @@ RoundEnd SpaceMouseDriver::Exchange(const DriverCommand& /*command*/, DriverSamp
     }
     silent_rounds_ = 0;
   } else if (transfer.end == TransferEnd::kTimeout) {
-    if (++silent_rounds_ >= kSilence_s * kRate_hz) {
+    if (++silent_rounds_ * kSilentRound_s >= kSilence_s) {
       state_.axes = {};
       silent_rounds_ = 0;
     }

@@ -61,7 +61,7 @@ class SpaceMouseDriver final : public DeviceDriver {
   RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override;
   void Stop() noexcept override;
 
-  static constexpr double kSilence_s = 0.5;  // of rounds at traits().rate_hz
+  static constexpr double kSilence_s = 0.5;  // of rounds that take two periods each
 
  private:
   bool SetLamp(bool on) noexcept;
