@@ -43,7 +43,6 @@ void BlockSignals() {
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
 }
 
-/// What a table knows of a device of that name, it makes no more, whatever it says of itself.
 DeviceProfile LimitByTable(DeviceProfile profile) {
   for (const DeviceProfile& known : DeviceProfiles()) {
     if (known.name != profile.name) continue;
@@ -83,7 +82,7 @@ DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& 
   driver_ = open_();
   driver_->Start(show);
   traits_ = driver_->traits();
-  profile_ = ScaleProfile(driver_->profile(), options.motion_scale);
+  profile_ = ScaleProfile(LimitedProfile(), options.motion_scale);
   workspace_ = Workspace(MakeWorkspace(options_, traits_, Vec3{0}));
   orientation_.Publish(workspace_.params().R_WD);
   clutch_bit_ = FindButton(traits_, {"clutch", "centre"});
@@ -92,7 +91,7 @@ DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& 
   if (spindle_bit_ < 0 && traits_.buttons.size() > 1) spindle_bit_ = clutch_bit_ == 1 ? 0 : 1;
   right_bit_ = FindButton(traits_, {"right", "plus"});
   left_bit_ = FindButton(traits_, {"left", "minus"});
-  round_.emplace(LimitByTable(driver_->profile()), traits_, options.servo);
+  round_.emplace(LimitedProfile(), traits_, options.servo);
   ++servos;
   thread_ = std::thread([this] {
     Run();
@@ -103,6 +102,12 @@ DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& 
 DeviceServo::~DeviceServo() {
   stop_.store(true);
   if (thread_.joinable()) thread_.join();
+}
+
+/// What the table knows of a device of that name, it makes no more, whatever it says of itself. The safety gate and all
+/// who ask what the device can do go by the same.
+DeviceProfile DeviceServo::LimitedProfile() const {
+  return options_.own_figures ? driver_->profile() : LimitByTable(driver_->profile());
 }
 
 std::vector<std::string> DeviceServo::TakeMessages() {
@@ -190,7 +195,7 @@ void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
 
 /// Whoever agreed agreed to that one.
 void DeviceServo::CheckSame() {
-  const DeviceProfile profile = ScaleProfile(driver_->profile(), options_.motion_scale);
+  const DeviceProfile profile = ScaleProfile(LimitedProfile(), options_.motion_scale);
   const DriverTraits& traits = driver_->traits();
   if (profile.name == profile_.name && profile.peak_force_N == profile_.peak_force_N &&
       profile.peak_torque_Nmm == profile_.peak_torque_Nmm && traits.makes_force == traits_.makes_force &&

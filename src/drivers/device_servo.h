@@ -31,6 +31,7 @@ struct DeviceServoOptions {
   bool left_handed = false;       // mirrors that, and exchanges the buttons named right and left
   int priority = 79;              // of the thread, SCHED_FIFO where it is allowed; 0: not asked for. Below the loop's.
   std::string profile;            // its name in the table of profiles, in place of the device's own; empty: that
+  bool own_figures = false;       // its peaks are its user's, of a file; else none is above the table's for its name
   double reopen_s = 0.5;          // so often it is looked for while it is not there
   double old_s = 0.1;             // nobody holds a tool by what the handle did so long ago
   double given_up_s = 2;          // without an answer: one that homes is opened anew, as its power may have been away
@@ -127,6 +128,7 @@ class DeviceServo final : public Device {
 
  private:
   void Run();
+  DeviceProfile LimitedProfile() const;
   bool Reopen();
   bool IsGivenUp(std::int64_t now_ns);
   bool StartAgain();
@@ -144,7 +146,7 @@ class DeviceServo final : public Device {
   DeviceServoOptions options_;
   std::unique_ptr<DeviceDriver> driver_;  // the thread's
   DriverTraits traits_;
-  DeviceProfile profile_;
+  DeviceProfile profile_;  // LimitedProfile(), as it is at the tool
   int clutch_bit_ = -1;
   int spindle_bit_ = -1;
   int right_bit_ = -1;
