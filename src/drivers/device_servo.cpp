@@ -193,6 +193,20 @@ void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
   ++let_go_done;
 }
 
+/// False: somebody reads them just now, with no priority, and a thread that makes force has no time to wait for that.
+bool DeviceServo::TellCounts(bool waits) {
+  std::unique_lock lock(mutex_, std::defer_lock);
+  if (waits) {
+    lock.lock();
+  } else if (!lock.try_lock()) {
+    return false;
+  }
+  counts_.rounds = round_->counts();
+  counts_.gate = round_->gate().counts();
+  counts_.closed_by = round_->gate().closed_by();
+  return true;
+}
+
 /// Whoever agreed agreed to that one.
 void DeviceServo::CheckSame() {
   const DeviceProfile profile = ScaleProfile(LimitedProfile(), options_.motion_scale);
@@ -265,6 +279,7 @@ void DeviceServo::Run() {
   round_->Open(Now_s());
   std::int64_t last_ns = begin();
   ServoState before = ServoState::kHoming;
+  bool counts_due = false;
   std::uint32_t let_go_seen = let_go_asked.load();
   while (!stop_.load()) {
     LetGoIfAsked(let_go_seen);
@@ -301,6 +316,9 @@ void DeviceServo::Run() {
     round_times_.Add(end_ns - now_ns);
     for_loop_.Publish(round_->sample());
     for_others_.Publish(round_->sample());
+    // Before the state: who sees that has these.
+    counts_due = counts_due || state != before || round_->counts().rounds % kTellEvery == 0;
+    if (counts_due) counts_due = !TellCounts(state == ServoState::kClosed);
     state_.store(state);
     if (given_up) {
       Say("has not answered for long, and is started anew: no force, and the tool stands still. See to its power");
@@ -314,14 +332,9 @@ void DeviceServo::Run() {
       driver_.reset();
       continue;
     }
-    if (round_->counts().rounds % kTellEvery == 0) {
-      const std::lock_guard lock(mutex_);
-      counts_.rounds = round_->counts();
-      counts_.gate = round_->gate().counts();
-      counts_.closed_by = round_->gate().closed_by();
-    }
     deadlines.End(clock.Now());
   }
+  TellCounts(true);
   if (!driver_) return;
   DriverSample sample;
   for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);

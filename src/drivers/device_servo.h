@@ -124,6 +124,8 @@ class DeviceServo final : public Device {
     std::array<std::uint64_t, kGateReasons> gate{};  // SafetyGate::counts()
     GateReason closed_by = GateReason::kNone;
   };
+  /// Up to 64 rounds old, and one more for each in which somebody was just reading; at each change of state() as it was
+  /// then, and so all there is while the device is gone.
   Counts counts() const;
 
  private:
@@ -135,6 +137,7 @@ class DeviceServo final : public Device {
   void CheckSame();
   void RemindOfHoming(ServoState state, std::int64_t now_ns);
   void LetGoIfAsked(std::uint32_t& seen);
+  bool TellCounts(bool waits);
   void Say(std::string message);
   void SayState(ServoState before, ServoState now);
   void TurnTool();
@@ -170,7 +173,7 @@ class DeviceServo final : public Device {
   std::int64_t heard_ns_ = 0;     // when it did
   LogHistogram round_times_;
   std::mutex reading_;        // for_others_
-  mutable std::mutex mutex_;  // of the two below
+  mutable std::mutex mutex_;  // of the two below; in mid-force the thread does not wait for it
   std::vector<std::string> messages_;
   Counts counts_;
 

@@ -146,6 +146,27 @@ TEST(DeviceServoAgain, OneThatIsNotReadySaysSoThoughItDoesNotHome) {
   EXPECT_EQ(served.servo->state(), ServoState::kHoming);
 }
 
+TEST(DeviceServoAgain, WhatIsCountedIsWholeAtEachChangeOfStateAndWhenItIsGone) {
+  DeviceServoOptions options = PatientOptions();
+  options.servo.silent_s = 0.05;
+  Served served(options);
+  served.Engage({}, {});
+  for (int i = 1; i <= 3; ++i) {
+    // Nobody reads them but this thread, and it waits: each is there with the state that it belongs to.
+    served.device->With([](ToldDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
+    ASSERT_TRUE(served.Await(ServoState::kSilent));
+    // A machine that stands still makes more.
+    EXPECT_GE(served.servo->counts().rounds.silences, static_cast<std::uint64_t>(i));
+    served.device->With([](ToldDevice::State& state) { state.end = RoundEnd::kSample; });
+    ASSERT_TRUE(served.Await(ServoState::kEngaged));
+  }
+  served.device->PassRounds(7);
+  served.device->With([](ToldDevice::State& state) { state.is_there = false; });
+  ASSERT_TRUE(served.Await(ServoState::kClosed));
+  // Each round since the beginning, the one in which it was gone included.
+  EXPECT_EQ(served.servo->counts().rounds.rounds, served.device->Look().rounds);
+}
+
 TEST(DeviceServoAgain, ACapThatIsNotHeardMovesNothing) {
   DeviceServoOptions options = PatientOptions();
   options.old_s = 0.2;
