@@ -34,9 +34,11 @@ std::atomic<std::uint32_t> let_go_asked{0};
 std::atomic<std::uint32_t> let_go_done{0};
 std::atomic<bool> let_go_for_good{false};
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+constinit thread_local bool is_of_servo = false;
 
-/// Signals come to other threads: a handler that waits for this one must not run on it. A fault of this thread's own
-/// ends the program at once, blocked or not.
+/// Signals come to other threads: a handler that waits for this one must not run on it. What nobody can help: a fault
+/// of this thread's own ends the program at once, blocked or not, with no handler, and the device keeps its last force
+/// until it ends that itself. abort() here does come to a handler, on this thread: LetGoOfAll() does not wait for it.
 void BlockSignals() {
   sigset_t all;
   sigfillset(&all);
@@ -172,12 +174,13 @@ bool DeviceServo::LetGoOfAll(int timeout_ms, bool for_good) noexcept {
   if (all == 0) return true;
   if (for_good) let_go_for_good.store(true);
   ++let_go_asked;
+  const auto others = static_cast<std::uint32_t>(is_of_servo ? all - 1 : all);
   const timespec millisecond{.tv_sec = 0, .tv_nsec = 1'000'000};
-  for (int waited = 0; let_go_done.load() - before < static_cast<std::uint32_t>(all); ++waited) {
+  for (int waited = 0; let_go_done.load() - before < others; ++waited) {
     if (waited >= timeout_ms) return false;
     nanosleep(&millisecond, nullptr);
   }
-  return true;
+  return !is_of_servo;
 }
 
 void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
@@ -186,10 +189,7 @@ void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
   seen = asked;
   round_->LetGo();
   agrees_.store(false);
-  if (driver_) {
-    DriverSample sample;
-    for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
-  }
+  if (driver_) MakeNoForce();
   ++let_go_done;
 }
 
@@ -263,10 +263,59 @@ bool DeviceServo::IsGivenUp(std::int64_t now_ns) {
          1e-9 * static_cast<double>(now_ns - heard_ns_) > options_.given_up_s;
 }
 
+void DeviceServo::MakeNoForce() noexcept {
+  DriverSample sample;
+  for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
+}
+
+/// Something was thrown that nobody foresaw (no memory for a message): as if it had been unplugged, without its force.
+void DeviceServo::TakeFault(const char* why) noexcept {
+  if (driver_) {
+    if (round_->state() != ServoState::kClosed) MakeNoForce();  // else it was only being started
+    driver_->Stop();
+    driver_.reset();
+  }
+  round_->Close();
+  agrees_.store(false);
+  for_loop_.Publish(round_->sample());
+  for_others_.Publish(round_->sample());
+  try {
+    TellCounts(true);
+    if (told_failure_ != why) {
+      Say(fmt::format("has failed ({}): no force, and the tool stands still. It is opened anew", why));
+      told_failure_ = why;
+    }
+  } catch (const std::exception&) {
+    // Nor is there memory to say so.
+    told_failure_.clear();
+  }
+  state_.store(ServoState::kClosed);
+}
+
 void DeviceServo::Run() {
   BlockSignals();
+  is_of_servo = true;
   RealtimeGrants grants;
   if (options_.priority > 0) AskForPriority(options_.priority, grants);
+  round_->Open(Now_s());
+  std::uint32_t let_go_seen = let_go_asked.load();
+  while (!stop_.load()) {
+    try {
+      Serve(let_go_seen);
+    } catch (const std::exception& e) {
+      TakeFault(e.what());
+    } catch (...) {
+      TakeFault("what was thrown tells nothing of itself");
+    }
+  }
+  TellCounts(true);
+  if (!driver_) return;
+  MakeNoForce();
+  driver_->Stop();
+}
+
+/// Until it is to stop; what it throws has left the device as it was.
+void DeviceServo::Serve(std::uint32_t& let_go_seen) {
   MonotonicClock clock;
   const auto period_ns = static_cast<std::int64_t>(1e9 / traits_.rate_hz);
   const auto reopen_ns = static_cast<std::int64_t>(1e9 * options_.reopen_s);
@@ -276,11 +325,9 @@ void DeviceServo::Run() {
     unanswered_ = 0;
     return heard_ns_ = clock.Now();
   };
-  round_->Open(Now_s());
   std::int64_t last_ns = begin();
   ServoState before = ServoState::kHoming;
   bool counts_due = false;
-  std::uint32_t let_go_seen = let_go_asked.load();
   while (!stop_.load()) {
     LetGoIfAsked(let_go_seen);
     if (let_go_for_good.load()) {
@@ -334,11 +381,6 @@ void DeviceServo::Run() {
     }
     deadlines.End(clock.Now());
   }
-  TellCounts(true);
-  if (!driver_) return;
-  DriverSample sample;
-  for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
-  driver_->Stop();
 }
 
 void DeviceServo::SetTool(const Pose& X_WT, const ServedTool& tool) {

@@ -75,7 +75,8 @@ class DeviceServo final : public Device {
 
   /// No force on any device of this program, at once; then the user must agree again. For a program that is about to be
   /// stopped, or ended (`for_good`: there are no rounds after it). May be called in a signal's handler, and waits for
-  /// it, at most so long. False: it was too long.
+  /// it, at most so long. False: it was too long; or this is the thread of one of them, which can't wait for itself and
+  /// lets go in its next round, if there is one.
   static bool LetGoOfAll(int timeout_ms, bool for_good) noexcept;
 
   /// As it is at the tool: ScaleProfile().
@@ -130,6 +131,9 @@ class DeviceServo final : public Device {
 
  private:
   void Run();
+  void Serve(std::uint32_t& let_go_seen);
+  void MakeNoForce() noexcept;
+  void TakeFault(const char* why) noexcept;
   DeviceProfile LimitedProfile() const;
   bool Reopen();
   bool IsGivenUp(std::int64_t now_ns);
