@@ -202,10 +202,12 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceS
                CalcSha256(driver.falcon.firmware));
   }
   HandleSignalsOfDevices();
+  DeviceServoOptions served = servo;
+  served.own_figures = !option.wooden.empty();
   const auto bus = std::make_shared<LibusbBus>();
   StageBars bars;
   return std::make_shared<DeviceServo>(
-      option.device, [bus, choice = option.device, driver] { return OpenDriver(*bus, choice, driver); }, servo,
+      option.device, [bus, choice = option.device, driver] { return OpenDriver(*bus, choice, driver); }, served,
       [&bars, stop](const std::string& doing, double share) {
         bars.Show(doing, share);
         return stop == nullptr || !stop->load();

@@ -10,7 +10,8 @@ namespace kerf::cli {
 void HandleSignals();
 
 /// From now on a signal that ends or stops the program, a fault of its own included, takes the force from the haptic
-/// devices first (DeviceServo::LetGoOfAll). Not SIGKILL and SIGSTOP, which nobody can catch.
+/// devices first (DeviceServo::LetGoOfAll). Not SIGKILL and SIGSTOP, which nobody can catch, nor a fault of the thread
+/// that serves a device: it alone could, and blocks all signals.
 void HandleSignalsOfDevices();
 
 /// While one stands, exit() ends the program at once, after the same: a library that gives up calls it (Xlib, whose

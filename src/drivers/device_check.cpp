@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "drivers/hold_tool.h"
 #include "haptics/loop_clock.h"
@@ -46,7 +47,7 @@ class Check {
                      times.max_us()};
     const DeviceServo::Counts counts = servo_.counts();
     result_.rounds = counts.rounds;
-    result_.gate = counts.gate;
+    result_.closed_by = counts.closed_by;
     result_.largest_sent_N = counts.rounds.largest_N;
     Judge();
     return result_;
@@ -218,8 +219,10 @@ class Check {
       result_.faults.emplace_back("the handle was never left alone: what is said of it at rest means nothing");
     }
     if (result_.made_force && result_.largest_sent_N < kWhole * result_.largest_asked_N) {
-      result_.faults.push_back(
-          fmt::format("of {:.2f} N asked for, {:.2f} N were sent", result_.largest_asked_N, result_.largest_sent_N));
+      std::string fault =
+          fmt::format("of {:.2f} N asked for, {:.2f} N were sent", result_.largest_asked_N, result_.largest_sent_N);
+      if (result_.closed_by != GateReason::kNone) fault += fmt::format(" ({})", Describe(result_.closed_by));
+      result_.faults.push_back(std::move(fault));
     }
   }
 

@@ -48,8 +48,8 @@ struct DeviceCheckResult {
   std::uint32_t buttons = 0;  // that were pressed
   DeviceCheckTimes round;     // there and back
   ServoCounts rounds;
-  std::array<std::uint64_t, kGateReasons> gate{};
-  std::vector<std::string> faults;  // a sentence each; none: all is well
+  GateReason closed_by = GateReason::kNone;  // SafetyGate::closed_by()
+  std::vector<std::string> faults;           // a sentence each; none: all is well
 };
 
 /// Waits, with nobody else at the servo. Stays below circle_share of the peak. Throws Error for an option out of range.

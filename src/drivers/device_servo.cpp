@@ -34,16 +34,17 @@ std::atomic<std::uint32_t> let_go_asked{0};
 std::atomic<std::uint32_t> let_go_done{0};
 std::atomic<bool> let_go_for_good{false};
 static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+constinit thread_local bool is_of_servo = false;
 
-/// Signals come to other threads: a handler that waits for this one must not run on it. A fault of this thread's own
-/// ends the program at once, blocked or not.
+/// Signals come to other threads: a handler that waits for this one must not run on it. What nobody can help: a fault
+/// of this thread's own ends the program at once, blocked or not, with no handler, and the device keeps its last force
+/// until it ends that itself. abort() here does come to a handler, on this thread: LetGoOfAll() does not wait for it.
 void BlockSignals() {
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
 }
 
-/// What a table knows of a device of that name, it makes no more, whatever it says of itself.
 DeviceProfile LimitByTable(DeviceProfile profile) {
   for (const DeviceProfile& known : DeviceProfiles()) {
     if (known.name != profile.name) continue;
@@ -83,7 +84,7 @@ DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& 
   driver_ = open_();
   driver_->Start(show);
   traits_ = driver_->traits();
-  profile_ = ScaleProfile(driver_->profile(), options.motion_scale);
+  profile_ = ScaleProfile(LimitedProfile(), options.motion_scale);
   workspace_ = Workspace(MakeWorkspace(options_, traits_, Vec3{0}));
   orientation_.Publish(workspace_.params().R_WD);
   clutch_bit_ = FindButton(traits_, {"clutch", "centre"});
@@ -92,7 +93,7 @@ DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& 
   if (spindle_bit_ < 0 && traits_.buttons.size() > 1) spindle_bit_ = clutch_bit_ == 1 ? 0 : 1;
   right_bit_ = FindButton(traits_, {"right", "plus"});
   left_bit_ = FindButton(traits_, {"left", "minus"});
-  round_.emplace(LimitByTable(driver_->profile()), traits_, options.servo);
+  round_.emplace(LimitedProfile(), traits_, options.servo);
   ++servos;
   thread_ = std::thread([this] {
     Run();
@@ -103,6 +104,12 @@ DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& 
 DeviceServo::~DeviceServo() {
   stop_.store(true);
   if (thread_.joinable()) thread_.join();
+}
+
+/// What the table knows of a device of that name, it makes no more, whatever it says of itself. The safety gate and all
+/// who ask what the device can do go by the same.
+DeviceProfile DeviceServo::LimitedProfile() const {
+  return options_.own_figures ? driver_->profile() : LimitByTable(driver_->profile());
 }
 
 std::vector<std::string> DeviceServo::TakeMessages() {
@@ -167,12 +174,13 @@ bool DeviceServo::LetGoOfAll(int timeout_ms, bool for_good) noexcept {
   if (all == 0) return true;
   if (for_good) let_go_for_good.store(true);
   ++let_go_asked;
+  const auto others = static_cast<std::uint32_t>(is_of_servo ? all - 1 : all);
   const timespec millisecond{.tv_sec = 0, .tv_nsec = 1'000'000};
-  for (int waited = 0; let_go_done.load() - before < static_cast<std::uint32_t>(all); ++waited) {
+  for (int waited = 0; let_go_done.load() - before < others; ++waited) {
     if (waited >= timeout_ms) return false;
     nanosleep(&millisecond, nullptr);
   }
-  return true;
+  return !is_of_servo;
 }
 
 void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
@@ -181,16 +189,27 @@ void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
   seen = asked;
   round_->LetGo();
   agrees_.store(false);
-  if (driver_) {
-    DriverSample sample;
-    for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
-  }
+  if (driver_) MakeNoForce();
   ++let_go_done;
+}
+
+/// False: somebody reads them just now, with no priority, and a thread that makes force has no time to wait for that.
+bool DeviceServo::TellCounts(bool waits) {
+  std::unique_lock lock(mutex_, std::defer_lock);
+  if (waits) {
+    lock.lock();
+  } else if (!lock.try_lock()) {
+    return false;
+  }
+  counts_.rounds = round_->counts();
+  counts_.gate = round_->gate().counts();
+  counts_.closed_by = round_->gate().closed_by();
+  return true;
 }
 
 /// Whoever agreed agreed to that one.
 void DeviceServo::CheckSame() {
-  const DeviceProfile profile = ScaleProfile(driver_->profile(), options_.motion_scale);
+  const DeviceProfile profile = ScaleProfile(LimitedProfile(), options_.motion_scale);
   const DriverTraits& traits = driver_->traits();
   if (profile.name == profile_.name && profile.peak_force_N == profile_.peak_force_N &&
       profile.peak_torque_Nmm == profile_.peak_torque_Nmm && traits.makes_force == traits_.makes_force &&
@@ -244,10 +263,59 @@ bool DeviceServo::IsGivenUp(std::int64_t now_ns) {
          1e-9 * static_cast<double>(now_ns - heard_ns_) > options_.given_up_s;
 }
 
+void DeviceServo::MakeNoForce() noexcept {
+  DriverSample sample;
+  for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
+}
+
+/// Something was thrown that nobody foresaw (no memory for a message): as if it had been unplugged, without its force.
+void DeviceServo::TakeFault(const char* why) noexcept {
+  if (driver_) {
+    if (round_->state() != ServoState::kClosed) MakeNoForce();  // else it was only being started
+    driver_->Stop();
+    driver_.reset();
+  }
+  round_->Close();
+  agrees_.store(false);
+  for_loop_.Publish(round_->sample());
+  for_others_.Publish(round_->sample());
+  try {
+    TellCounts(true);
+    if (told_failure_ != why) {
+      Say(fmt::format("has failed ({}): no force, and the tool stands still. It is opened anew", why));
+      told_failure_ = why;
+    }
+  } catch (const std::exception&) {
+    // Nor is there memory to say so.
+    told_failure_.clear();
+  }
+  state_.store(ServoState::kClosed);
+}
+
 void DeviceServo::Run() {
   BlockSignals();
+  is_of_servo = true;
   RealtimeGrants grants;
   if (options_.priority > 0) AskForPriority(options_.priority, grants);
+  round_->Open(Now_s());
+  std::uint32_t let_go_seen = let_go_asked.load();
+  while (!stop_.load()) {
+    try {
+      Serve(let_go_seen);
+    } catch (const std::exception& e) {
+      TakeFault(e.what());
+    } catch (...) {
+      TakeFault("what was thrown tells nothing of itself");
+    }
+  }
+  TellCounts(true);
+  if (!driver_) return;
+  MakeNoForce();
+  driver_->Stop();
+}
+
+/// Until it is to stop; what it throws has left the device as it was.
+void DeviceServo::Serve(std::uint32_t& let_go_seen) {
   MonotonicClock clock;
   const auto period_ns = static_cast<std::int64_t>(1e9 / traits_.rate_hz);
   const auto reopen_ns = static_cast<std::int64_t>(1e9 * options_.reopen_s);
@@ -257,10 +325,9 @@ void DeviceServo::Run() {
     unanswered_ = 0;
     return heard_ns_ = clock.Now();
   };
-  round_->Open(Now_s());
   std::int64_t last_ns = begin();
   ServoState before = ServoState::kHoming;
-  std::uint32_t let_go_seen = let_go_asked.load();
+  bool counts_due = false;
   while (!stop_.load()) {
     LetGoIfAsked(let_go_seen);
     if (let_go_for_good.load()) {
@@ -296,6 +363,9 @@ void DeviceServo::Run() {
     round_times_.Add(end_ns - now_ns);
     for_loop_.Publish(round_->sample());
     for_others_.Publish(round_->sample());
+    // Before the state: who sees that has these.
+    counts_due = counts_due || state != before || round_->counts().rounds % kTellEvery == 0;
+    if (counts_due) counts_due = !TellCounts(state == ServoState::kClosed);
     state_.store(state);
     if (given_up) {
       Say("has not answered for long, and is started anew: no force, and the tool stands still. See to its power");
@@ -309,18 +379,8 @@ void DeviceServo::Run() {
       driver_.reset();
       continue;
     }
-    if (round_->counts().rounds % kTellEvery == 0) {
-      const std::lock_guard lock(mutex_);
-      counts_.rounds = round_->counts();
-      counts_.gate = round_->gate().counts();
-      counts_.closed_by = round_->gate().closed_by();
-    }
     deadlines.End(clock.Now());
   }
-  if (!driver_) return;
-  DriverSample sample;
-  for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
-  driver_->Stop();
 }
 
 void DeviceServo::SetTool(const Pose& X_WT, const ServedTool& tool) {

@@ -31,6 +31,7 @@ struct DeviceServoOptions {
   bool left_handed = false;       // mirrors that, and exchanges the buttons named right and left
   int priority = 79;              // of the thread, SCHED_FIFO where it is allowed; 0: not asked for. Below the loop's.
   std::string profile;            // its name in the table of profiles, in place of the device's own; empty: that
+  bool own_figures = false;       // its peaks are its user's, of a file; else none is above the table's for its name
   double reopen_s = 0.5;          // so often it is looked for while it is not there
   double old_s = 0.1;             // nobody holds a tool by what the handle did so long ago
   double given_up_s = 2;          // without an answer: one that homes is opened anew, as its power may have been away
@@ -74,7 +75,8 @@ class DeviceServo final : public Device {
 
   /// No force on any device of this program, at once; then the user must agree again. For a program that is about to be
   /// stopped, or ended (`for_good`: there are no rounds after it). May be called in a signal's handler, and waits for
-  /// it, at most so long. False: it was too long.
+  /// it, at most so long. False: it was too long; or this is the thread of one of them, which can't wait for itself and
+  /// lets go in its next round, if there is one.
   static bool LetGoOfAll(int timeout_ms, bool for_good) noexcept;
 
   /// As it is at the tool: ScaleProfile().
@@ -123,16 +125,23 @@ class DeviceServo final : public Device {
     std::array<std::uint64_t, kGateReasons> gate{};  // SafetyGate::counts()
     GateReason closed_by = GateReason::kNone;
   };
+  /// Up to 64 rounds old, and one more for each in which somebody was just reading; at each change of state() as it was
+  /// then, and so all there is while the device is gone.
   Counts counts() const;
 
  private:
   void Run();
+  void Serve(std::uint32_t& let_go_seen);
+  void MakeNoForce() noexcept;
+  void TakeFault(const char* why) noexcept;
+  DeviceProfile LimitedProfile() const;
   bool Reopen();
   bool IsGivenUp(std::int64_t now_ns);
   bool StartAgain();
   void CheckSame();
   void RemindOfHoming(ServoState state, std::int64_t now_ns);
   void LetGoIfAsked(std::uint32_t& seen);
+  bool TellCounts(bool waits);
   void Say(std::string message);
   void SayState(ServoState before, ServoState now);
   void TurnTool();
@@ -144,7 +153,7 @@ class DeviceServo final : public Device {
   DeviceServoOptions options_;
   std::unique_ptr<DeviceDriver> driver_;  // the thread's
   DriverTraits traits_;
-  DeviceProfile profile_;
+  DeviceProfile profile_;  // LimitedProfile(), as it is at the tool
   int clutch_bit_ = -1;
   int spindle_bit_ = -1;
   int right_bit_ = -1;
@@ -168,7 +177,7 @@ class DeviceServo final : public Device {
   std::int64_t heard_ns_ = 0;     // when it did
   LogHistogram round_times_;
   std::mutex reading_;        // for_others_
-  mutable std::mutex mutex_;  // of the two below
+  mutable std::mutex mutex_;  // of the two below; in mid-force the thread does not wait for it
   std::vector<std::string> messages_;
   Counts counts_;
 

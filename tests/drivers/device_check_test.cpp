@@ -160,6 +160,33 @@ TEST(DeviceCheck, NamesWhatIsWrong) {
   });
 }
 
+TEST(DeviceCheck, SaysWhyLessForceWentOutThanWasAskedFor) {
+  // A round that is 100 ms late closes the gate too, with a reason of its own.
+  JudgeAwake(std::chrono::milliseconds(50), [](LongestGap& own) {
+    DeviceServoOptions servo = PatientOptions();
+    servo.servo.gate.lost_s = 0.05;
+    // It falls silent in mid-force, and is in the hand for seconds yet.
+    Served served(servo, [](ToldDevice::State& state) {
+      state.feels = [](ToldDevice::State& s) {
+        FeelSpring(s);
+        if (s.largest_N > 0.5) s.end = RoundEnd::kNoAnswer;
+      };
+    });
+    DeviceCheckOptions options = ShortOptions();
+    options.still_s = 1;
+    options.circle_s = 2.2;
+    options.buttons_s = 0;
+    options.goes_on = [&] {
+      own.Look();
+      return true;
+    };
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_TRUE(r.made_force);
+    EXPECT_EQ(r.closed_by, GateReason::kLostSample);
+    EXPECT_THAT(r.faults, testing::Contains(HasSubstr("N were sent (no force: the device does not answer)")));
+  });
+}
+
 TEST(DeviceCheck, UnpluggedInMidForceItEndsAtOnceAndSaysSo) {
   Served served(PatientOptions(), [](ToldDevice::State& state) {
     state.feels = [](ToldDevice::State& s) {

@@ -146,6 +146,77 @@ TEST(DeviceServoAgain, OneThatIsNotReadySaysSoThoughItDoesNotHome) {
   EXPECT_EQ(served.servo->state(), ServoState::kHoming);
 }
 
+TEST(DeviceServoAgain, WhatIsCountedIsWholeAtEachChangeOfStateAndWhenItIsGone) {
+  DeviceServoOptions options = PatientOptions();
+  options.servo.silent_s = 0.05;
+  Served served(options);
+  served.Engage({}, {});
+  for (int i = 1; i <= 3; ++i) {
+    // Nobody reads them but this thread, and it waits: each is there with the state that it belongs to.
+    served.device->With([](ToldDevice::State& state) { state.end = RoundEnd::kNoAnswer; });
+    ASSERT_TRUE(served.Await(ServoState::kSilent));
+    // A machine that stands still makes more.
+    EXPECT_GE(served.servo->counts().rounds.silences, static_cast<std::uint64_t>(i));
+    served.device->With([](ToldDevice::State& state) { state.end = RoundEnd::kSample; });
+    ASSERT_TRUE(served.Await(ServoState::kEngaged));
+  }
+  served.device->PassRounds(7);
+  served.device->With([](ToldDevice::State& state) { state.is_there = false; });
+  ASSERT_TRUE(served.Await(ServoState::kClosed));
+  // Each round since the beginning, the one in which it was gone included.
+  EXPECT_EQ(served.servo->counts().rounds.rounds, served.device->Look().rounds);
+}
+
+TEST(DeviceServoAgain, AFaultNobodyForesawIsLikeAnUnplugAndEndsNothing) {
+  const auto device = std::make_shared<ToldDevice>();
+  std::atomic<bool> throws{false};
+  std::atomic<int> thrown{0};
+  const DeviceServo::Open open = [&, told = test::OpenTold(device)] {
+    if (throws.load()) {
+      ++thrown;
+      throw 42;  // what it throws is told by nobody's contract
+    }
+    return told();
+  };
+  DeviceServo servo("told", open, PatientOptions(), [](const std::string&, double) { return true; });
+  ASSERT_TRUE(WaitFor([&] { return servo.state() == ServoState::kWaiting; }));
+  throws.store(true);
+  device->With([](ToldDevice::State& state) { state.is_there = false; });
+  ASSERT_TRUE(WaitFor([&] { return thrown.load() >= 4; }));
+  std::string said;
+  for (const std::string& message : servo.TakeMessages()) said += message + "\n";
+  EXPECT_EQ(Count(said, "has failed"), 1u) << said;
+  EXPECT_EQ(servo.state(), ServoState::kClosed);
+  servo.Agree();  // to nothing
+  device->With([](ToldDevice::State& state) { state.is_there = true; });
+  throws.store(false);
+  ASSERT_TRUE(WaitFor([&] { return servo.state() == ServoState::kWaiting; }));
+  ASSERT_TRUE(device->PassRounds(20));
+  EXPECT_EQ(servo.state(), ServoState::kWaiting);
+  EXPECT_EQ(device->Look().opened, 2);
+}
+
+TEST(DeviceServoAgain, ItsOwnThreadLetsGoWithoutWaitingForItself) {
+  std::atomic<int> answer{-1};
+  Served served;
+  served.Engage({}, {});
+  ASSERT_TRUE(served.AwaitForce(kForce_W_N, kForce_D_N));
+  served.device->With([&](ToldDevice::State& state) {
+    state.feels = [&](ToldDevice::State& /*s*/) {  // as a handler of abort() would, in mid-round
+      if (answer.load() < 0) answer = DeviceServo::LetGoOfAll(60'000, false) ? 1 : 0;
+    };
+  });
+  ASSERT_TRUE(WaitFor([&] { return answer.load() >= 0; }));  // half as long
+  EXPECT_EQ(answer.load(), 0);                               // it has not let go yet
+  ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] { return served.servo->state() == ServoState::kWaiting; }));
+  EXPECT_EQ(served.device->Look().told.f_D_N, Vec3(0));
+  // From another thread it waits for that.
+  served.servo->Agree();
+  ASSERT_TRUE(served.AwaitForce(kForce_W_N, kForce_D_N));
+  EXPECT_TRUE(DeviceServo::LetGoOfAll(60'000, false));
+  EXPECT_EQ(served.device->Look().told.f_D_N, Vec3(0));
+}
+
 TEST(DeviceServoAgain, ACapThatIsNotHeardMovesNothing) {
   DeviceServoOptions options = PatientOptions();
   options.old_s = 0.2;

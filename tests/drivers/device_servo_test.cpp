@@ -429,6 +429,37 @@ TEST(DeviceServo, EndsInEachStateWithoutForce) {
   }
 }
 
+TEST(DeviceServo, IsLimitedByTheTableForTheGateAndForAllOthersAlike) {
+  // A bridge whose program claims what no Touch makes; and in the same words each time it is opened.
+  Served served(PatientOptions(), [](ToldDevice::State& state) {
+    state.profile = FindDeviceProfile("touch");
+    state.profile.peak_force_N = 10;
+    state.profile.peak_torque_Nmm = 100;
+  });
+  EXPECT_EQ(served.servo->profile().peak_force_N, FindDeviceProfile("touch").peak_force_N);
+  EXPECT_EQ(served.servo->profile().peak_torque_Nmm, 0);
+  served.Engage(MakePlace());
+  served.device->With([](ToldDevice::State& state) { state.is_there = false; });
+  ASSERT_TRUE(served.Await(ServoState::kClosed));
+  served.device->With([](ToldDevice::State& state) { state.is_there = true; });
+  EXPECT_TRUE(served.Await(ServoState::kWaiting));
+}
+
+TEST(DeviceServo, OfAnArmWithAFileOfItsOwnTheTableSaysNothing) {
+  DeviceServoOptions options = PatientOptions();
+  options.own_figures = true;
+  Served served(options, [](ToldDevice::State& state) {
+    state.profile = FindDeviceProfile("wooden");
+    state.profile.peak_force_N = 2 * FindDeviceProfile("wooden").peak_force_N;
+  });
+  EXPECT_EQ(served.servo->profile().peak_force_N, 2 * FindDeviceProfile("wooden").peak_force_N);
+  served.Engage(MakePlace());
+  // Of the table's peak more than the gate would let pass; not so much of the file's that its motors' heat, assumed to
+  // be that of half of it, holds it down before seconds are over.
+  const Vec3 f_W_N{0, 0, 1.2 * FindDeviceProfile("wooden").peak_force_N};
+  EXPECT_TRUE(served.AwaitForce(f_W_N, glm::conjugate(kFacingPatient) * f_W_N));
+}
+
 TEST(DeviceServo, WhatCanNotBeOpenedIsToldByTheConstructor) {
   const auto device = std::make_shared<ToldDevice>();
   const auto make = [&](const DeviceServoOptions& options) {
