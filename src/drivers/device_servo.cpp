@@ -465,8 +465,8 @@ bool DeviceServo::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept {
     asked.f_D_N = share_ * workspace_.ToDevice(f_H_W_N);
     asked.tau_D_Nmm = share_ * workspace_.ToDevice(tau_H_W_Nmm);
     asked.p_D_mm = X_DH_.p_AB;
+    // The coupling's damper is in the force already: as a damping of the field the far side would make it again.
     asked.stiffness_N_per_mm = share_ * options_.motion_scale * tool_.stiffness_N_per_mm;
-    asked.damping_Ns_per_mm = share_ * options_.motion_scale * tool_.damping_Ns_per_mm;
   }
   commands_.Publish(command);
   return true;

@@ -54,7 +54,6 @@ inline bool HasToldZero(const DriverTraits& traits) {
 struct ServedTool {
   Vec3 p_TC_mm{0};
   double stiffness_N_per_mm = 0;
-  double damping_Ns_per_mm = 0;
 };
 
 /// Of the loop's thread: Elapse, Read and Write. Of one other thread: all else.

@@ -117,9 +117,7 @@ LoopDevice HoldBy(DeviceServo& servo, const std::atomic<bool>* stop,
                   const std::function<void(const std::string&)>& say) {
   LoopDevice device;
   device.begin = [&servo, stop, say](const Pose& X_WT, const CouplingParams& coupling, double force_scale) -> Device& {
-    servo.SetTool(X_WT, {.p_TC_mm = coupling.p_TC_mm,
-                         .stiffness_N_per_mm = force_scale * coupling.stiffness_N_per_mm,
-                         .damping_Ns_per_mm = force_scale * coupling.damping_Ns_per_mm});
+    servo.SetTool(X_WT, {.p_TC_mm = coupling.p_TC_mm, .stiffness_N_per_mm = force_scale * coupling.stiffness_N_per_mm});
     HandleAtRest at_rest(servo);
     bool told = false;
     for (;;) {

@@ -31,7 +31,7 @@ Pose MakePlace() {
 }
 
 ServedTool MakeTool() {
-  return {.p_TC_mm = {3, 4, 80}, .stiffness_N_per_mm = 2, .damping_Ns_per_mm = 0.01};
+  return {.p_TC_mm = {3, 4, 80}, .stiffness_N_per_mm = 2};
 }
 
 double CalcAngle(const Quat& a, const Quat& b) {
@@ -116,7 +116,7 @@ TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
   Served served(options, PutAside);
   served.Engage(MakePlace(), MakeTool());
   const Vec3 f_D_N = glm::conjugate(options.R_WD) * kForce_W_N;
-  // Of the 1.9 N all but this: stiffness and damping have come in as far.
+  // Of the 1.9 N all but this: the stiffness has come in as far.
   // What is told then and no later: the command after it may be another.
   DriverCommand told;
   ASSERT_TRUE(served.TickUntil(kForce_W_N, [&] {
@@ -127,7 +127,7 @@ TEST(DeviceServo, TheForceReachesTheDriverInTheDevicesFrame) {
   EXPECT_LE(glm::length(told.p_D_mm - kHandle_mm), kExact_mm);
   // A mm of the handle is three of the tool.
   EXPECT_NEAR(told.stiffness_N_per_mm, 3 * 2, 1e-9);
-  EXPECT_NEAR(told.damping_Ns_per_mm, 3 * 0.01, 1e-9);
+  EXPECT_EQ(told.damping_Ns_per_mm, 0);  // the force has the coupling's in it
 }
 
 TEST(DeviceServo, TheClutchLiftsTheHandleOffTheTool) {
@@ -314,7 +314,7 @@ TEST(DeviceServo, ASecondSessionBeginsWhereItsToolIs) {
   served.MoveHandle({0, 25, -25});
   served.servo->SetToolOrientation({1, 0, 0, 0});  // of the first
   const Pose X_WT{glm::angleAxis(-1.0, Vec3{0, 0, 1}), {-100, 10, 0}};
-  served.servo->SetTool(X_WT, {.p_TC_mm = {0, 0, 50}, .stiffness_N_per_mm = 1, .damping_Ns_per_mm = 0});
+  served.servo->SetTool(X_WT, {.p_TC_mm = {0, 0, 50}, .stiffness_N_per_mm = 1});
   served.servo->Elapse(0.001);
   ASSERT_TRUE(served.servo->Read(served.sample));
   ExpectPose(served.sample.X_WH, X_WT);
