@@ -24,6 +24,7 @@ namespace beast = boost::beast;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kLate = std::chrono::milliseconds(5);
+constexpr int kSendBytes = 8192;
 constexpr int kMostMessages = 64;  // in a row
 
 /// The WebSocket, with an end to each wait: what is under way goes on in the next call.
@@ -53,6 +54,8 @@ class HaplyDriver::Line {
     if (*error) return *error;
     beast::error_code ignored;
     stream_.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
+    // That a service takes nothing is noticed when what holds the forces for it is full: here that is little.
+    stream_.next_layer().set_option(asio::socket_base::send_buffer_size(kSendBytes), ignored);
     error.reset();
     stream_.async_handshake(fmt::format("localhost:{}", to.port()), "/", [&error](beast::error_code e) { error = e; });
     if (!RunUntil(end, [&error] { return error.has_value(); })) return Abandon();

@@ -25,6 +25,8 @@ HaplyService::HaplyService(Mood mood, bool with_grip, std::uint16_t port) : mood
   listening_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const int again = 1;  // where one before it listened
   setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &again, sizeof again);
+  const int little = 4096;  // held for it that it has not taken yet
+  setsockopt(listening_, SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
   sockaddr_in at{};
   at.sin_family = AF_INET;
   at.sin_port = htons(port);
