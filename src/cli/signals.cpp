@@ -6,10 +6,10 @@
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
-#include <ctime>
 
 #include "drivers/device_servo.h"
 #include "files/files.h"
+#include "haptics/loop_clock.h"
 
 namespace kerf::cli {
 namespace {
@@ -37,13 +37,6 @@ std::atomic<int> interrupted_by{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
 constexpr std::int64_t kSame_ns = 250'000'000;
 
-// clock_gettime() may be called in a handler.
-std::int64_t Now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
-
 extern "C" void LetGoAndEnd(int number) {
   DeviceServo::LetGoOfAll(kLetGo_ms, true);
   raise(number);  // SA_RESETHAND
@@ -55,7 +48,7 @@ extern "C" void LetGoAndStop(int) {
 }
 
 extern "C" void NoteInterrupt(int number) {
-  const std::int64_t now_ns = Now_ns();
+  const std::int64_t now_ns = MonotonicClock().Now();  // clock_gettime() may be called in a handler
   if (!interrupted.load()) {
     interrupted_ns.store(now_ns);
     interrupted_by.store(number);

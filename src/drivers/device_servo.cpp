@@ -305,7 +305,7 @@ void DeviceServo::Run() {
     } catch (const std::exception& e) {
       TakeFault(e.what());
     } catch (...) {
-      TakeFault("what was thrown tells nothing of itself");
+      TakeFault("for a reason that nobody knows");
     }
   }
   TellCounts(true);

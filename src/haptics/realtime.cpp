@@ -63,13 +63,13 @@ void LockMemory(RealtimeGrants& grants) {
     munlockall();
     grants.locked = mlockall(MCL_CURRENT) == 0;
   }
-  grants.memory = later_too ? "Memory is locked in RAM."
-                  : grants.locked
-                      ? "What memory there was at the start is locked in RAM: the limit (ulimit -l) is finite."
-                      : fmt::format(
-                            "Memory could not be locked in RAM ({}): a tick may have to wait for a "
-                            "page; run as root or raise the limit (ulimit -l).",
-                            Reason(errno));
+  grants.memory = later_too       ? "Memory is locked in RAM."
+                  : grants.locked ? "What memory there was at the start is locked in RAM; what comes later is not, as "
+                                    "that is limited (ulimit -l)."
+                                  : fmt::format(
+                                        "Memory could not be locked in RAM ({}): a tick may have to wait for a "
+                                        "page; run as root or raise the limit (ulimit -l).",
+                                        Reason(errno));
 }
 
 void UnlockMemory() {

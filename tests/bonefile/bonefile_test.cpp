@@ -17,6 +17,7 @@
 #include "files/files.h"
 #include "kerf/error.h"
 #include "support/memory_limit.h"
+#include "support/one_core.h"
 #include "support/solids.h"
 
 namespace kerf {

@@ -2,12 +2,11 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sched.h>
 
 #include <nlohmann/json.hpp>
 #include <set>
-#include <stdexcept>
 
+#include "support/one_core.h"
 #include "support/program.h"
 
 namespace kerf {
@@ -29,11 +28,7 @@ class StabilityCommand : public test::ProgramTest {
  protected:
   /// Interrupted after so many seconds. On one core, so that it is far from done on a machine of many.
   ProgramResult Interrupted(const char* seconds) const {
-    cpu_set_t cores;
-    if (sched_getaffinity(0, sizeof(cores), &cores) != 0) throw std::runtime_error("no cores are told");
-    int first = 0;
-    while (first + 1 < CPU_SETSIZE && !CPU_ISSET(first, &cores)) ++first;
-    return KerfWithin(fmt::format("taskset -c {} timeout --preserve-status -s INT {}", first, seconds),
+    return KerfWithin(fmt::format("taskset -c {} timeout --preserve-status -s INT {}", test::FindFirstCore(), seconds),
                       "stability s.toml -o out");
   }
 };

@@ -10,6 +10,7 @@
 #include "kerf/error.h"
 #include "support/folder.h"
 #include "support/memory_limit.h"
+#include "support/one_core.h"
 
 namespace kerf {
 namespace {
