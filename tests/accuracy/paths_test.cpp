@@ -10,6 +10,7 @@
 #include "accuracy/hand_path.h"
 #include "accuracy/paths.h"
 #include "kerf/error.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

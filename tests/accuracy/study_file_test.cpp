@@ -18,6 +18,7 @@
 #include "scene/scene.h"
 #include "support/folder.h"
 #include "support/seeded_check.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

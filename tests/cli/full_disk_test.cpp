@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "support/program.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "support/program.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

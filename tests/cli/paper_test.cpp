@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "support/program.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "support/program.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -9,6 +9,7 @@
 
 #include "devices/hand.h"
 #include "kerf/error.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

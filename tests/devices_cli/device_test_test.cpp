@@ -8,6 +8,7 @@
 
 #include "devices_cli/far_side.h"
 #include "support/running.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -13,6 +13,7 @@
 #include "drivers/haply_service.h"
 #include "support/running.h"
 #include "support/session_files.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

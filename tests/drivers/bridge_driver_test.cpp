@@ -25,6 +25,7 @@
 #include "kerf/error.h"
 #include "kerf_bridge.h"
 #include "support/wakeful.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -15,6 +15,7 @@
 
 #include "devices/bridge/bridge_packet.h"
 #include "drivers/child_process.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -15,6 +15,7 @@
 #include "emulation/spacemouse_model.h"
 #include "emulation/wooden_model.h"
 #include "kerf/error.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

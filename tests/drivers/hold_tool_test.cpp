@@ -9,6 +9,7 @@
 
 #include "drivers/told_device.h"
 #include "support/folder.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

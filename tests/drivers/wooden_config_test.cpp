@@ -8,6 +8,7 @@
 
 #include "devices/hid/wooden_kinematics.h"
 #include "kerf/error.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "emulated_program.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

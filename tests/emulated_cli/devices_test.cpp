@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "emulated_program.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

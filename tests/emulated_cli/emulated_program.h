@@ -7,6 +7,7 @@
 #include <string>
 
 #include "support/program.h"
+#include "test_paths.h"
 
 namespace kerf::test {
 

@@ -11,6 +11,7 @@
 
 #include "kerf/force.h"
 #include "kerf/material.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

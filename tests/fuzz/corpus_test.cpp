@@ -11,6 +11,7 @@
 
 #include "files/files.h"
 #include "fuzz_targets.h"
+#include "test_paths.h"
 
 namespace kerf::fuzz {
 namespace {

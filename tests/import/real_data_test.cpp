@@ -9,6 +9,7 @@
 #include "import/dicom.h"
 #include "import/image_file.h"
 #include "import/import.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

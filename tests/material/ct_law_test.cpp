@@ -14,6 +14,7 @@
 #include "kerf/material.h"
 #include "material/ct_law_table.h"
 #include "material/region_table.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "kerf/error.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

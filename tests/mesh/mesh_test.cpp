@@ -13,6 +13,7 @@
 #include "mesh/decimate.h"
 #include "mesh/meshfile.h"
 #include "support/folder.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -11,6 +11,7 @@
 #include "kerf/error.h"
 #include "scene/doubts.h"
 #include "scene/path.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

@@ -10,6 +10,7 @@
 
 #include "files/files.h"
 #include "support/result_folder.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {

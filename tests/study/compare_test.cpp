@@ -21,6 +21,7 @@
 #include "study/compare_files.h"
 #include "study/run_cases.h"
 #include "support/result_folder.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {
