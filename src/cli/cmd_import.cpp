@@ -18,6 +18,7 @@
 #include "files/markups.h"
 #include "import/dicom.h"
 #include "import/import.h"
+#include "import/patient_frame.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
 
@@ -101,6 +102,7 @@ void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, 
                      {"ct_voxels", r.size},
                      {"ct_spacing_mm", ToJson(r.spacing_mm)},
                      {"input_hash", fmt::format("{:016x}", r.input_hash)},
+                     {"warnings", r.warnings},
                      {"iso_HU", options.import.isolate.iso_hu},
                      {"isolation", r.isolation},
                      {"contact_mm2", r.contact_mm2},
@@ -163,6 +165,7 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
 }
 
 void Warn(const ImportReport& r) {
+  for (const std::string& warning : r.warnings) fmt::print(stderr, "kerf: {}\n", warning);
   if (r.cut_by_scan) fmt::print(stderr, "kerf: the bone reaches the edge of the scan and is cut off there\n");
   if (!r.mandible) {
     fmt::print(stderr, "kerf: all cortex is one region, since this is no mandible as the atlas knows it{}{}\n",
@@ -235,6 +238,18 @@ void AddImportCommand(CLI::App& app) {
                 "UID, or its end, of the DICOM series to import; default: the only CT series.");
   c->add_flag("--json", o->json, "Print the report as JSON.");
   c->add_option("--voxel", o->import.voxel_mm, "Edge of a voxel of the bone, mm, 0.05 to 2; default 0.1.");
+
+  c->add_option("--frame", o->import.frame,
+                "Where x, y and z of the file's coordinates point to in the patient, whatever its header says: three "
+                "letters, as LPS (left, posterior, superior) or RAS.")
+      ->check([](const std::string& frame) {
+        try {
+          LpsFromFrame(frame);
+        } catch (const Error& e) {
+          return std::string(e.what());
+        }
+        return std::string();
+      });
 
   const std::string which = "Which bone";
   c->add_option("--keep", o->keep, "A point x,y,z in the bone wanted, patient coordinates LPS in mm; may be repeated.")

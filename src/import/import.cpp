@@ -19,6 +19,7 @@
 #include "import/image_file.h"
 #include "import/image_header.h"
 #include "import/mandible_likeness.h"
+#include "import/patient_frame.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "material/region_table.h"
@@ -63,6 +64,7 @@ bool IsMeshPath(const std::string& path) {
 }
 
 void CheckOptions(const ImportOptions& options) {
+  if (!options.frame.empty()) LpsFromFrame(options.frame);
   const auto within = [](const char* name, double value, double lower, double upper, const char* unit) {
     if (value >= lower && value <= upper) return;
     throw Error(fmt::format("{} = {} {} is out of range; valid range {} to {}", name, value, unit, lower, upper));
@@ -89,7 +91,9 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
     const DicomSeries& series = ChooseSeries(all, options.series, path);
     report.kind = "DICOM";
     report.series_uid = series.uid;
-    return ReadDicomSeries(series, Part(options.progress, 0, 0.15));
+    Volume ct = ReadDicomSeries(series, Part(options.progress, 0, 0.15));
+    if (!options.frame.empty()) StateFrame(options.frame, ct);
+    return ct;
   }
   if (!fs::exists(path, failed)) throw Error(fmt::format("{}: no such file or folder", path));
   if (!HasImageExtension(path)) {
@@ -99,7 +103,17 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
         path));
   }
   report.kind = "image";
-  return ReadImageFile(path);
+  return ReadImageFile(path, options.frame);
+}
+
+// The CT with its voxels along the patient's axes.
+Volume ReadHu(const std::string& path, const ImportOptions& options, ImportReport& report) {
+  Volume ct = StoreAlongPatient(ReadCt(path, options, report));
+  report.warnings = ct.warnings;
+  report.size = ct.size;
+  report.spacing_mm = ct.spacing_mm;
+  report.input_hash = CalcHash(ct);
+  return ct;
 }
 
 MaterialTable ChooseTable(const ImportOptions& options, bool use_atlas) {
@@ -154,6 +168,10 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
   bone.set_note("import_input_hash", fmt::format("{:016x}", report.input_hash));
   bone.set_note("import_table", options.materials ? options.materials_name : "built in");
   bone.set_note("import_regions", report.mandible ? "atlas of the mandible" : "one cortical region");
+  if (!options.frame.empty()) bone.set_note("import_frame", fmt::format("{}, as stated by --frame", options.frame));
+  std::string warnings;
+  for (const std::string& w : report.warnings) warnings += (warnings.empty() ? "" : ". ") + w;
+  if (!warnings.empty()) bone.set_note("import_warnings", warnings);
   if (report.kind == "surface") {
     bone.set_note("import_shell_mm", fmt::format("{}", options.mesh_shell_mm));
     return;
@@ -173,18 +191,26 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
                             options.tissue.tooth_body_hu, options.tissue.tooth_reach_mm));
 }
 
+// Isolate(), of which a refusal also says what was assumed of the file, since that may be why.
+Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const ImportReport& report) {
+  try {
+    return Isolate(ct, options.isolate, Part(options.progress, 0.15, 0.25));
+  } catch (const Error& e) {
+    std::string message = e.what();
+    for (const std::string& warning : report.warnings) message += "\nOf the file: " + warning;
+    throw Error(message);
+  }
+}
+
 ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   ImportResult result;
   ImportReport& report = result.report;
   Stages stages(report);
   Isolation isolation;
   {
-    const Volume ct = ReadCt(path, options, report);
-    report.size = ct.size;
-    report.spacing_mm = ct.spacing_mm;
-    report.input_hash = CalcHash(ct);
+    const Volume ct = ReadHu(path, options, report);
     stages.Done("read");
-    isolation = Isolate(ct, options.isolate, Part(options.progress, 0.15, 0.25));
+    isolation = IsolateBone(ct, options, report);
   }
   report.isolation = isolation.how;
   report.iso_mm3 = isolation.iso_volume_mm3;
@@ -252,6 +278,14 @@ std::uint64_t HashMesh(const TriangleMesh& mesh) {
   return hash;
 }
 
+// Turns a surface to the frame that its coordinates have.
+void StateFrame(const std::string& frame, TriangleMesh& mesh) {
+  const glm::dmat3 turn = LpsFromFrame(frame);
+  for (Vec3& p : mesh.points) p = turn * p;
+  if (glm::determinant(turn) > 0) return;
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // a mirror turns triangles inside out
+}
+
 ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   ImportResult result;
   if (options.keep_hu) throw Error(fmt::format("{}: a surface has no CT numbers to keep", path));
@@ -259,6 +293,7 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   report.kind = "surface";
   Stages stages(report);
   TriangleMesh mesh = ReadMesh(path);
+  if (!options.frame.empty()) StateFrame(options.frame, mesh);
   const std::size_t open = CountOpenEdges(mesh);
   if (open > 0) {
     throw Error(fmt::format(

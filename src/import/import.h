@@ -22,6 +22,7 @@ namespace kerf {
 
 struct ImportOptions {
   std::string series;      // of a DICOM folder: UID or its end; empty: the only CT series
+  std::string frame;       // of the file's coordinates, such as "RAS" (patient_frame.h); empty: as the header says
   double voxel_mm = 0.1;   // 0.05 to 2
   IsolateOptions isolate;  // with the iso value
   bool fill = true;        // cavities become bone
@@ -42,6 +43,7 @@ struct ImportReport {
   std::array<int, 3> size{0, 0, 0};  // of the CT, voxels
   Vec3 spacing_mm{0};
   std::uint64_t input_hash = 0;
+  std::vector<std::string> warnings;  // what was assumed or looks wrong, a sentence each
   std::string isolation;
   double contact_mm2 = 0;          // of the bone with what it was parted from
   double iso_mm3 = 0;              // above iso, by voxels of the CT
