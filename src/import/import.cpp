@@ -333,7 +333,7 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   if (!parts.list.empty()) {
     const MandibleLikeness likeness = CheckMandibleLikeness(lattice, parts.labels, 1, parts.list.front());
     report.mandible = likeness.is_mandible;
-    report.shape_objection = likeness.objection;
+    report.shape_objection = Describe(likeness, options.frame.empty() ? "LPS" : options.frame);
   }
   TissueOptions tissue_options = options.tissue;
   tissue_options.shell_mm = options.mesh_shell_mm;
