@@ -15,6 +15,7 @@
 #include "files/memory.h"
 #include "import/ct_solid.h"
 #include "import/dicom.h"
+#include "import/hu_check.h"
 #include "import/hu_sampler.h"
 #include "import/image_file.h"
 #include "import/image_header.h"
@@ -106,9 +107,10 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
   return ReadImageFile(path, options.frame);
 }
 
-// The CT with its voxels along the patient's axes.
+// The CT with its voxels along the patient's axes, checked to have HU.
 Volume ReadHu(const std::string& path, const ImportOptions& options, ImportReport& report) {
   Volume ct = StoreAlongPatient(ReadCt(path, options, report));
+  if (const std::string doubt = CheckHu(ct, options.isolate.iso_hu, path); !doubt.empty()) ct.warnings.push_back(doubt);
   report.warnings = ct.warnings;
   report.size = ct.size;
   report.spacing_mm = ct.spacing_mm;
