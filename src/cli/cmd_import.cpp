@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -76,6 +77,14 @@ void List(const Options& options) {
     fmt::print("{}\n", Json{{"series", list}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
+/// null when it is not known.
+Json ErrorJson(const SurfaceError& e) {
+  if (e.points == 0) return nullptr;
+  return {{"expected_mm", e.CalcExpected()},    {"offset_mm", e.offset_mm},
+          {"scatter_mm", e.scatter_mm},         {"blur_mm", e.blur_mm},
+          {"half_height_HU", e.half_height_hu}, {"points", e.points}};
+}
+
 /// null when none were kept.
 Json HuJson(const ImportReport& r) {
   if (r.hu_voxel_mm == 0) return nullptr;
@@ -119,6 +128,7 @@ void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, 
                      {"mandible", r.mandible},
                      {"shape_objection", r.shape_objection},
                      {"cut_by_scan", r.cut_by_scan},
+                     {"surface_error", ErrorJson(r.surface_error)},
                      {"voxel_mm", bone.voxel_mm()},
                      {"region_voxel_mm", bone.region_voxel_mm()},
                      {"active_voxels", r.active_voxels},
@@ -146,6 +156,10 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   }
   fmt::print("\nbox        {:.1f} x {:.1f} x {:.1f} mm around ({:.1f}, {:.1f}, {:.1f})\n", size.x, size.y, size.z,
              centre.x, centre.y, centre.z);
+  if (const SurfaceError& e = r.surface_error; e.points > 0) {
+    fmt::print("surface    {:.2f} mm of expected error (rms): offset {:+.2f} mm (+ is outward), scatter {:.2f} mm\n",
+               e.CalcExpected(), e.offset_mm, e.scatter_mm);
+  }
   fmt::print("pieces     {}", r.pieces);
   if (r.dropped_pieces > 0) fmt::print("; {} bits of {:.0f} mm3 together left out", r.dropped_pieces, r.dropped_mm3);
   fmt::print("\nvoxels     {} of {} mm, {:.0f} MB; peak memory {:.0f} MB\n", r.active_voxels, bone.voxel_mm(),
@@ -162,6 +176,18 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   }
   fmt::print("time       {:.1f} s ({}write {:.1f})\n", total, stages, write_s);
   fmt::print("written    {}\n", options.output);
+}
+
+void WarnOfError(const ImportReport& r, double iso_hu) {
+  const SurfaceError& e = r.surface_error;
+  if (e.points == 0 || e.CalcExpected() <= kSurfaceErrorToWarn_mm) return;
+  fmt::print(
+      stderr,
+      "kerf: the surface has an expected error of {:.2f} mm (rms), above {} mm: {:.0f} HU lies {:.2f} mm {} the "
+      "half height of the bone's edge ({:.0f} HU), and the spacing of {:.4g} x {:.4g} x {:.4g} mm scatters it by "
+      "{:.2f} mm\n",
+      e.CalcExpected(), kSurfaceErrorToWarn_mm, iso_hu, std::abs(e.offset_mm), e.offset_mm < 0 ? "inside" : "outside",
+      e.half_height_hu, r.spacing_mm.x, r.spacing_mm.y, r.spacing_mm.z, e.scatter_mm);
 }
 
 void Warn(const ImportReport& r) {
@@ -216,6 +242,7 @@ void Run(Options& options) {
   write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 Warn(result.report);
+WarnOfError(result.report, import.isolate.iso_hu);
 if (options.json) {
   PrintJson(options, result.report, result.bone, write_s);
 } else {

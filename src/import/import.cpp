@@ -186,6 +186,11 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
   bone.set_note("import_isolation", report.isolation);
   if (!options.isolate.keep_W.empty()) bone.set_note("import_keep_mm", Points(options.isolate.keep_W));
   if (!options.isolate.drop_W.empty()) bone.set_note("import_drop_mm", Points(options.isolate.drop_W));
+  if (const SurfaceError& e = report.surface_error; e.points > 0) {
+    bone.set_note("import_surface_error_mm",
+                  fmt::format("{:.2f} expected (rms): offset {:+.2f}, scatter {:.2f}; half height {:.0f} HU",
+                              e.CalcExpected(), e.offset_mm, e.scatter_mm, e.half_height_hu));
+  }
   bone.set_note("import_filled_mm3", fmt::format("{:.1f}", report.filled_mm3));
   bone.set_note("import_tissue_thresholds",
                 fmt::format("cortical {} HU or nearer than {} mm to the surface; tooth {} HU, body {} HU within {} mm",
@@ -237,6 +242,8 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   const double iso = options.isolate.iso_hu;
   const CtSolid solid(isolation, cavities, iso, iso + std::max(0.5 * (options.tissue.cortical_hu - iso), 1.0));
   stages.Done("fill");
+  report.surface_error = CalcSurfaceError(solid, isolation, cavities);
+  stages.Done("surface error");
   if (options.progress) options.progress(0.35);
 
   const TissueMap tissue(isolation.ct, solid_voxels, isolation.bone, &solid.hu(), report.mandible, options.tissue);

@@ -13,6 +13,7 @@
 #include "bone/ct_modulus.h"
 #include "import/fill.h"
 #include "import/isolate.h"
+#include "import/surface_error.h"
 #include "import/tissue.h"
 #include "kerf/bone.h"
 #include "kerf/geometry.h"
@@ -57,6 +58,7 @@ struct ImportReport {
   bool mandible = false;        // has the shape of one; the atlas was laid on it
   std::string shape_objection;  // why not
   bool cut_by_scan = false;     // the bone reaches the edge of the scan
+  SurfaceError surface_error;   // of a CT
   std::uint64_t active_voxels = 0;
   std::uint64_t memory_bytes = 0;  // of the bone
   double hu_voxel_mm = 0;          // of the CT numbers kept; 0: none
