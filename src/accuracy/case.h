@@ -24,8 +24,10 @@ struct StudyPath {
   double rpm = 7500;
   double duration_s = 0;
   std::function<Pose(Holding, double t_s)> pose;  // 0 to duration_s; of the handle (kHand) or the tool (kPath)
-  CouplingParams coupling;                        // kHand
-  ForceLaw law;                                   // its parameters, for settings that name it; others have the presets
+  /// Rising: after these times the tool is lifted out of the bone and set down where pose() goes on.
+  std::vector<double> lifts_s;
+  CouplingParams coupling;  // kHand
+  ForceLaw law;             // its parameters, for settings that name it; others have the presets
   MaterialTable materials;
   ExactSolid solid;  // with `materials`, by regions; the truth
   /// The same with E from the CT, and what makes a bone of make_bone() take its E from there; empty without CT numbers.
@@ -47,8 +49,11 @@ struct StudyPathList {
 StudyPathList MakeStudyPaths(const std::vector<std::string>& names, const std::string& data_folder,
                              const std::string& cache_folder = "");
 std::vector<std::string> NamesOfStudyPaths();
-/// The first path and the bone of a scene file. Throws Error.
-StudyPath MakeScenePath(const std::string& name, const std::string& scene_file);
+/// The bone of a scene file, and its path up to the first stroke that begins with the tool lifted out and set down, or
+/// with all `strokes`. Throws Error.
+enum class SceneStrokes { kUntilLifted, kAll };
+StudyPath MakeScenePath(const std::string& name, const std::string& scene_file,
+                        SceneStrokes strokes = SceneStrokes::kUntilLifted);
 
 /// A reference that settings are held against: law, material and coupling as theirs, all else as fine as it takes.
 struct StudyReference {

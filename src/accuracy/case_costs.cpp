@@ -63,8 +63,10 @@ CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings&
     const bool warm_up = pass == 0;
     start_ns = ReadClock_ns();
     for (const CaseInput& in : inputs) {
-      Vec3 f_W_N;
-      if (warm_up) {
+      Vec3 f_W_N{0};
+      if (in.set_down) {
+        subject->SetDown(in.X_W);
+      } else if (warm_up) {
         f_W_N = subject->Tick(in);
       } else {
         timer.Time([&] { f_W_N = subject->Tick(in); });

@@ -72,6 +72,9 @@ class HandSubject final : public CaseSubject {
     status_ |= out.status;
     return out.f_H_W_N;
   }
+  void SetDown(const Pose& X_W) override {
+    if (!simulation_.SetDown(X_W)) throw Error("the handle's pose was refused");
+  }
   // Others read the changed leaves and clear them between ticks; so does this.
   void BetweenTicks() override {
     simulation_.ClearChanged();
@@ -117,6 +120,9 @@ class LedSubject final : public CaseSubject {
     const TickOutput out = simulation_.Tick({in.X_W, dt_s_, rpm_});
     status_ |= out.status;
     return out.f_T_W_N;
+  }
+  void SetDown(const Pose& X_W) override {
+    if (!simulation_.SetDown(X_W)) throw Error("the tool's pose was refused");
   }
   void BetweenTicks() override {
     simulation_.ClearChanged();
@@ -177,6 +183,9 @@ class SlabSubject final : public CaseSubject {
       : simulation_(MakeSimulation(path, holding, bone)), dt_s_(1 / settings.rate_hz), rpm_(path.rpm) {}
 
   Vec3 Tick(const CaseInput& in) override { return simulation_.Tick({in.X_W, dt_s_, rpm_}).f_T_W_N; }
+  void SetDown(const Pose& X_W) override {
+    if (!simulation_.SetDown(X_W)) throw Error("the tool's pose was refused");
+  }
   std::size_t CalcMemoryBytes() override { return simulation_.CalcMemoryBytes(); }
 
  private:
@@ -221,7 +230,13 @@ std::vector<CaseInput> MakeCaseInputs(const StudyPath& path, Holding holding, do
   Pose before = path.pose(holding, 0);
   for (std::size_t k = 0; k < count; ++k) {
     CaseInput& in = inputs[k];
-    in.X_W = path.pose(holding, static_cast<double>(k + 1) / rate_hz);
+    const double end_s = static_cast<double>(k + 1) / rate_hz;
+    in.X_W = path.pose(holding, end_s);
+    in.set_down = HasLift(path, static_cast<double>(k) / rate_hz, end_s);
+    if (in.set_down) {
+      before = in.X_W;
+      continue;
+    }
     const Vec3& p_T = path.coupling.p_TC_mm;
     in.v_W_mm_per_s = rate_hz * (in.X_W.Point(p_T) - before.Point(p_T));
     Quat turn = in.X_W.R_AB * glm::conjugate(before.R_AB);
@@ -232,6 +247,11 @@ std::vector<CaseInput> MakeCaseInputs(const StudyPath& path, Holding holding, do
     before = in.X_W;
   }
   return inputs;
+}
+
+bool HasLift(const StudyPath& path, double from_s, double to_s) {
+  const auto next = std::lower_bound(path.lifts_s.begin(), path.lifts_s.end(), from_s - kSameTime_s);
+  return next != path.lifts_s.end() && *next < to_s - kSameTime_s;
 }
 
 std::string FindOmission(const StudyPath& path, Holding holding, const StudySettings& settings) {
@@ -307,7 +327,8 @@ CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings
   CasePass pass;
   pass.f_W_N.reserve(inputs.size());
   for (const CaseInput& in : inputs) {
-    pass.f_W_N.push_back(subject->Tick(in));
+    if (in.set_down) subject->SetDown(in.X_W);
+    pass.f_W_N.push_back(in.set_down ? Vec3(0) : subject->Tick(in));
     subject->BetweenTicks();
     pass.force_hash = MixForce(pass.force_hash, pass.f_W_N.back());
   }

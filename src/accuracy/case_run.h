@@ -21,9 +21,15 @@ struct CaseInput {
   Pose X_W;
   Vec3 v_W_mm_per_s{0};  // of the coupling point
   Vec3 w_W_rad_per_s{0};
+  bool set_down = false;  // no motion: the tool is lifted out and set down at X_W
 };
 /// One for each tick of the path.
 std::vector<CaseInput> MakeCaseInputs(const StudyPath& path, Holding holding, double rate_hz);
+
+/// Times that differ by no more are the same: a stroke that ends with a tick does so whatever the rounding.
+inline constexpr double kSameTime_s = 1e-9;
+/// The tool is lifted out and set down within from_s <= t < to_s.
+bool HasLift(const StudyPath& path, double from_s, double to_s);
 
 /// A simulation in the middle of its pass.
 class CaseSubject {
@@ -31,6 +37,7 @@ class CaseSubject {
   virtual ~CaseSubject() = default;
   /// The force on the hand or on the tool, N. This alone is timed.
   virtual Vec3 Tick(const CaseInput& in) = 0;
+  virtual void SetDown(const Pose& X_W) = 0;
   virtual void BetweenTicks() {}
   /// Of the bone at a point, C; NaN without bone there or without heat. Throws Error when the heat had no room.
   virtual double CalcTemperature_C(const Vec3&) { return std::numeric_limits<double>::quiet_NaN(); }

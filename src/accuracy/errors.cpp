@@ -50,7 +50,7 @@ void CalcForceErrors(std::span<const Vec3> f_N, std::span<const Vec3> reference_
   if (f_N.size() != reference_N.size()) throw Error("forces and reference are not of the same ticks");
   const std::size_t n = f_N.size();
   if (n == 0) return;
-  double sum_off2 = 0, sum_reference2 = 0, sum_reference = 0;
+  double sum_off2 = 0, sum_reference2 = 0, sum_reference = 0, sum_size_off = 0;
   Vec3 sum_off(0);
   std::vector<double> relative(n);
   std::vector<double> degrees;
@@ -61,6 +61,7 @@ void CalcForceErrors(std::span<const Vec3> f_N, std::span<const Vec3> reference_
     sum_off2 += far * far;
     sum_reference2 += size * size;
     sum_reference += size;
+    sum_size_off += glm::length(f_N[i]) - size;
     sum_off += off;
     relative[i] = far / std::max(size, kLeastForce_N);
     errors.force_worst_N = std::max(errors.force_worst_N, far);
@@ -72,7 +73,9 @@ void CalcForceErrors(std::span<const Vec3> f_N, std::span<const Vec3> reference_
   errors.force_p95 = CalcPercentile(std::move(relative), 0.95);
   if (!degrees.empty()) errors.direction_worst_deg = *std::max_element(degrees.begin(), degrees.end());
   errors.direction_p95_deg = CalcPercentile(std::move(degrees), 0.95);
-  errors.impulse = glm::length(sum_off) / (sum_reference > 0 ? sum_reference : count * kLeastForce_N);
+  const double impulse = sum_reference > 0 ? sum_reference : count * kLeastForce_N;
+  errors.impulse = glm::length(sum_off) / impulse;
+  errors.impulse_signed = sum_size_off / impulse;
 
   double noise2 = 0;
   if (kNoiseAbove_Hz * dt_s < 0.5) {

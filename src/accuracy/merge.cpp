@@ -92,7 +92,8 @@ const WorkRecord& Choose(const WorkRecord& a, const std::string& file_a, const W
                     file_a, file_b, ShowHash(a.force_hash), ShowHash(b.force_hash), ShowHash(a.bone_hash),
                     ShowHash(b.bone_hash), a.commit, b.commit));
   }
-  return a;
+  const bool b_has_more = b.errors && b.errors->impulse_signed && a.errors && !a.errors->impulse_signed;
+  return b_has_more ? b : a;
 }
 
 class Merger {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "accuracy/case_run.h"
 #include "accuracy/paths.h"
 #include "bonefile/bonefile.h"
 #include "files/files.h"
@@ -14,7 +15,7 @@
 #include "scene/scene.h"
 
 namespace kerf {
-StudyPath MakeScenePath(const std::string& name, const std::string& scene_file) {
+StudyPath MakeScenePath(const std::string& name, const std::string& scene_file, SceneStrokes strokes) {
   const Scene scene = ReadScene(scene_file);
   StudyPath path = MakePlainPath(name, scene.title.empty() ? scene.name : scene.title);
   path.saw = MakeDiscSaw(scene);
@@ -23,13 +24,20 @@ StudyPath MakeScenePath(const std::string& name, const std::string& scene_file) 
   path.coupling = MakeCoupledParams(scene).coupling;
 
   const auto way = std::make_shared<const Path>(MakePath(scene));
-  // As far as the tool goes without being lifted out.
   std::size_t last = 0;
-  while (last + 1 < way->segments().size() && !way->segments()[last + 1].retract_before) ++last;
+  for (; last + 1 < way->segments().size(); ++last) {
+    const PathSegment& next = way->segments()[last + 1];
+    if (!next.retract_before) continue;
+    if (strokes == SceneStrokes::kUntilLifted) break;
+    path.lifts_s.push_back(next.start_s);
+  }
   path.duration_s = way->segments()[last].end_s;
   path.pose = [way, last](Holding, double t_s) {
     std::size_t segment = 0;
-    while (segment < last && t_s > way->segments()[segment].end_s) ++segment;
+    const auto is_over = [&](const PathSegment& now, const PathSegment& next) {
+      return t_s > now.end_s + (next.retract_before ? kSameTime_s : 0);
+    };
+    while (segment < last && is_over(way->segments()[segment], way->segments()[segment + 1])) ++segment;
     return way->CalcPose(segment, t_s);
   };
 

@@ -102,6 +102,7 @@ Json ToJson(const ErrorFigures& errors) {
   Json json = Json::object();
   DescribeErrors(errors, [&](const char* key, double value) { json[key] = value; });
   if (errors.breakthrough_ms) json["breakthrough_ms"] = *errors.breakthrough_ms;
+  if (errors.impulse_signed) json["impulse_signed"] = *errors.impulse_signed;
   if (errors.temperature_K) json["temperature_K"] = *errors.temperature_K;
   if (errors.temperature_bar_K) json["temperature_bar_K"] = *errors.temperature_bar_K;
   return json;
@@ -111,6 +112,7 @@ ErrorFigures ErrorsFromJson(const Json& json) {
   ErrorFigures errors;
   DescribeErrors(errors, [&](const char* key, double& value) { value = FigureFrom(json, key); });
   if (json.contains("breakthrough_ms")) errors.breakthrough_ms = NumberFrom(json.at("breakthrough_ms"));
+  if (json.contains("impulse_signed")) errors.impulse_signed = NumberFrom(json.at("impulse_signed"));
   if (json.contains("temperature_K")) errors.temperature_K = FigureFrom(json, "temperature_K");
   if (json.contains("temperature_bar_K")) errors.temperature_bar_K = FigureFrom(json, "temperature_bar_K");
   return errors;

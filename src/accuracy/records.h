@@ -37,6 +37,9 @@ struct ErrorFigures {
   double surface_max_mm = 0;
   std::optional<double> breakthrough_ms;  // how much too late the bone gives way (the force falls below 10 % of its
                                           // peak for good); none where it does not
+  // (integral of |F| - integral of |R|) / integral of |R|: above 0 the force is too large in all, below too small. None
+  // in records of versions before it was measured.
+  std::optional<double> impulse_signed;
   // With a heat grid only: 95th percentile of the error of the temperature at the end of the path, 0.5 and 1 mm beside
   // the kerf where that is a kelvin warmer than the body, and what of it may be the reference's own.
   std::optional<double> temperature_K;

@@ -35,10 +35,12 @@ struct OptionalErrorColumn {
   const char* name;
   std::optional<double> ErrorFigures::*value;
 };
-inline constexpr std::array<OptionalErrorColumn, 3> kOptionalErrorColumns{{
+inline constexpr const char* kImpulseSigned = "impulse_signed";  // not in cases.csv of earlier versions
+inline constexpr std::array<OptionalErrorColumn, 4> kOptionalErrorColumns{{
     {"breakthrough_ms", &ErrorFigures::breakthrough_ms},
     {"temperature_K", &ErrorFigures::temperature_K},
     {"temperature_bar_K", &ErrorFigures::temperature_bar_K},
+    {kImpulseSigned, &ErrorFigures::impulse_signed},
 }};
 
 struct CostColumn {

@@ -103,6 +103,7 @@ std::optional<ErrorFigures> ReadErrors(Row& row) {
     }
   }
   for (const OptionalErrorColumn& column : kOptionalErrorColumns) {
+    if (row.name() != column.name) continue;  // the file is of a version without it
     if (none)
       row.Empty(kWhy);
     else if (row.NextIsEmpty())
@@ -153,8 +154,11 @@ bool IsKnob(const std::string& name) {
 
 void ReadCases(const std::string& folder, StudyResults& study, std::map<std::string, std::size_t>& index) {
   const std::string file = folder + "/cases.csv";
-  const std::vector<std::string> names = HeaderOf(FormatCasesCsv({}));
-  ReadCsv(ReadTextFile(file), file, names, [&](const std::vector<std::string>& fields, const CsvPlace& place) {
+  const std::string csv = ReadTextFile(file);
+  std::vector<std::string> names = HeaderOf(FormatCasesCsv({}));
+  // Earlier versions had no such column; their cases have no such figure.
+  if (csv.substr(0, csv.find('\n')).find(kImpulseSigned) == std::string::npos) std::erase(names, kImpulseSigned);
+  ReadCsv(csv, file, names, [&](const std::vector<std::string>& fields, const CsvPlace& place) {
     Row row(names, fields, place);
     CaseRecord record;
     record.id = row.Text();

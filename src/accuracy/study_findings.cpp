@@ -83,6 +83,20 @@ void SayCriteria(std::string& text, const StudyResults& study, const PooledSetti
       [](double value) { return ShowThree(value) + " us"; });
 }
 
+/// How much too large or too small the force is in all, from the smallest to the largest.
+void SayImpulse(std::string& text, const PooledSetting& defaults) {
+  const CaseRecord* least = nullptr;
+  const CaseRecord* most = nullptr;
+  for (const CaseRecord* record : defaults.cases) {
+    if (!record->errors->impulse_signed) continue;
+    if (least == nullptr || *record->errors->impulse_signed < *least->errors->impulse_signed) least = record;
+    if (most == nullptr || *record->errors->impulse_signed > *most->errors->impulse_signed) most = record;
+  }
+  if (least == nullptr) return;
+  Say(text, "**Impulse**: from {} on `{}` to {} on `{}`.", ShowSignedShare(*least->errors->impulse_signed), least->path,
+      ShowSignedShare(*most->errors->impulse_signed), most->path);
+}
+
 void SayFront(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& defaults) {
   const PooledSetting* better = nullptr;
   for (const PooledSetting& s : settings) {
@@ -301,6 +315,7 @@ std::string DescribeFindings(const StudyResults& study, Holding holding) {
     Say(text, "The defaults were done on no path, so nothing is said of them.");
   } else {
     SayCriteria(text, study, *found);
+    SayImpulse(text, *found);
     if (found->timed) {
       SayComparison(text, settings, *found);
     } else {

@@ -102,7 +102,14 @@ WorkRecord ParseWorkRecord(const std::string& text) {
 }
 
 bool AgreeInAllButTimes(const WorkRecord& a, const WorkRecord& b) {
-  return WithoutTimes(a) == WithoutTimes(b);
+  WorkRecord x = a;
+  WorkRecord y = b;
+  // A record of an earlier version lacks this figure, which contradicts nothing.
+  if (x.errors && y.errors && x.errors->impulse_signed.has_value() != y.errors->impulse_signed.has_value()) {
+    x.errors->impulse_signed.reset();
+    y.errors->impulse_signed.reset();
+  }
+  return WithoutTimes(x) == WithoutTimes(y);
 }
 
 bool StudyFolder::HasDescription() const {

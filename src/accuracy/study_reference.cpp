@@ -13,6 +13,7 @@
 #include "accuracy/reference_store.h"
 #include "core/hash.h"
 #include "kerf/error.h"
+#include "reference/check.h"
 #include "tool/shape.h"
 
 namespace kerf {
@@ -83,6 +84,7 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
   }
   hash.Add(std::string_view(params.law.name()));
   for (const double value : params.law.values()) hash.Add(value);
+  for (const std::size_t k : params.set_downs) hash.Add(static_cast<double>(k));
   hash.Add(ToString(holding));
   if (holding == Holding::kHand) {
     const ReferenceCoupling& c = params.coupling;
@@ -113,8 +115,11 @@ std::shared_ptr<const ExactBone> SweepBone(ExactSolid solid, const ReferencePara
                                            const Pose& X_start, const std::vector<ReferenceTick>& ticks) {
   auto bone = std::make_shared<ExactBone>(std::move(solid), params.saw);
   Pose X_before = X_start;
+  std::size_t k = 0;
   for (const ReferenceTick& tick : ticks) {
-    bone->Sweep(X_before, tick.X_WT, GetReferenceEdge_mm(holding, params.saw));
+    if (!reference::IsSetDown(params, ++k)) {
+      bone->Sweep(X_before, tick.X_WT, GetReferenceEdge_mm(holding, params.saw));
+    }
     X_before = tick.X_WT;
   }
   return bone;
@@ -162,6 +167,10 @@ StudyReference MakeStudyReference(const StudyPath& path, Holding holding, const 
       c.max_force_N, c.max_torque_Nmm};
   const ExactSolid solid = MakeVariantSolid(path, settings);
   const std::vector<Pose> poses = MakePoses(path, holding);
+  for (std::size_t k = 1; k < poses.size(); ++k) {
+    const double start_s = kTick_s * static_cast<double>(k - 1);
+    if (HasLift(path, start_s, start_s + kTick_s)) params.set_downs.push_back(k);
+  }
   const std::uint64_t input_hash = HashInput(path, holding, params, solid, poses);
 
   StudyReference reference;

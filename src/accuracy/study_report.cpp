@@ -22,6 +22,16 @@ void AddPart(std::string& text, const char* heading, const std::string& words, c
   Add(text, "### {}\n\n{}{}{}", heading, words, words.empty() ? "" : "\n\n", table);
 }
 
+/// Under the heading of each table of force errors.
+std::string ForceNote() {
+  return fmt::format(
+      "Force, p95: of |F - R| / max(|R|, {0:g} N), so a force below {0:g} N is judged as one of {0:g} N.",
+      kLeastForce_N);
+}
+constexpr const char* kImpulseNote =
+    " Impulse: (integral of |F| - integral of |R|) / integral of |R| over the path; above 0 the force is too large in "
+    "all, below 0 too small; empty: not recorded by the version that made this case.";
+
 void AddFigures(std::string& text, const std::vector<StudyFigure>& figures, Holding holding, bool convergence) {
   const std::string ending = fmt::format("_{}", ToString(holding));
   for (const StudyFigure& figure : figures) {
@@ -36,14 +46,14 @@ void AddHolding(std::string& text, const StudyResults& study, Holding holding,
                 const std::vector<StudyFigure>& figures) {
   Add(text, "## The {}\n\n", DescribeHolding(holding));
   AddFigures(text, figures, holding, false);
-  AddPart(text, "The defaults, path by path", "", DefaultsTable(study, holding));
-  AddPart(text, "The best within a time", "", EqualTimeTable(study, holding));
-  AddPart(text, "The cheapest within an error", "", EqualErrorTable(study, holding));
-  AddPart(text, "Voxels against the slab", "", SlabTable(study, holding));
+  AddPart(text, "The defaults, path by path", ForceNote() + kImpulseNote, DefaultsTable(study, holding));
+  AddPart(text, "The best within a time", ForceNote(), EqualTimeTable(study, holding));
+  AddPart(text, "The cheapest within an error", ForceNote(), EqualErrorTable(study, holding));
+  AddPart(text, "Voxels against the slab", ForceNote(), SlabTable(study, holding));
   AddPart(text, "Orders", "The slope of log error against log number; a positive one falls as the number does.",
           OrdersTable(study, holding));
   AddFigures(text, figures, holding, true);
-  AddPart(text, "All settings", "", SettingsTable(study, holding));
+  AddPart(text, "All settings", ForceNote(), SettingsTable(study, holding));
 }
 
 std::string FormatReport(const StudyResults& study, const std::vector<StudyFigure>& figures) {

@@ -55,6 +55,10 @@ std::string ShowShare(double share) {
   return ShowThree(100 * share) + " %";
 }
 
+std::string ShowSignedShare(double share) {
+  return (share > 0 ? "+" : "") + ShowShare(share);
+}
+
 std::string ShowError(const SafeError& error) {
   return (error.at_most ? "at most " : "") + ShowShare(error.value);
 }
@@ -74,9 +78,10 @@ std::string DefaultsTable(const StudyResults& study, Holding holding) {
     for (const CaseRecord& record : study.cases) {
       if (record.holding != holding || record.path != path || record.knob != "default" || !record.errors) continue;
       const ErrorFigures& e = *record.errors;
-      Add(rows, "| {} | {} | {} | {} | {} / {} | {} |", Cell(path), ShowError(CalcForceError(study, record)),
-          ShowThree(e.direction_p95_deg), ShowShare(e.volume), ShowThree(e.surface_mean_mm),
-          ShowThree(e.surface_max_mm), e.breakthrough_ms ? ShowThree(*e.breakthrough_ms) : "");
+      Add(rows, "| {} | {} | {} | {} | {} | {} / {} | {} |", Cell(path), ShowError(CalcForceError(study, record)),
+          e.impulse_signed ? ShowSignedShare(*e.impulse_signed) : "", ShowThree(e.direction_p95_deg),
+          ShowShare(e.volume), ShowThree(e.surface_mean_mm), ShowThree(e.surface_max_mm),
+          e.breakthrough_ms ? ShowThree(*e.breakthrough_ms) : "");
       if (record.costs) {
         const CostFigures& c = *record.costs;
         Add(rows, " {} / {} / {} / {} | {} | {} |\n", ShowThree(c.tick.p50_us), ShowThree(c.tick.p99_us),
@@ -88,7 +93,7 @@ std::string DefaultsTable(const StudyResults& study, Holding holding) {
     }
   }
   if (rows.empty()) return "";
-  return Header({"path", "force, p95", "direction, p95 (deg)", "volume", "surface, mean / max (mm)",
+  return Header({"path", "force, p95", "impulse", "direction, p95 (deg)", "volume", "surface, mean / max (mm)",
                  "breakthrough late (ms)", "tick, p50 / p99 / p99.9 / max (us)", "misses per million", "memory (MB)"}) +
          rows + "\n";
 }

@@ -12,6 +12,8 @@ std::string ShowThree(double value);
 /// A share in per cent: "2.98 %", "at most 0.12 %".
 std::string ShowError(const SafeError& error);
 std::string ShowShare(double share);
+/// "+2.98 %", "-14.1 %", "0 %".
+std::string ShowSignedShare(double share);
 
 /// Each ends in an empty line; empty when there is nothing to tell.
 std::string DefaultsTable(const StudyResults& study, Holding holding);

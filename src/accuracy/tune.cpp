@@ -6,10 +6,12 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <tuple>
 #include <utility>
 
 #include "accuracy/case_run.h"
+#include "accuracy/errors.h"
 #include "accuracy/settings.h"
 #include "bonefile/bonefile.h"
 #include "kerf/error.h"
@@ -23,21 +25,29 @@ constexpr double kLeastVoxelOfMandible_mm = 0.1;  // finer, a whole one takes gi
 constexpr double kHopeless = 2;                   // times the budget: finer voxels would only be slower
 constexpr double kReferenceTolerance = 0.005;
 constexpr double kBeforeContact_s = 0.05;
+constexpr double kLongest_s = 120;  // of a path of which errors are measured whole
+constexpr double kHandLag_s = 3;    // the tool follows a handle that is out of the bone within this time
 constexpr int kMostAgain = 3;
 
-/// When the tool, led along the path, first touches the bone: by points of its rim and its middle, each 2 ms.
-double FindContact(const StudyPath& path, Holding holding) {
-  constexpr double kStep_s = 0.002;
+/// Whether the tool, led along the path, touches the uncut bone: by points of its rim and its middle.
+bool IsInContact(const StudyPath& path, Holding holding, double t_s) {
   constexpr int kPoints = 48;
-  for (double t_s = 0; t_s < path.duration_s; t_s += kStep_s) {
-    const Pose X_WT = path.pose(holding, t_s);
-    for (int i = 0; i < kPoints; ++i) {
-      const double angle = 2 * 3.14159265358979323846 * i / kPoints;
-      const Vec3 rim_T = path.saw.radius_mm() * Vec3(std::cos(angle), std::sin(angle), 0);
-      for (const double share : {1.0, 0.5, 0.0}) {
-        if (path.solid.distance_mm(X_WT.Point(share * rim_T)) < 0) return t_s;
-      }
+  const Pose X_WT = path.pose(holding, t_s);
+  for (int i = 0; i < kPoints; ++i) {
+    const double angle = 2 * 3.14159265358979323846 * i / kPoints;
+    const Vec3 rim_T = path.saw.radius_mm() * Vec3(std::cos(angle), std::sin(angle), 0);
+    for (const double share : {1.0, 0.5, 0.0}) {
+      if (path.solid.distance_mm(X_WT.Point(share * rim_T)) < 0) return true;
     }
+  }
+  return false;
+}
+
+/// The first time from `from_s` on at which the tool touches the bone or does not; the path's end where there is none.
+double FindContact(const StudyPath& path, Holding holding, double from_s, bool touches) {
+  constexpr double kStep_s = 0.002;
+  for (double t_s = from_s; t_s < path.duration_s; t_s += kStep_s) {
+    if (IsInContact(path, holding, t_s) == touches) return t_s;
   }
   return path.duration_s;
 }
@@ -46,7 +56,56 @@ StudyPath CutOut(const StudyPath& path, double from_s, double to_s) {
   StudyPath part = path;
   part.duration_s = to_s - from_s;
   part.pose = [pose = path.pose, from_s](Holding holding, double t_s) { return pose(holding, from_s + t_s); };
+  part.lifts_s.clear();
+  for (const double lift_s : path.lifts_s) {
+    if (lift_s >= from_s && lift_s < to_s) part.lifts_s.push_back(lift_s - from_s);
+  }
   return part;
+}
+
+/// Which part of the path errors are measured in.
+void SetExtent(const StudyPath& path, const TuneOptions& options, TuneResult& result) {
+  const double contact_s = FindContact(path, options.holding, 0, true);
+  if (contact_s >= path.duration_s) throw Error(fmt::format("{}: the tool meets no bone on its path", result.scene));
+  result.path_s = path.duration_s;
+  result.from_s = std::max(0.0, contact_s - kBeforeContact_s);
+  result.to_s = path.duration_s;
+  if (options.seconds) {
+    result.to_s = std::min(path.duration_s, result.from_s + *options.seconds);
+    if (result.to_s < path.duration_s) result.extent = TuneExtent::kSeconds;
+  } else if (result.to_s - result.from_s > kLongest_s) {
+    const double out_s = FindContact(path, options.holding, contact_s, false);
+    const double lag_s = options.holding == Holding::kHand ? kHandLag_s : kBeforeContact_s;
+    const auto lift = std::upper_bound(path.lifts_s.begin(), path.lifts_s.end(), contact_s);
+    result.to_s = std::min(lift == path.lifts_s.end() ? path.duration_s : *lift, out_s + lag_s);
+    if (result.to_s < path.duration_s) result.extent = TuneExtent::kFirstPassage;
+  }
+  const auto lifted = std::upper_bound(path.lifts_s.begin(), path.lifts_s.end(), result.to_s - 1e-9);
+  result.strokes = path.lifts_s.size() + 1;
+  result.measured = static_cast<std::size_t>(lifted - path.lifts_s.begin()) + 1;
+}
+
+/// How exact settings are in each phase of the cut.
+std::vector<TunePhase> MeasurePhases(const StudyPath& stretch, double from_s, Holding holding,
+                                     const StudySettings& settings, const StudyReference& reference) {
+  const CasePass pass = RunCasePass(stretch, holding, settings);
+  const std::vector<Vec3> expected = SampleReference(reference, holding, settings.rate_hz, pass.f_W_N.size());
+  std::vector<TunePhase> phases;
+  for (CutPhase phase : FindCutPhases(reference.ticks, reference.tick_s)) {
+    const auto tick_at = [&](double t_s) {
+      return std::min(pass.f_W_N.size(), static_cast<std::size_t>(std::lround(t_s * settings.rate_hz)));
+    };
+    const std::size_t first = tick_at(phase.from_s);
+    const std::size_t count = tick_at(phase.to_s) - first;
+    if (count == 0) continue;
+    ErrorFigures errors;
+    CalcForceErrors(std::span(pass.f_W_N).subspan(first, count), std::span(expected).subspan(first, count),
+                    1 / settings.rate_hz, errors);
+    phase.from_s += from_s;
+    phase.to_s += from_s;
+    phases.push_back({std::move(phase), errors.force_p95, errors.impulse_signed.value_or(0)});
+  }
+  return phases;
 }
 
 double VoxelOf(const Scene& scene) {
@@ -61,15 +120,15 @@ void CheckRange(const char* what, double value, double lower, double upper) {
 /// Measures candidates, each once.
 class Measuring {
  public:
-  Measuring(const StudyPath& whole, const StudyPath& stretch, const StudyReference& reference,
+  Measuring(const StudyPath& timed, const StudyPath& stretch, const StudyReference& reference,
             const TuneOptions& options, TuneResult& result)
-      : whole_(whole), stretch_(stretch), reference_(reference), options_(options), result_(result) {}
+      : timed_(timed), stretch_(stretch), reference_(reference), options_(options), result_(result) {}
 
   TuneCandidate Measure(const StudySettings& settings) const {
     if (options_.stop != nullptr && options_.stop->load()) throw Error("stopped; the scene is as it was");
     TuneCandidate candidate{settings, RunForErrors(stretch_, result_.holding, settings, reference_)};
     if (candidate.outcome.state != CaseState::kDone) return candidate;
-    CaseOutcome costs = RunForCosts(whole_, result_.holding, settings, options_.ticks, options_.core);
+    CaseOutcome costs = RunForCosts(timed_, result_.holding, settings, options_.ticks, options_.core);
     if (costs.state != CaseState::kDone) {
       candidate.outcome.state = costs.state;
       candidate.outcome.why = costs.why;
@@ -91,7 +150,7 @@ class Measuring {
   void Expect(std::size_t candidates) { expected_ = static_cast<double>(std::max<std::size_t>(1, candidates)); }
 
  private:
-  const StudyPath& whole_;
+  const StudyPath& timed_;
   const StudyPath& stretch_;
   const StudyReference& reference_;
   const TuneOptions& options_;
@@ -108,6 +167,35 @@ std::vector<double> VoxelsToTry(const Scene& scene, const TuneOptions& options) 
   }
   std::sort(voxels.rbegin(), voxels.rend());
   return voxels;
+}
+
+void CheckOptions(const TuneOptions& options) {
+  if (!options.budget_us && !options.error) throw Error("give a budget in us, an error, or both");
+  if (options.budget_us) CheckRange("the budget in us", *options.budget_us, 1, 1e6);
+  if (options.error) CheckRange("the error", *options.error, 1e-4, 1);
+  if (options.seconds) CheckRange("seconds", *options.seconds, 0.2, 3600);
+  for (const double voxel_mm : options.voxels_mm) CheckRange("a voxel in mm", voxel_mm, 0.02, 4);
+  CheckCore(options.core);
+}
+
+void AddNotes(const Scene& scene, const TuneOptions& options, TuneResult& result) {
+  if (result.extent != TuneExtent::kWhole) {
+    result.notes.push_back(
+        fmt::format("errors are those of {} only{}", DescribeExtent(result),
+                    result.extent == TuneExtent::kSeconds ? ", and times of the whole path" : ", and so are times"));
+  }
+  if (!scene.effects.empty()) {
+    result.notes.emplace_back(
+        "the scene's effects are not in these times: add what 'kerf effects SCENE' measures of them");
+  }
+  if (scene.bone.source == BoneSource::kMandible && VoxelsToTry(scene, options).size() < options.voxels_mm.size()) {
+    result.notes.push_back(
+        fmt::format("voxels below {:g} mm are not tried: a whole mandible of such takes minutes and gigabytes",
+                    kLeastVoxelOfMandible_mm));
+  }
+  if (scene.bone.source == BoneSource::kFile) {
+    result.notes.emplace_back("the bone is a file, so its voxels stay as they are; 'kerf import --voxel' makes others");
+  }
 }
 
 constexpr double kAsGood = 1.05;  // of the least error
@@ -128,6 +216,26 @@ std::vector<StudySettings> Neighbours(const StudySettings& settings) {
     all.back().carve_interval_ticks = interval;
   }
   return all;
+}
+
+/// The scene's own settings, other voxels, and the neighbours of what looks best.
+void TryAll(const Scene& scene, const StudySettings& own, const TuneOptions& options, Measuring& measuring,
+            TuneResult& result) {
+  const std::vector<double> voxels = VoxelsToTry(scene, options);
+  measuring.Expect(1 + voxels.size() + 2 * (Neighbours(own).size() - 3));
+  measuring.Try(own);
+  for (const double voxel_mm : voxels) {
+    StudySettings settings = own;
+    settings.voxel_mm = voxel_mm;
+    const TuneCandidate& candidate = result.candidates[measuring.Try(settings)];
+    if (options.budget_us && candidate.p99_us() > kHopeless * *options.budget_us) break;
+  }
+  // About the best of the voxels, and about the best that there is then.
+  for (int round = 0; round < 2; ++round) {
+    const std::optional<std::size_t> best = ChooseCandidate(result.candidates, options, result.reference.error_bar);
+    const StudySettings about = best ? result.candidates[*best].settings : own;
+    for (const StudySettings& settings : Neighbours(about)) measuring.Try(settings);
+  }
 }
 
 }  // namespace
@@ -177,87 +285,50 @@ std::optional<std::size_t> ChooseCandidate(const std::vector<TuneCandidate>& can
 }
 
 TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
-  if (!options.budget_us && !options.error) throw Error("give a budget in us, an error, or both");
-  if (options.budget_us) CheckRange("the budget in us", *options.budget_us, 1, 1e6);
-  if (options.error) CheckRange("the error", *options.error, 1e-4, 1);
-  CheckRange("seconds", options.seconds, 0.2, 60);
-  for (const double voxel_mm : options.voxels_mm) CheckRange("a voxel in mm", voxel_mm, 0.02, 4);
+  CheckOptions(options);
   const Scene scene = ReadScene(scene_file);
   if (scene.simulation.mode == SceneMode::kSlab) {
     throw Error(fmt::format("{}: [simulation] mode = \"slab\" has no voxels to tune", scene_file));
   }
-  CheckCore(options.core);
   TuneResult result;
   result.scene = scene_file;
-  if (scene.path.strokes.size() > 1) {
-    result.notes.push_back(fmt::format("measured is the first of the path's {} strokes", scene.path.strokes.size()));
-  }
   result.holding = options.holding;
   result.machine = LookAtMachine();
   const auto show = [&](const char* stage, double fraction) {
     if (options.progress) options.progress(stage, fraction);
   };
   show("reading the scene", 0);
-  const StudyPath whole = MakeScenePath("scene", scene_file);
+  const StudyPath path = MakeScenePath("scene", scene_file, SceneStrokes::kAll);
   StudySettings own = SettingsOf(scene, options.holding);
   if (scene.bone.source == BoneSource::kFile) {
     own.voxel_mm = ReadBone(scene.bone.file).voxel_mm();
   }
   result.rate_hz = own.rate_hz;
-  const double contact_s = FindContact(whole, options.holding);
-  if (contact_s >= whole.duration_s) throw Error(fmt::format("{}: the tool meets no bone on its path", scene_file));
-  result.from_s = std::max(0.0, contact_s - kBeforeContact_s);
-  result.to_s = std::min(whole.duration_s, result.from_s + options.seconds);
-  if (result.to_s < whole.duration_s) {
-    result.notes.push_back(fmt::format(
-        "errors are those of {:.2f} to {:.2f} s of the path, which goes on to {:.2f} s; times are of all of it",
-        result.from_s, result.to_s, whole.duration_s));
-  }
-  if (!scene.effects.empty()) {
-    result.notes.emplace_back(
-        "the scene's effects are not in these times: add what 'kerf effects SCENE' measures of them");
-  }
-  const StudyPath stretch = CutOut(whole, result.from_s, result.to_s);
+  SetExtent(path, options, result);
+  AddNotes(scene, options, result);
+  const StudyPath stretch = CutOut(path, result.from_s, result.to_s);
+  // Times are of all of the path, unless that is too long.
+  const StudyPath timed = result.extent == TuneExtent::kFirstPassage ? stretch : path;
   show("working out the reference", 0);
   const StudyReference reference =
       MakeStudyReference(stretch, options.holding, own, kReferenceTolerance, "", options.stop);
   result.reference = reference.record;
-  const double bar = reference.record.error_bar;
 
-  Measuring measuring(whole, stretch, reference, options, result);
-  const std::vector<double> voxels = VoxelsToTry(scene, options);
-  if (scene.bone.source == BoneSource::kMandible && voxels.size() < options.voxels_mm.size()) {
-    result.notes.push_back(
-        fmt::format("voxels below {:g} mm are not tried: a whole mandible of such takes minutes and gigabytes",
-                    kLeastVoxelOfMandible_mm));
-  }
-  measuring.Expect(1 + voxels.size() + 2 * (Neighbours(own).size() - 3));
-  measuring.Try(own);
-  for (const double voxel_mm : voxels) {
-    StudySettings settings = own;
-    settings.voxel_mm = voxel_mm;
-    const TuneCandidate& candidate = result.candidates[measuring.Try(settings)];
-    if (options.budget_us && candidate.p99_us() > kHopeless * *options.budget_us) break;
-  }
-  if (scene.bone.source == BoneSource::kFile) {
-    result.notes.emplace_back("the bone is a file, so its voxels stay as they are; 'kerf import --voxel' makes others");
-  }
-  // About the best of the voxels, and about the best that there is then.
-  for (int round = 0; round < 2; ++round) {
-    const std::optional<std::size_t> best = ChooseCandidate(result.candidates, options, bar);
-    const StudySettings about = best ? result.candidates[*best].settings : own;
-    for (const StudySettings& settings : Neighbours(about)) measuring.Try(settings);
-  }
-  // What was measured may have been luck: measured anew it must hold, or the next best is taken.
+  Measuring measuring(timed, stretch, reference, options, result);
+  TryAll(scene, own, options, measuring, result);
+  // What was measured may have been luck: measured again it must hold, or the next best is taken.
   std::vector<TuneCandidate> left = result.candidates;
   for (int attempt = 0; attempt < kMostAgain && !result.keeps; ++attempt) {
-    const std::optional<std::size_t> best = ChooseCandidate(left, options, bar);
+    const std::optional<std::size_t> best = ChooseCandidate(left, options, reference.record.error_bar);
     if (!best) break;
-    show("measuring the choice anew", static_cast<double>(attempt) / kMostAgain);
+    show("measuring the choice again", static_cast<double>(attempt) / kMostAgain);
     result.chosen = best;
     result.again = measuring.Measure(left[*best].settings);
-    result.keeps = ChooseCandidate({*result.again}, options, bar).has_value();
+    result.keeps = ChooseCandidate({*result.again}, options, reference.record.error_bar).has_value();
     if (!result.keeps) left[*best].outcome.costs.reset();
+  }
+  if (result.keeps) {
+    result.phases = MeasurePhases(stretch, result.from_s, options.holding, result.again->settings, reference);
   }
   return result;
 }

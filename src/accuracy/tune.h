@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "accuracy/case.h"
+#include "accuracy/phases.h"
 #include "scene/edit_scene.h"
 #include "scene/scene.h"
 
@@ -18,7 +19,8 @@ struct TuneOptions {
   Holding holding = Holding::kHand;
   std::optional<double> budget_us;  // of a tick's p99
   std::optional<double> error;      // of force_p95: 0.035
-  double seconds = 4;               // of the path from the first contact on, in which errors are measured, 0.2 to 60
+  std::optional<double> seconds;    // of the path from the first contact on, in which errors are measured, 0.2 to 3600;
+                                    // none: see TuneExtent
   std::uint64_t ticks = 20000;      // that a candidate's times are measured over, at least
   std::optional<int> core;          // that they are held to
   std::vector<double> voxels_mm;    // to try; empty: those that suit the tool
@@ -35,18 +37,37 @@ struct TuneCandidate {
   bool done() const { return outcome.errors && outcome.costs; }
 };
 
+/// The part of the path in which errors are measured.
+enum class TuneExtent {
+  kWhole,         // from the first contact to the path's end
+  kFirstPassage,  // of a path too long for that: until the tool is first out of the bone again
+  kSeconds,       // the seconds that were asked for
+};
+
+/// A phase of the cut, and how exact the chosen settings are in it.
+struct TunePhase {
+  CutPhase phase;  // path time
+  double force_p95 = 0;
+  double impulse_signed = 0;
+};
+
 struct TuneResult {
   std::string scene;
   Holding holding = Holding::kHand;
   double rate_hz = 0;
   MachineState machine;
   ReferenceRecord reference;
+  TuneExtent extent = TuneExtent::kWhole;
   double from_s = 0;  // the stretch of the path in which errors were measured
   double to_s = 0;
+  double path_s = 0;         // the path's duration; of several strokes that of those up to the first that is retracted
+  std::size_t strokes = 1;   // of the scene's path
+  std::size_t measured = 1;  // of these, from the first on
   std::vector<TuneCandidate> candidates;  // in the order in which they were measured; the scene's own is the first
   std::optional<std::size_t> chosen;      // none: nothing fulfils what was asked
   std::optional<TuneCandidate> again;     // the chosen one, measured anew
   bool keeps = false;                     // what was asked, measured anew
+  std::vector<TunePhase> phases;          // of `again`
   std::vector<std::string> notes;
 };
 
@@ -61,10 +82,13 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options);
 
 /// What the chosen settings change in the scene's file; empty when it has them already.
 std::vector<SceneEdit> EditsFor(const Scene& scene, Holding holding, const StudySettings& settings);
-/// For the note above the edit, one line.
+/// Which part of the path the errors are of: "the whole path (0.95 to 16.20 s)".
+std::string DescribeExtent(const TuneResult& result);
+/// For the note above the edit, one line: what was asked, what was measured, and over which part of the path.
 std::string DescribeEvidence(const TuneResult& result, const TuneOptions& options);
 /// All candidates with their figures.
 std::string FormatTuneTable(const TuneResult& result);
-std::string FormatTuneJson(const TuneResult& result, const TuneOptions& options);
+/// `edits`: what the chosen settings change in the scene.
+std::string FormatTuneJson(const TuneResult& result, const TuneOptions& options, const std::vector<SceneEdit>& edits);
 
 }  // namespace kerf

@@ -27,16 +27,20 @@ struct Options {
 
 void PrintComparison(const Comparison& c, const std::vector<std::string>& files, const std::string& folder) {
   fmt::print("{}\n", c.title.empty() ? c.scene : c.title);
-  fmt::print("  {:<28} {:>9} {:>9} {:>9} {:>7} {:>9} {:>9} {:>9} {:>10}\n", "", "mean N", "peak N", "rms N", "rms %",
-             "p50 us", "p99 us", "max us", "memory");
+  fmt::print("  {:<28} {:>9} {:>9} {:>9} {:>9} {:>7} {:>9} {:>9} {:>9} {:>10}\n", "", "mean N", "ratio", "peak N",
+             "rms N", "rms %", "p50 us", "p99 us", "max us", "memory");
   for (const CaseResult& r : c.cases) {
     const double percent = c.reference().peak_N > 0 ? 100 * r.slice.rms_N / c.reference().peak_N : 0;
-    fmt::print("  {:<28} {:>9} {:>9} {:>9} {:>7} {:>9} {:>9} {:>9} {:>10}\n", r.what.label, ShowFigure(r.slice.mean_N),
-               ShowFigure(r.peak_N), ShowFigure(r.slice.rms_N), ShowFigure(percent), ShowFigure(r.times.p50_us),
-               ShowFigure(r.times.p99_us), ShowFigure(r.times.max_us), ShowMemory(static_cast<double>(r.memory_bytes)));
+    const double ratio = r.slice.reference_mean_N > 0 ? r.slice.mean_N / r.slice.reference_mean_N : 0;
+    fmt::print("  {:<28} {:>9} {:>9} {:>9} {:>9} {:>7} {:>9} {:>9} {:>9} {:>10}\n", r.what.label,
+               ShowFigure(r.slice.mean_N), ShowFigure(ratio), ShowFigure(r.peak_N), ShowFigure(r.slice.rms_N),
+               ShowFigure(percent), ShowFigure(r.times.p50_us), ShowFigure(r.times.p99_us), ShowFigure(r.times.max_us),
+               ShowMemory(static_cast<double>(r.memory_bytes)));
   }
-  fmt::print("  rms: difference of force from {}, over the slice of {:.1f} mm; %: of its peak\n",
-             c.reference().what.label, c.profile.end_mm);
+  fmt::print(
+      "  over the slice of {1:.1f} mm; ratio: of the mean to that of {0}; rms: difference of force from {0}, and "
+      "in % of its peak\n",
+      c.reference().what.label, c.profile.end_mm);
   fmt::print("  results   {}/:", folder);
   for (const std::string& file : files) fmt::print(" {}", file);
   fmt::print("\n");

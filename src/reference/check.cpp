@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "kerf/error.h"
 
 namespace kerf::reference {
@@ -37,6 +39,10 @@ void Check(const ReferenceParams& params, const std::vector<Pose>& poses) {
     if (!IsValid(X) || !IsInWorld(X.p_AB))
       throw Error("a pose of the reference's path is not finite or out of the world");
   }
+}
+
+bool IsSetDown(const ReferenceParams& params, std::size_t k) {
+  return std::binary_search(params.set_downs.begin(), params.set_downs.end(), k);
 }
 
 void StopIf(const std::atomic<bool>* stop) {

@@ -11,6 +11,9 @@ namespace kerf::reference {
 /// Throws Error naming the first figure out of range.
 void Check(const ReferenceParams& params, const std::vector<Pose>& poses);
 
+/// Tick k, which ends at the pose X[k], is one in which the tool is set down.
+bool IsSetDown(const ReferenceParams& params, std::size_t k);
+
 /// Throws Error once it is true; null: never.
 void StopIf(const std::atomic<bool>* stop);
 

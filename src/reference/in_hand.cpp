@@ -113,6 +113,15 @@ class HeldTool {
     }
   }
 
+  /// Lifted out of the bone and set down there, at rest.
+  void SetDown(const Pose& X) {
+    SetPose(X);
+    X_H_ = X;
+    u_ = {};
+    f_damper_W_ = Vec3(0);
+    std::fill(known_mm_.begin(), known_mm_.end(), 0.0);
+  }
+
   Vec3 CalcForceOnHand() const {
     const Vec3& p_TC = params_.coupling.p_TC_mm;
     return problem_.spring.Pull(X_T_.Point(p_TC) - X_H_.Point(p_TC)) - f_damper_W_;
@@ -281,7 +290,8 @@ ReferenceRun RunReferenceInHand(ExactSolid solid, const ReferenceParams& params,
   for (std::size_t k = 1; k < X_WH.size(); ++k) {
     reference::StopIf(stop);
     HeldTool::Sums sums;
-    for (int i = 1; i <= steps; ++i) {
+    if (IsSetDown(params, k)) tool.SetDown(X_WH[k]);
+    for (int i = 1; i <= steps && !IsSetDown(params, k); ++i) {
       tool.Follow(Between(X_WH[k - 1], X_WH[k], static_cast<double>(i) / steps), params.tick_s / steps, sums);
     }
     ReferenceTick tick;

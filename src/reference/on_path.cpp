@@ -72,6 +72,11 @@ ReferenceRun RunReferenceOnPath(ExactSolid solid, const ReferenceParams& params,
     const double step_s = params.tick_s / steps;
     ReferenceTick tick;
     tick.X_WT = X_b;
+    if (reference::IsSetDown(params, k)) {
+      tick.removed_mm3 = removed_mm3;
+      run.ticks.push_back(tick);
+      continue;
+    }
     for (int i = 0; i < steps; ++i) {
       const Pose X_from = reference::Between(X_a, X_b, static_cast<double>(i) / steps);
       const Pose X_to = reference::Between(X_a, X_b, (i + 1.0) / steps);

@@ -49,6 +49,9 @@ struct ReferenceParams {
   double tick_s = 0.001;
   ReferenceCoupling coupling;  // hand only
   ReferenceFineness fineness;
+  /// Ticks, by the index of the pose at which they end, rising, in which the tool is lifted out and set down at that
+  /// pose: no motion, no force, no cutting.
+  std::vector<std::size_t> set_downs;
 };
 
 /// At the end of a tick, as the simulation's outputs. World frame.

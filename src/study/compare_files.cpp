@@ -60,6 +60,12 @@ ordered_json CaseJson(const CaseResult& r, const Comparison& c) {
   }
   json["peak_N"] = Number(r.peak_N);
   json["peak_depth_mm"] = Number(r.peak_depth_mm);
+  const auto ratio = [](double mean_N, double other_N) {
+    return other_N > 0 ? Number(mean_N / other_N) : ordered_json(nullptr);
+  };
+  const CaseResult* equal = r.what.slab ? FindEqualLaw(c) : nullptr;
+  json["mean_ratio"] = ratio(r.slice.mean_N, r.slice.reference_mean_N);
+  json["mean_ratio_at_equal_law"] = equal ? ratio(r.slice.mean_N, equal->slice.mean_N) : ordered_json(nullptr);
   json["slice"] = DifferenceJson(r.slice, peak_N);
   json["regions"] = ordered_json::array();
   for (std::size_t k = 0; k < c.regions.size(); ++k) {
@@ -147,6 +153,8 @@ std::string FormatCompareJson(const Comparison& c) {
   json["repetitions"] = c.repetitions;
   json["peak_memory_MB"] = Number(c.peak_memory_MB);
   json["reference"] = c.reference().what.id;
+  const CaseResult* equal = FindEqualLaw(c);
+  json["equal_law"] = equal ? ordered_json(equal->what.id) : ordered_json(nullptr);
   json["rms_between_cases_N"] = ordered_json::array();
   for (const auto& row : c.rms_between_N) json["rms_between_cases_N"].push_back(Numbers(row));
   const Conclusion words = WriteConclusion(c);

@@ -61,16 +61,22 @@ void AddSetting(std::string& text, const Comparison& c) {
 void AddForces(std::string& text, const Comparison& c) {
   Add(text, "## Force and work\n\n![Force against depth](force_depth.png)\n\n");
   Add(text,
-      "| case | mean (N) | peak (N) | at (mm) | rms difference (N) | (%) | peak difference (N) | (%) | at (mm) | work "
+      "| case | mean (N) | of the reference's | at equal law | peak (N) | at (mm) | rms difference (N) | (%) | peak "
+      "difference (N) | (%) | at (mm) | work "
       "(mJ) "
-      "|\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   const double peak_N = c.reference().peak_N;
+  const CaseResult* equal = FindEqualLaw(c);
+  const auto ratio = [](double mean_N, double other_N) {
+    return other_N > 0 ? ShowFigure(mean_N / other_N) : std::string();
+  };
   for (const CaseResult& r : c.cases) {
-    Add(text, "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", r.what.label, ShowFigure(r.slice.mean_N),
-        ShowFigure(r.peak_N), ShowFigure(r.peak_depth_mm), ShowFigure(r.slice.rms_N),
-        ShowFigure(Percent(r.slice.rms_N, peak_N)), Signed(r.slice.peak_N),
-        Signed(100 * r.slice.peak_N / (peak_N > 0 ? peak_N : 1)), ShowFigure(r.slice.peak_depth_mm),
-        ShowFigure(r.work_mJ));
+    Add(text, "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n", r.what.label,
+        ShowFigure(r.slice.mean_N), ratio(r.slice.mean_N, r.slice.reference_mean_N),
+        r.what.slab && equal ? ratio(r.slice.mean_N, equal->slice.mean_N) : "", ShowFigure(r.peak_N),
+        ShowFigure(r.peak_depth_mm), ShowFigure(r.slice.rms_N), ShowFigure(Percent(r.slice.rms_N, peak_N)),
+        Signed(r.slice.peak_N), Signed(100 * r.slice.peak_N / (peak_N > 0 ? peak_N : 1)),
+        ShowFigure(r.slice.peak_depth_mm), ShowFigure(r.work_mJ));
   }
   Add(text,
       "\n![Difference of force](difference.png)\n\nRms difference between every two cases, over the slice (N):\n\n| |");

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "kerf/error.h"
 #include "scene/doubts.h"
@@ -45,6 +46,10 @@ CompareCase SlabCase(PaperReading reading) {
   what.id = fmt::format("slab_{}", ToString(reading));
   what.label = reading == PaperReading::kAsComputed ? "slab as computed" : "slab corrected";
   return what;
+}
+
+bool HasLaw(const CompareCase& what, const ForceLaw& law) {
+  return !what.slab && std::string_view(what.law.name()) == law.name() && what.law.values() == law.values();
 }
 
 void CheckScene(const Scene& scene) {
@@ -237,7 +242,20 @@ void CheckCompareParams(const CompareParams& params) {
   }
 }
 
-std::vector<CompareCase> MakeCompareCases(const ForceLaw& own, const std::vector<std::string>& laws) {
+ForceLaw MakeSlabLaw(const SlabParams& slab) {
+  ForceLaw law("hertz_constant_bite");
+  law.Set("contact_share_of_pitch", slab.contact_share_of_pitch);
+  return law;
+}
+
+const CaseResult* FindEqualLaw(const Comparison& c) {
+  const auto found = std::find_if(c.cases.begin(), c.cases.end(),
+                                  [law = MakeSlabLaw(c.slab)](const CaseResult& r) { return HasLaw(r.what, law); });
+  return found == c.cases.end() ? nullptr : &*found;
+}
+
+std::vector<CompareCase> MakeCompareCases(const ForceLaw& own, const std::vector<std::string>& laws,
+                                          const SlabParams& slab) {
   std::vector<CompareCase> cases{VoxelCase(own)};
   const auto add = [&](const std::string& name) {
     const CompareCase what = VoxelCase(ForceLaw(name));
@@ -250,6 +268,16 @@ std::vector<CompareCase> MakeCompareCases(const ForceLaw& own, const std::vector
       continue;
     }
     for (const ForceLawInfo* law : ForceLaws()) add(law->name);
+  }
+  // What differs at the slab's own law is the slab's doing.
+  const ForceLaw slab_law = MakeSlabLaw(slab);
+  if (std::none_of(cases.begin(), cases.end(), [&](const CompareCase& c) { return HasLaw(c, slab_law); })) {
+    CompareCase what = VoxelCase(slab_law);
+    if (std::any_of(cases.begin(), cases.end(), [&](const CompareCase& c) { return c.id == what.id; })) {
+      what.id = "voxel_slab_law";
+      what.label = "voxel with the slab's law";
+    }
+    cases.push_back(what);
   }
   cases.push_back(SlabCase(PaperReading::kAsComputed));
   cases.push_back(SlabCase(PaperReading::kCorrected));
@@ -288,7 +316,7 @@ Comparison CompareScene(const Scene& scene, const CompareParams& params, const C
                         const std::string& scene_file) {
   CheckCompareParams(params);
   CheckScene(scene);
-  const std::vector<CompareCase> cases = MakeCompareCases(scene.force, params.laws);
+  const std::vector<CompareCase> cases = MakeCompareCases(scene.force, params.laws, MakeSlabParams(scene));
   const Path path = MakePath(scene);
   MakeSlabPlane(scene);  // throws before the long work
   MaterialSummary material;

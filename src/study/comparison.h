@@ -100,9 +100,15 @@ void CheckCompareParams(const CompareParams& params);
 /// What is being done (for a progress bar) and how much of it, 0..1.
 using CompareProgress = std::function<void(const std::string& stage, double fraction)>;
 
-/// The cases for a scene: voxel mode with its own law (the reference), with the laws asked for, slab mode in both
-/// readings. Throws Error for an unknown law.
-std::vector<CompareCase> MakeCompareCases(const ForceLaw& own, const std::vector<std::string>& laws);
+/// The force on a tooth in slab mode, as a law for voxel mode.
+ForceLaw MakeSlabLaw(const SlabParams& slab);
+/// The voxel case with that law, with which slab cases are compared at equal law; null: there is none.
+const CaseResult* FindEqualLaw(const Comparison& comparison);
+
+/// The cases for a scene: voxel mode with its own law (the reference), with the laws asked for, with the slab's law,
+/// slab mode in both readings. Throws Error for an unknown law.
+std::vector<CompareCase> MakeCompareCases(const ForceLaw& own, const std::vector<std::string>& laws,
+                                          const SlabParams& slab = {});
 
 /// Runs every case `repetitions` times, in turn. Throws Error when the scene has no [slab], its path does not go into
 /// the bone along the cut direction, CheckCompareParams() refuses, or a case gives other forces when repeated.

@@ -31,9 +31,9 @@ bool Alike(double value, double other) {
 }
 
 /// "3.20 times the force of", "31.0 % of the force of".
-std::string OfTheForce(double ratio) {
-  return ratio >= 1 ? fmt::format("{} times the force of", ShowFigure(ratio))
-                    : fmt::format("{} % of the force of", ShowFigure(100 * ratio));
+std::string OfTheForce(double ratio, const char* what = "force") {
+  return ratio >= 1 ? fmt::format("{} times the {} of", ShowFigure(ratio), what)
+                    : fmt::format("{} % of the {} of", ShowFigure(100 * ratio), what);
 }
 
 /// "1/1440", or "80.0 %" for what is no small part.
@@ -276,27 +276,54 @@ std::string DescribeNearest(const Comparison& c) {
       ShowFigure(Percent(c.rms_between_N[first][second], peak_N)), ShowFigure(peak_N));
 }
 
-/// Whether a slab can take the reference's place.
-std::string DescribeSubstitute(const Comparison& c) {
-  const CaseResult* nearest = nullptr;
-  for (const CaseResult& result : c.cases) {
-    if (result.what.slab && (nearest == nullptr || result.slice.rms_N < nearest->slice.rms_N)) nearest = &result;
-  }
+/// Of a slab that differs from the reference: what of it is the tooth's law and what is the slab. `equal`: the voxel
+/// case with the slab's law.
+std::string DescribeCause(const CaseResult& slab, const CaseResult& equal, const Comparison& c) {
   const CaseResult& reference = c.reference();
-  if (nearest == nullptr || !(reference.peak_N > 0) || !(nearest->times.p50_us > 0)) return "";
+  const double by_law = equal.slice.mean_N / reference.slice.mean_N;
+  const double by_slab = slab.slice.mean_N / equal.slice.mean_N;
+  if (!(by_law > 0 && by_slab > 0 && std::isfinite(by_law) && std::isfinite(by_slab))) return "";
+  const bool has_more = c.slab.friction_coefficient * c.slab.normal_force_N > 0 || c.slab.stiffness_N_per_mm > 0 ||
+                        c.slab.damping_Ns_per_mm > 0;
+  const std::string slab_share =
+      fmt::format("at equal law {} gives {} {} ({} N against {} N{})", slab.what.label,
+                  OfTheForce(by_slab, "mean force"), equal.what.label, ShowFigure(slab.slice.mean_N),
+                  ShowFigure(equal.slice.mean_N), has_more ? "; friction, springs and dampers included" : "");
+  if (&equal == &reference) return fmt::format(" The cause is the slab: {}.", slab_share);
+  const std::string law_share =
+      fmt::format("with the slab's law voxel mode gives {} {}", OfTheForce(by_law, "mean force"), reference.what.label);
+  return std::abs(std::log(by_law)) >= std::abs(std::log(by_slab))
+             ? fmt::format(" The cause is the tooth's law more than the slab: {}; {}.", law_share, slab_share)
+             : fmt::format(" The cause is the slab more than the tooth's law: {}; {}.", slab_share, law_share);
+}
+
+/// Whether a slab can take the reference's place. The slab is the one that is nearest at equal law.
+std::string DescribeSubstitute(const Comparison& c) {
+  const CaseResult& reference = c.reference();
+  const CaseResult* equal = FindEqualLaw(c);
+  const auto& rms_N = c.rms_between_N[equal != nullptr ? static_cast<std::size_t>(equal - c.cases.data()) : 0];
+  const CaseResult* nearest = nullptr;
+  double least_N = 0;
+  for (std::size_t k = 0; k < c.cases.size(); ++k) {
+    if (!c.cases[k].what.slab || (nearest != nullptr && rms_N[k] >= least_N)) continue;
+    nearest = &c.cases[k];
+    least_N = rms_N[k];
+  }
+  const bool measured = reference.peak_N > 0 && reference.slice.mean_N > 0;
+  if (nearest == nullptr || !measured || !(nearest->times.p50_us > 0)) return "";
   const double share = nearest->slice.rms_N / reference.peak_N;
   const double faster = reference.times.p50_us / nearest->times.p50_us;
   const std::string time = faster >= 1 ? fmt::format("at {} of the time for a tick", ShowShare(1 / faster))
                                        : fmt::format("at {} times the time for a tick", ShowFigure(1 / faster));
+  const std::string force = fmt::format(
+      "{} gives {} {} ({} N against {} N; rms difference {} N), {}.", nearest->what.label,
+      OfTheForce(nearest->slice.mean_N / reference.slice.mean_N, "mean force"), reference.what.label,
+      ShowFigure(nearest->slice.mean_N), ShowFigure(reference.slice.mean_N), ShowFigure(nearest->slice.rms_N), time);
   if (share <= kStandsIn) {
-    return fmt::format(
-        "**In short:** slab mode can stand in for {} on this cut: {} gives its force to {} % of its peak (rms), {}.",
-        reference.what.label, nearest->what.label, ShowFigure(100 * share), time);
+    return fmt::format("**In short:** slab mode can stand in for {} on this cut: {}", reference.what.label, force);
   }
-  return fmt::format(
-      "**In short:** slab mode does not stand in for {} on this cut: the nearest, {}, is off by {} % of its peak "
-      "(rms), {}.",
-      reference.what.label, nearest->what.label, ShowFigure(100 * share), time);
+  return fmt::format("**In short:** slab mode does not stand in for {} on this cut: {}{}", reference.what.label, force,
+                     equal != nullptr ? DescribeCause(*nearest, *equal, c) : "");
 }
 
 /// Which cases keep up with the tick rate, and how far repetitions are apart.

@@ -3,8 +3,10 @@
 
 #include <atomic>
 #include <filesystem>
+#include <glm/geometric.hpp>
 
 #include "accuracy/case.h"
+#include "accuracy/case_run.h"
 #include "accuracy/reference_store.h"
 #include "files/files.h"
 #include "kerf/error.h"
@@ -88,6 +90,50 @@ TEST(CaseErrors, AFailureIsASentenceOfTheCase) {
   EXPECT_EQ(outcome.state, CaseState::kFailed);
   EXPECT_EQ(outcome.why, "no bone today");
   EXPECT_FALSE(outcome.errors);
+}
+
+// Two strokes side by side in a block that goes on both ways, the tool lifted in between: the second cuts as the first,
+// 3 mm (12 voxels) beside it. Exactly so in the reference but for rounding and, in a hand, its solver's tolerance.
+TEST(CaseErrors, AStrokeAfterALiftIsThatOfAFreshBone) {
+  const test::Folder folder;
+  const std::string file = folder.file("strokes.toml");
+  WriteTextFile(file,
+                "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 12\nsize_y_mm = 9\nsize_z_mm = 3\n"
+                "voxel_mm = 0.25\n"
+                "[[path.stroke]]\nstart_mm = [0, -1.5, 11.2]\nend_mm = [0, -1.5, 10.1]\nfeed_mm_per_s = 4.4\n"
+                "disc_normal = [0, 1, 0]\n"
+                "[[path.stroke]]\nstart_mm = [0, 1.5, 11.2]\nend_mm = [0, 1.5, 10.1]\nfeed_mm_per_s = 4.4\n"
+                "disc_normal = [0, 1, 0]\n");
+  EXPECT_TRUE(MakeScenePath("first", file).lifts_s.empty());
+  EXPECT_NEAR(MakeScenePath("first", file).duration_s, 0.25, 1e-12);
+  const StudyPath path = MakeScenePath("both", file, SceneStrokes::kAll);
+  ASSERT_EQ(path.lifts_s.size(), 1u);
+  EXPECT_NEAR(path.duration_s, 0.5, 1e-12);
+  StudySettings settings;
+  settings.voxel_mm = 0.25;
+  for (const Holding holding : path.holdings) {
+    SCOPED_TRACE(ToString(holding));
+    const StudyReference reference = MakeStudyReference(path, holding, settings, 0.05, "", nullptr);
+    ASSERT_EQ(reference.ticks.size(), 2000u);
+    double most_N = 0;
+    for (std::size_t i = 1; i < 1000; ++i) {
+      const Vec3& f = reference.ticks[i].f_W_N;
+      most_N = std::max(most_N, glm::length(f));
+      EXPECT_LT(glm::distance(reference.ticks[1000 + i].f_W_N, f), 1e-6) << i;
+    }
+    EXPECT_GT(most_N, 0.5);
+    const CasePass pass = RunCasePass(path, holding, settings);
+    ASSERT_EQ(pass.f_W_N.size(), 500u);
+    EXPECT_EQ(pass.f_W_N[250], Vec3(0));  // set down
+    for (std::size_t i = 1; i < 250; ++i) {
+      EXPECT_LT(glm::distance(pass.f_W_N[250 + i], pass.f_W_N[i]), 1e-3 * most_N) << i;
+    }
+    // Both kerfs are there: twice one of them.
+    const StudyPath one = MakeScenePath("first", file);
+    EXPECT_NEAR(pass.removed_mm3, 2 * RunCasePass(one, holding, settings).removed_mm3, 1e-2 * pass.removed_mm3);
+    EXPECT_NEAR(reference.removed_mm3, 2 * MakeStudyReference(one, holding, settings, 0.05, "", nullptr).removed_mm3,
+                1e-2 * reference.removed_mm3);
+  }
 }
 
 TEST(StudyReference, SettingsThatDifferInNumericsShareOne) {

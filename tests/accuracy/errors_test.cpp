@@ -39,6 +39,22 @@ TEST(ForceErrors, OfAConstantOffset) {
   EXPECT_FALSE(errors.breakthrough_ms);
 }
 
+// Too much and too little for as long cancel in the signed figure alone; a force across leaves it nearly as it was.
+TEST(ForceErrors, ImpulseHasASign) {
+  const auto reference = MakeSeries(1000, 0.001, [](double) { return Vec3(0, 0, -4); });
+  const auto signed_of = [&](const std::function<Vec3(double)>& force) {
+    return Compare(MakeSeries(1000, 0.001, force), reference).impulse_signed.value();
+  };
+  EXPECT_NEAR(signed_of([](double) { return Vec3(0, 0, -4.4); }), 0.1, 1e-12);
+  EXPECT_NEAR(signed_of([](double) { return Vec3(0, 0, -3.44); }), -0.14, 1e-12);
+  EXPECT_NEAR(signed_of([](double t) { return Vec3(0, 0, t < 0.5005 ? -5 : -3); }), 0, 1e-12);
+  EXPECT_NEAR(signed_of([](double) { return Vec3(0.04, 0, -4); }), 0.5 * 0.01 * 0.01, 1e-8);
+  // A force where there should be none, for a tenth of the time.
+  const auto ends = MakeSeries(1000, 0.001, [](double t) { return t < 0.5005 ? Vec3(2, 0, 0) : Vec3(0); });
+  const auto late = MakeSeries(1000, 0.001, [](double t) { return t < 0.6005 ? Vec3(2, 0, 0) : Vec3(0); });
+  EXPECT_NEAR(Compare(late, ends).impulse_signed.value(), 0.2, 1e-12);
+}
+
 TEST(ForceErrors, OfOneTickInTwenty) {
   // Six of a hundred ticks are 1 N off: the 95th percentile is among them. With five it is not.
   for (const int bad : {6, 5}) {
@@ -88,6 +104,7 @@ TEST(ForceErrors, NoForceCountsAsHalfANewton) {
   const ErrorFigures none = Compare(nothing, nothing);
   EXPECT_EQ(none.force_l2, 0);
   EXPECT_EQ(none.impulse, 0);
+  EXPECT_EQ(none.impulse_signed, 0);
   EXPECT_EQ(none.direction_p95_deg, 0);
 }
 

@@ -29,6 +29,7 @@ inline CaseRecord MakeCase(Holding holding, const std::string& path, const std::
   errors.direction_p95_deg = 60 * error;
   errors.direction_worst_deg = 150 * error;
   errors.impulse = 0.2 * error;
+  errors.impulse_signed = path == "breakthrough" ? -0.2 * error : 0.2 * error;
   errors.noise_N = 0.1 * error;
   errors.volume = 0.1 * error;
   errors.surface_mean_mm = 0.3 * error;

@@ -164,6 +164,24 @@ TEST_F(StudyMerge, ContradictionIsAnErrorThatNamesBothAndWritesNothing) {
   EXPECT_THAT(Merge({folder_.file("a"), again}, "out").missing, IsEmpty());
 }
 
+// A record of a version that did not measure the signed impulse contradicts nothing, and the one that has it is kept.
+TEST_F(StudyMerge, RecordsOfAnEarlierVersionAgree) {
+  RunShards("a", 1);
+  const std::string again = RunShard("b", 0, 1);
+  const StudyFolder newer(again);
+  WorkRecord record = *newer.Read("slot.hand.default", CaseWork::kErrors);
+  ASSERT_FALSE(record.errors->impulse_signed);
+  record.errors->impulse_signed = -0.02;
+  newer.Write(record);
+  for (const bool older_first : {true, false}) {
+    const std::string out = older_first ? "out_1" : "out_2";
+    const std::string a = folder_.file("a/shard-0-of-1");
+    EXPECT_THAT(Merge(older_first ? std::vector{a, again} : std::vector{again, a}, out).missing, IsEmpty());
+    EXPECT_EQ(StudyFolder(folder_.file(out)).Read("slot.hand.default", CaseWork::kErrors)->errors->impulse_signed,
+              -0.02);
+  }
+}
+
 TEST_F(StudyMerge, ReferencesThatContradictAreRefused) {
   RunShards("a", 2);
   const std::string again = RunShard("b", 0, 2);

@@ -50,6 +50,41 @@ TEST(StudyCsv, ReadsBackWhatItWrote) {
   EXPECT_EQ(ShowSettings(again.base), ShowSettings(study.base));
 }
 
+// Folders of versions before the signed impulse have no such column: all else of them is read.
+TEST(StudyCsv, AnEarlierVersionsTableIsRead) {
+  const Folder folder;
+  StudyResults study = test::MakeStudy();
+  for (CaseRecord& record : study.cases) {
+    if (record.errors) record.errors->impulse_signed.reset();
+  }
+  Write(study, folder.path());
+  std::string text = test::ReadBytes(folder.file("cases.csv"));
+  const std::string name = ",impulse_signed";
+  const std::size_t at = text.find(name);
+  ASSERT_NE(at, std::string::npos);
+  const auto column = std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at) + 1, ',');
+  std::string old;
+  std::size_t line_start = 0;
+  while (line_start < text.size()) {
+    const std::size_t line_end = text.find('\n', line_start);
+    std::string line = text.substr(line_start, line_end - line_start);
+    std::size_t comma = 0;
+    bool quoted = false;
+    std::ptrdiff_t commas = 0;
+    for (; comma < line.size(); ++comma) {
+      quoted = quoted != (line[comma] == '"');
+      if (line[comma] == ',' && !quoted && ++commas == column) break;
+    }
+    line.erase(comma, line_start == 0 ? name.size() : 1);
+    old += line + "\n";
+    line_start = line_end + 1;
+  }
+  test::WriteBytes(folder.file("cases.csv"), old);
+  const StudyResults again = ReadStudyResults(folder.path());
+  EXPECT_EQ(AllOf(again), AllOf(study));
+  EXPECT_FALSE(again.cases[3].errors->impulse_signed);
+}
+
 TEST(StudyCsv, OddWordsAndNumbersSurvive) {
   const bool holds = rc::check([] {
     const Folder folder;
@@ -76,6 +111,7 @@ TEST(StudyCsv, OddWordsAndNumbersSurvive) {
     ErrorFigures errors;
     for (const ErrorColumn& column : kErrorColumns) errors.*column.value = number();
     errors.breakthrough_ms = number();
+    errors.impulse_signed = number();
     record.errors = errors;
     study.cases.push_back(record);
     ReferenceRecord reference;
@@ -102,6 +138,7 @@ TEST(StudyCsv, OddWordsAndNumbersSurvive) {
       RC_ASSERT(value == errors.*column.value);
     }
     RC_ASSERT(again.cases.at(0).errors->breakthrough_ms == errors.breakthrough_ms);
+    RC_ASSERT(again.cases.at(0).errors->impulse_signed == errors.impulse_signed);
     RC_ASSERT(!again.cases.at(0).costs);
     RC_ASSERT(again.references.at(0).note == flat(reference.note));
     RC_ASSERT(again.references.at(0).error_bar == reference.error_bar);

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "accuracy/made_up_study.h"
+#include "accuracy/study_words.h"
 #include "support/folder.h"
 #include "support/xml_check.h"
 
@@ -16,6 +17,7 @@ namespace kerf {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 // Two knobs by hand only: each picture takes a while.
 StudyResults MakeShortStudy() {
@@ -62,6 +64,32 @@ TEST(StudyReport, IsTheSameToTheByteFromItsOwnRawFigures) {
   for (const char* words : {">Pareto front<", ">0.25 ms<", ">0.5 ms<", ">1 ms<", ">3.5 %: half a JND<",
                             ">7 %: one JND<", ">0.05<", ">0.8<", ">defaults<", ">slab (9 of 11 paths)<"}) {
     EXPECT_THAT(diagram, HasSubstr(words));
+  }
+}
+
+TEST(StudyReport, TheSignedImpulseStandsBesideTheForce) {
+  StudyResults study = test::MakeStudy();
+  const std::string table = DefaultsTable(study, Holding::kHand);
+  EXPECT_THAT(table, HasSubstr("| path | force, p95 | impulse |"));
+  // A fifth of the force's error of 2.46 and 2.7 %.
+  EXPECT_THAT(table, HasSubstr("| slot | 2.46 % | +0.492 % |"));
+  EXPECT_THAT(table, HasSubstr("| breakthrough | 2.70 % | -0.540 % |"));
+  EXPECT_THAT(DescribeFindings(study, Holding::kHand),
+              HasSubstr("**Impulse**: from -0.540 % on `breakthrough` to +0.600 % on `worst`"));
+  for (CaseRecord& record : study.cases) {
+    if (record.errors) record.errors->impulse_signed.reset();
+  }
+  EXPECT_THAT(DefaultsTable(study, Holding::kHand), HasSubstr("| slot | 2.46 % |  |"));
+  EXPECT_THAT(DescribeFindings(study, Holding::kHand), Not(HasSubstr("Impulse")));
+}
+
+TEST(StudyReport, EachTableOfForcesNamesTheLeastForce) {
+  const test::Folder folder;
+  WriteStudyReport(MakeShortStudy(), folder.path(), {});
+  const std::string report = test::ReadBytes(folder.file("report.md"));
+  for (const char* heading : {"The defaults, path by path", "The best within a time", "The cheapest within an error",
+                              "Voxels against the slab", "All settings"}) {
+    EXPECT_THAT(report, HasSubstr(std::string("### ") + heading + "\n\nForce, p95: of |F - R| / max(|R|, 0.5 N)"));
   }
 }
 

@@ -108,7 +108,75 @@ TEST_F(TuneTest, ChoosesWhatKeepsTheErrorWhenItIsMeasuredAnew) {
   EXPECT_EQ(now.rim_samples_per_pitch, result.again->settings.rim_samples_per_pitch);
   EXPECT_EQ(now.substeps, result.again->settings.substeps);
   EXPECT_EQ(now.carve_interval_ticks, result.again->settings.carve_interval_ticks);
-  EXPECT_THAT(FormatTuneJson(result, options), testing::HasSubstr("\"keeps\": true"));
+  EXPECT_THAT(FormatTuneJson(result, options, {}), testing::HasSubstr("\"keeps\": true"));
+}
+
+// A plate of 3 mm, cut through: most of the error is where it gives way, long after the first contact.
+constexpr const char* kPlate = R"([bone]
+model = "block"
+[bone.block]
+size_x_mm = 8
+size_y_mm = 3
+size_z_mm = 3
+voxel_mm = 0.1
+[[path.stroke]]
+start_mm = [0, 0, 11.1]
+end_mm = [0, 0, 6.6]
+feed_mm_per_s = 7.5
+disc_normal = [0, 1, 0]
+)";
+
+TEST_F(TuneTest, JudgesTheWholePath) {
+  WriteTextFile(file_, kPlate);
+  TuneOptions options = Asked(1e6, 1);
+  options.holding = Holding::kPath;
+  options.ticks = 1000;
+  options.voxels_mm = {0.1};
+  const TuneResult result = Tune(file_, options);
+  ASSERT_TRUE(result.keeps);
+  EXPECT_EQ(result.extent, TuneExtent::kWhole);
+  EXPECT_NEAR(result.to_s, 4.5 / 7.5, 1e-12);
+  // The same from the parts: a reference of the path by itself, and one run against it.
+  StudyPath path = MakeScenePath("scene", file_);
+  ASSERT_EQ(result.from_s, 0);  // 0.05 s before the contact at 0.1 / 7.5 s
+  const StudySettings& settings = result.again->settings;
+  const StudyReference reference = MakeStudyReference(path, options.holding, settings, 0.005, "", nullptr);
+  const CaseOutcome outcome = RunForErrors(path, options.holding, settings, reference);
+  EXPECT_EQ(result.again->outcome.errors->force_p95, outcome.errors->force_p95);
+  EXPECT_EQ(result.again->outcome.errors->impulse_signed, outcome.errors->impulse_signed);
+  // All phases, and the breakthrough is the worse part: the last voxel of a wall gives way early (docs/accuracy.md).
+  ASSERT_GE(result.phases.size(), 3u);
+  EXPECT_EQ(result.phases[0].phase.name, "entry");
+  EXPECT_EQ(result.phases[1].phase.name, "cut");
+  EXPECT_EQ(result.phases[2].phase.name, "breakthrough");
+  EXPECT_GT(result.phases[2].force_p95, 2 * result.phases[1].force_p95);
+  const std::string evidence = DescribeEvidence(result, options);
+  EXPECT_THAT(evidence, testing::HasSubstr("over the whole path from the first contact on (0.00 to 0.60 s)"));
+  EXPECT_THAT(evidence, testing::HasSubstr("; by phase entry "));
+  EXPECT_THAT(evidence, testing::HasSubstr(", breakthrough "));
+  EXPECT_THAT(FormatTuneTable(result), testing::HasSubstr("force p95: of |F - R| / max(|R|, 0.5 N)"));
+  // A part of it is said to be one, and knows nothing of what comes after.
+  options.seconds = 0.2;
+  const TuneResult part = Tune(file_, options);
+  EXPECT_EQ(part.extent, TuneExtent::kSeconds);
+  EXPECT_THAT(DescribeEvidence(part, options),
+              testing::HasSubstr("over 0.00 to 0.20 s of the path's 0.60 s (as asked)"));
+  EXPECT_THAT(part.notes, testing::Contains(testing::HasSubstr("errors are those of 0.00 to 0.20 s")));
+  for (const TunePhase& p : part.phases) EXPECT_LE(p.phase.to_s, 0.2 + 1e-9);
+}
+
+TEST(TuneExtentWords, SayWhichStrokesAreMeasured) {
+  TuneResult result;
+  result.from_s = 0.5;
+  result.to_s = 10;
+  result.path_s = 270.1;
+  result.strokes = 20;
+  result.measured = 20;
+  EXPECT_EQ(DescribeExtent(result), "the whole path from the first contact on (0.50 to 10.00 s, all 20 strokes)");
+  result.extent = TuneExtent::kFirstPassage;
+  result.measured = 1;
+  EXPECT_EQ(DescribeExtent(result),
+            "0.50 to 10.00 s of the path's 270.10 s (the first passage through the bone, 1 of its 20 strokes)");
 }
 
 TEST_F(TuneTest, SaysWhatIsOutOfRange) {

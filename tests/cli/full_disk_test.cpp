@@ -74,7 +74,7 @@ std::vector<Command> ListCommands() {
           {"export_ply", "export IN/b.vdb -o x.ply"},
           {"picture", "picture IN/b.vdb -o p.png"},
           {"compare", "compare IN/s.toml -o o --repeat 1 --depth-step 0.5"},
-          {"tune", "tune s.toml --budget-us 1000000 --led --seconds 0.2 --ticks 1000 --voxels 0.4,0.3", false},
+          {"tune", "tune s.toml --in-place --budget-us 1000000 --led --ticks 1000 --voxels 0.4,0.3", false},
           {"study", "study IN/study.toml -o o", false}};
 }
 

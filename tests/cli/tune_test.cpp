@@ -1,8 +1,13 @@
-// kerf tune as a user runs it: what it refuses, and that it writes only what it has shown to keep what was asked.
+// kerf tune as a user runs it: what it refuses, that it writes only what it has shown to keep what was asked, and that
+// it leaves its input alone unless it is asked to change it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "support/program.h"
 
@@ -10,16 +15,18 @@ namespace kerf {
 namespace {
 
 using test::ProgramResult;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
-// A small block, and coarse voxels to try: half a second of work.
+// A small block, and coarse voxels to try: a second of work.
 constexpr char kScene[] =
     "# mine\n[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 6.0\nsize_y_mm = 4.0\nsize_z_mm = 3.0\n"
     "voxel_mm = 0.4  # coarse\n"
     "[tool]\ndiameter_mm = 12.0\nthickness_mm = 0.5\nteeth = 16\n"
     "[[path.stroke]]\nstart_mm = [0.0, 0.0, 6.5]\nend_mm = [0.0, 0.0, 5.0]\nfeed_mm_per_s = 6.0\n"
     "disc_normal = [1.0, 0.0, 0.0]\n";
-constexpr char kQuick[] = " --led --seconds 0.2 --ticks 1000 --voxels 0.4,0.3";
+constexpr char kQuick[] = " --led --ticks 1000 --voxels 0.4,0.3";
 
 class Tune : public test::ProgramTest {
  protected:
@@ -28,6 +35,16 @@ class Tune : public test::ProgramTest {
     Write("s.toml", kScene);
   }
   std::string Scene() const { return test::Slurp(folder_ / "s.toml"); }
+  /// Names of all files that are there but what Kerf() keeps its output in.
+  std::vector<std::string> Files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      const std::string name = entry.path().filename().string();
+      if (name != "stdout.txt" && name != "stderr.txt") names.push_back(name);
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+  }
 };
 
 TEST_F(Tune, RefusesWhatIsNoBound) {
@@ -50,32 +67,84 @@ TEST_F(Tune, RefusesWhatIsNoBound) {
 }
 
 TEST_F(Tune, DryRunLeavesTheSceneAsItWas) {
-  const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 --dry-run") + kQuick);
+  const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 --dry-run --in-place") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("chosen"));
   EXPECT_EQ(Scene(), kScene);
-  EXPECT_FALSE(Exists("s.tune.json"));
+  EXPECT_THAT(Files(), ElementsAre("s.toml"));
 }
 
-TEST_F(Tune, WritesTheSettingsIntoTheSceneAndTheEvidenceBesideIt) {
+// Without -o and --in-place the scene goes to stdout, alone, and no file is written.
+TEST_F(Tune, PrintsTheSceneAndTouchesNoFile) {
   const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000") + kQuick);
   ASSERT_EQ(result.code, 0) << result.err;
-  const std::string scene = Scene();
-  EXPECT_THAT(scene, HasSubstr("# mine\n"));  // what is not chosen stays, comments too
-  EXPECT_THAT(scene, HasSubstr("kerf tune"));
-  EXPECT_EQ(Kerf("check s.toml").code, 0);
-  const auto evidence = nlohmann::json::parse(test::Slurp(folder_ / "s.tune.json"));
+  EXPECT_THAT(result.err, HasSubstr("  chosen    asked p99 at most 1e+06 us"));
+  EXPECT_THAT(result.out, StartsWith("# mine\n"));
+  EXPECT_THAT(result.out, HasSubstr("# kerf tune: asked p99"));
+  // Of what the figure is: the block is as long as the path, 0.25 s.
+  EXPECT_THAT(result.out, HasSubstr("over the whole path from the first contact on (0.03 to 0.25 s)"));
+  EXPECT_EQ(Scene(), kScene);
+  EXPECT_THAT(Files(), ElementsAre("s.toml"));
+  Write("t.toml", result.out);
+  EXPECT_EQ(Kerf("check t.toml").code, 0);
+}
+
+TEST_F(Tune, WritesTheSceneToAFileAndTheEvidenceBesideIt) {
+  const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 -o new.toml") + kQuick);
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(Scene(), kScene);
+  EXPECT_THAT(Files(), ElementsAre("new.toml", "new.tune.json", "s.toml"));
+  EXPECT_THAT(test::Slurp(folder_ / "new.toml"), HasSubstr("# kerf tune: "));
+  EXPECT_EQ(Kerf("check new.toml").code, 0);
+  const auto evidence = nlohmann::json::parse(test::Slurp(folder_ / "new.tune.json"));
   EXPECT_GE(evidence.at("candidates").size(), 2u);
   EXPECT_TRUE(evidence.contains("machine"));
+  EXPECT_THAT(evidence.at("errors_over").get<std::string>(), HasSubstr("the whole path"));
+  EXPECT_GE(evidence.at("phases").size(), 1u);
+}
+
+TEST_F(Tune, ChangesItsInputOnlyWhenAskedAndKeepsABackup) {
+  Write("s.toml.bak", "an earlier one");
+  ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 --in-place") + kQuick);
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("  written   s.toml s.tune.json\n  backup    s.toml.bak.1, the scene as it was\n"));
+  EXPECT_THAT(Files(), ElementsAre("s.toml", "s.toml.bak", "s.toml.bak.1", "s.tune.json"));
+  EXPECT_EQ(test::Slurp(folder_ / "s.toml.bak"), "an earlier one");
+  EXPECT_EQ(test::Slurp(folder_ / "s.toml.bak.1"), kScene);
+  EXPECT_THAT(Scene(), HasSubstr("# mine\n"));  // what is not chosen stays, comments too
+  EXPECT_THAT(Scene(), HasSubstr("# kerf tune: "));
+  EXPECT_EQ(Kerf("check s.toml").code, 0);
+}
+
+TEST_F(Tune, RefusesToReachItsInputByAnotherName) {
+  std::filesystem::create_symlink("s.toml", folder_ / "link.toml");
+  for (const char* name : {"s.toml", "./s.toml", "link.toml"}) {
+    const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 -o ") + name + kQuick);
+    EXPECT_EQ(result.code, 1) << name;
+    EXPECT_EQ(result.out, "");
+    EXPECT_THAT(result.err, HasSubstr("-o names the scene itself; give --in-place to change it, with a backup"));
+  }
+  EXPECT_EQ(Kerf(std::string("tune s.toml --budget-us 1000000 --in-place -o new.toml") + kQuick).code, 2);
+  EXPECT_EQ(Scene(), kScene);
+  EXPECT_THAT(Files(), ElementsAre("link.toml", "s.toml"));
+}
+
+TEST_F(Tune, JsonIsAllOfStdoutAndNamesTheChanges) {
+  const ProgramResult result = Kerf(std::string("tune s.toml --budget-us 1000000 --json") + kQuick);
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  ASSERT_FALSE(json.at("edits").empty());
+  EXPECT_TRUE(json.at("edits")[0].contains("key"));
+  EXPECT_THAT(Files(), ElementsAre("s.toml"));
 }
 
 TEST_F(Tune, ABoundThatNothingKeepsIsAFailureAndLeavesTheSceneAsItWas) {
   // No voxel of 0.3 mm and more is as exact as a hundredth of a per cent.
-  const ProgramResult result = Kerf(std::string("tune s.toml --error 0.01% --budget-us 1") + kQuick);
+  const ProgramResult result = Kerf(std::string("tune s.toml --error 0.01% --budget-us 1 --in-place") + kQuick);
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("the scene is as it was"));
   EXPECT_EQ(Scene(), kScene);
-  EXPECT_FALSE(Exists("s.tune.json"));
+  EXPECT_THAT(Files(), ElementsAre("s.toml"));
 }
 
 }  // namespace

@@ -107,15 +107,30 @@ TEST(Compare, CasesAreTheScenesLawTheLawsAskedForAndBothSlabs) {
     for (const CompareCase& what : MakeCompareCases(ForceLaw("edge_plus_chip"), laws)) text += what.id + " ";
     return text;
   };
-  EXPECT_EQ(ids({}), "voxel_edge_plus_chip slab_as_computed slab_corrected ");
+  EXPECT_EQ(ids({}), "voxel_edge_plus_chip voxel_hertz_constant_bite slab_as_computed slab_corrected ");
   EXPECT_EQ(ids({"hertz_chip", "edge_plus_chip", "hertz_chip"}),
-            "voxel_edge_plus_chip voxel_hertz_chip slab_as_computed slab_corrected ");
+            "voxel_edge_plus_chip voxel_hertz_chip voxel_hertz_constant_bite slab_as_computed slab_corrected ");
   std::string all = "voxel_edge_plus_chip ";
   for (const ForceLawInfo* law : ForceLaws()) {
     if (std::string(law->name) != "edge_plus_chip") all += "voxel_" + std::string(law->name) + " ";
   }
   EXPECT_EQ(ids({"all"}), all + "slab_as_computed slab_corrected ");
   EXPECT_THROW(ids({"hertz"}), Error);
+}
+
+TEST(Compare, OneVoxelCaseHasTheSlabsLawWhateverTheScenes) {
+  SlabParams slab;
+  slab.contact_share_of_pitch = 0.02;
+  ForceLaw own("hertz_constant_bite");
+  const auto last_voxel = [&] {
+    const std::vector<CompareCase> cases = MakeCompareCases(own, {}, slab);
+    return cases.at(cases.size() - 3);
+  };
+  EXPECT_EQ(last_voxel().id, "voxel_slab_law");
+  EXPECT_EQ(last_voxel().law.Get("contact_share_of_pitch"), 0.02);
+  own.Set("contact_share_of_pitch", 0.02);
+  EXPECT_EQ(last_voxel().id, "voxel_hertz_constant_bite");
+  EXPECT_EQ(MakeCompareCases(own, {}, slab).size(), 3u);
 }
 
 TEST(Compare, ReferenceDiffersFromItselfByNothingAndRepetitionsAgree) {

@@ -132,21 +132,65 @@ TEST(Conclusion, AgreementIsSaidOnlyWithinTwoPercent) {
 TEST(Conclusion, SlabStandsInOnlyWithinTenPercent) {
   EXPECT_THAT(
       ForceWords(Slab([](double) { return 4.3; })),
-      HasSubstr("**In short:** slab mode can stand in for voxel A on this cut: slab B gives its force to 7.50 % of its "
-                "peak (rms), at 1/200 of the time for a tick."));
+      HasSubstr(
+          "**In short:** slab mode can stand in for voxel A on this cut: slab B gives 1.08 times the mean force of "
+          "voxel A (4.30 N against 4.00 N; rms difference 0.300 N), at 1/200 of the time for a tick."));
   const std::string off = ForceWords(Slab([](double) { return 6.0; }));
   EXPECT_THAT(
-      off, HasSubstr("**In short:** slab mode does not stand in for voxel A on this cut: the nearest, slab B, is off "
-                     "by 50.0 % of its peak"));
+      off, HasSubstr("**In short:** slab mode does not stand in for voxel A on this cut: slab B gives 1.50 times the "
+                     "mean force of voxel A (6.00 N against 4.00 N; rms difference 2.00 N)"));
+  // Nothing is said of a cause that was not measured.
+  EXPECT_THAT(off, Not(HasSubstr("The cause")));
   // The nearest of two, whichever comes first.
-  MadeUpCase other = Slab([](double) { return 4.1; });
+  MadeUpCase other = Slab([](double) { return 4.2; });
   other.label = "slab C";
   EXPECT_THAT(AllOf(WriteConclusion(MakeUp({Reference(), Slab([](double) { return 9.0; }), other})).force),
-              HasSubstr("slab C gives its force"));
+              HasSubstr("slab C gives 1.05 times the mean force"));
   // A slab that is slower is not said to be faster.
   MadeUpCase slow = Slab([](double) { return 4.1; });
   slow.p50_us = 250;
   EXPECT_THAT(ForceWords(slow), HasSubstr("at 2.50 times the time for a tick"));
+}
+
+// A slab of 1.2 % of the force: with the slab's law voxel mode gives 1 %, so the slab itself adds a fifth.
+TEST(Conclusion, ASlabIsNotBlamedForTheLawOfItsTeeth) {
+  MadeUpCase equal = Reference();
+  equal.label = "voxel hertz_constant_bite";
+  equal.law = "hertz_constant_bite";
+  const auto in_short = [&](double equal_N, double slab_N) {
+    equal.force_N = [=](double) { return equal_N; };
+    return WriteConclusion(MakeUp({Reference(), equal, Slab([=](double) { return slab_N; })})).force.front();
+  };
+  const std::string law = in_short(0.04, 0.048);
+  EXPECT_THAT(law,
+              HasSubstr("slab B gives 1.20 % of the mean force of voxel A (0.0480 N against 4.00 N; rms difference "
+                        "3.95 N)"));
+  EXPECT_THAT(law, HasSubstr("The cause is the tooth's law more than the slab: with the slab's law voxel mode gives "
+                             "1.00 % of the mean force of voxel A; at equal law slab B gives 1.20 times the mean force "
+                             "of voxel hertz_constant_bite (0.0480 N against 0.0400 N)."));
+  EXPECT_THAT(law, Not(HasSubstr("peak")));
+  const std::string slab = in_short(3, 12);
+  EXPECT_THAT(slab,
+              HasSubstr("The cause is the slab more than the tooth's law: at equal law slab B gives 4.00 times "
+                        "the mean force of voxel hertz_constant_bite (12.0 N against 3.00 N); with the slab's law "
+                        "voxel mode gives 75.0 % of the mean force of voxel A."));
+  // The reference has the slab's law itself.
+  MadeUpCase reference = Reference();
+  reference.law = "hertz_constant_bite";
+  EXPECT_THAT(WriteConclusion(MakeUp({reference, Slab([](double) { return 12.0; })})).force.front(),
+              HasSubstr("The cause is the slab: at equal law slab B gives 3.00 times the mean force of voxel A"));
+}
+
+// Of two slabs the one that is nearest at equal law, not the one whose faults happen to cancel those of the law.
+TEST(Conclusion, TheNearestSlabIsThatAtEqualLaw) {
+  MadeUpCase equal = Reference();
+  equal.label = "voxel hertz_constant_bite";
+  equal.law = "hertz_constant_bite";
+  equal.force_N = [](double) { return 0.04; };
+  MadeUpCase lucky = Slab([](double) { return 3.0; });
+  lucky.label = "slab C";
+  const Comparison c = MakeUp({Reference(), equal, lucky, Slab([](double) { return 0.05; })});
+  EXPECT_THAT(WriteConclusion(c).force.front(), HasSubstr("slab B gives 1.25 % of the mean force"));
 }
 
 TEST(Conclusion, TeethThatReinforceEachOtherAreNoticed) {

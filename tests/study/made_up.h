@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 
 #include "study/comparison.h"
 
@@ -11,6 +12,7 @@ namespace kerf::test {
 struct MadeUpCase {
   std::string label;
   bool slab = false;
+  std::string law = "hertz_chip";  // voxel only
   std::function<double(double h_mm)> force_N;
   std::function<double(double h_mm)> beyond_N = [](double) { return 0.0; };  // past the slice's end
   std::function<double(double h_mm)> teeth = [](double) { return 2.0; };
@@ -42,6 +44,7 @@ inline Comparison MakeUp(const std::vector<MadeUpCase>& cases) {
     for (char& letter : r.what.id) letter = letter == ' ' ? '_' : letter;
     r.what.label = made.label;
     r.what.slab = made.slab;
+    r.what.law = ForceLaw(made.law);
     for (std::size_t i = 0; i < c.grid.count; ++i) {
       const double h = c.grid.Centre(i);
       const double force = h < 10 ? made.force_N(h) : made.beyond_N(h);
