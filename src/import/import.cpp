@@ -82,6 +82,8 @@ void CheckOptions(const ImportOptions& options) {
   }
 }
 
+}  // namespace
+
 Volume ReadCt(const std::string& path, const ImportOptions& options, ImportReport& report) {
   std::error_code failed;
   if (fs::is_directory(path, failed)) {
@@ -101,6 +103,8 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
   report.kind = "image";
   return ReadImageFile(path);
 }
+
+namespace {
 
 MaterialTable ChooseTable(const ImportOptions& options, bool use_atlas) {
   if (!options.materials) return use_atlas ? DefaultMandibleTable() : MakePlainTable();
