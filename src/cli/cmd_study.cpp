@@ -15,6 +15,7 @@
 #include "accuracy/settings.h"
 #include "accuracy/study_report.h"
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
@@ -39,7 +40,7 @@ struct Options {
 };
 
 void Warn(const std::string& what) {
-  fmt::print(stderr, "kerf: warning: {}\n", what);
+  SayWarning("{}", what);
 }
 
 std::string ShowTime(double seconds) {
@@ -89,7 +90,7 @@ void Finish(const Options& options, const StudyWork& work, const std::vector<std
     PrintCases("left out", omitted);
     fmt::print("  results   {}/\n", options.folder);
   }
-  for (const std::string& sentence : missing) fmt::print(stderr, "kerf: {}\n", sentence);
+  for (const std::string& sentence : missing) Say("{}", sentence);
   if (!missing.empty()) throw Error(fmt::format("{}: not all of the study is there", options.folder));
   if (!failed.empty()) {
     throw Error(

@@ -9,6 +9,7 @@
 
 #include "accuracy/tune.h"
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -77,7 +78,7 @@ void Run(Options& options) {
     options.tune.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
     result = Tune(options.scene, options.tune);
   }
-  for (const std::string& note : result.notes) fmt::print(stderr, "kerf: note: {}\n", note);
+  for (const std::string& note : result.notes) Say("note: {}", note);
   if (options.json) {
     fmt::print("{}", FormatTuneJson(result, options.tune));
   } else {
