@@ -149,6 +149,10 @@ void CheckGrids(const Bone::Grids& grids, const std::string& path) {
 Bone ReadBone(const std::string& path, const ReadBoneOptions& options) {
   std::error_code failed;
   const auto bytes = std::filesystem::file_size(path, failed);
+  if (failed == std::errc::no_such_file_or_directory) {
+    Refuse(path, fmt::format("there is no such file; 'kerf import INPUT -o {}' makes it from a CT or a closed surface",
+                             path));
+  }
   if (failed) Refuse(path, fmt::format("can't be read: {}", failed.message()));
   if (bytes > kMaxVdbFileBytes) Refuse(path, "can't be read: it is larger than 8 GiB");
   std::ifstream in(path, std::ios::binary);

@@ -12,6 +12,7 @@
 #include "bonefile/bonefile.h"
 #include "cli/assess_picture.h"
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -81,7 +82,7 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
   }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
   if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
-    fmt::print(stderr, "kerf: warning: {}: {}\n", options.file, damage);
+    SayWarning("{}: {}", options.file, damage);
   }
   LoopOptions loop;
   loop.virtual_time = true;
@@ -94,8 +95,8 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
   LoopSummary summary =
       RunLoop(recorded.scene, loop, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
   if (summary.replayed && summary.replayed->divergence) {
-    fmt::print(stderr, "kerf: warning: {}: other than recorded from tick {} on: {}\n", options.file,
-               summary.replayed->divergence->step + 1, summary.replayed->divergence->what);
+    SayWarning("{}: other than recorded from tick {} on: {}", options.file, summary.replayed->divergence->step + 1,
+               summary.replayed->divergence->what);
   }
   subject.title = TitleOf(recorded.scene);
   subject.plan = recorded.scene.plan;

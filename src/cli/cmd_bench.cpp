@@ -11,6 +11,7 @@
 #include "bench/undo_bench.h"
 #include "cli/commands.h"
 #include "cli/device_option.h"
+#include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -55,7 +56,7 @@ void Run(Options& options) {
     options.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
     report.results = RunTickCases(options.cases, options.bench);
   }
-  for (const std::string& doubt : FindTickDoubts(report)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
+  for (const std::string& doubt : FindTickDoubts(report)) SayWarning("{}", doubt);
   const std::string text = options.json       ? FormatTickJson(report)
                            : options.markdown ? FormatTickMarkdown(report)
                                               : FormatTickTable(report);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
@@ -83,7 +84,7 @@ void Run(const Options& options) {
     for (const std::string& doubt : FindHandDoubts(scene, *loop)) doubts.push_back(doubt);
   }
   doubts.insert(doubts.end(), bone.material.warnings.begin(), bone.material.warnings.end());
-  for (const std::string& doubt : doubts) fmt::print(stderr, "kerf: {}: warning: {}\n", options.file, doubt);
+  for (const std::string& doubt : doubts) Say("{}: warning: {}", options.file, doubt);
 
   const ForceLawInfo& law = scene.force.info();
   const double bite_um = 1000 * CalcTopBite(scene);

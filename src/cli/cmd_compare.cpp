@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/progress.h"
 #include "files/files.h"
 #include "kerf/error.h"
@@ -70,7 +71,7 @@ void Run(const Options& options) {
     comparison = CompareScene(scene, options.params, show, options.scene);
   }
   const std::vector<std::string> files = WriteComparison(comparison, options.folder);
-  for (const std::string& warning : comparison.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
+  for (const std::string& warning : comparison.warnings) SayWarning("{}", warning);
   if (options.json) {
     fmt::print("{}", FormatCompareJson(comparison));
   } else {

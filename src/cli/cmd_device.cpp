@@ -11,6 +11,7 @@
 
 #include "cli/commands.h"
 #include "cli/device_option.h"
+#include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/signals.h"
 #include "drivers/device_check.h"
@@ -76,7 +77,7 @@ void Run(Options& options) {
       WatchDevice(*servo, options.check.goes_on, ShowWatched);
       return;
     }
-    options.check.say = [](const std::string& message) { fmt::print(stderr, "kerf: {}\n", message); };
+    options.check.say = [](const std::string& message) { Say("{}", message); };
     result = CheckDevice(*servo, options.check);
   }
   fmt::print("{}", options.json ? FormatDeviceCheckJson(options.device.device, *servo, result)

@@ -5,10 +5,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/commands.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
+#include "core/nearest_name.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "scene/scene.h"
@@ -43,6 +45,18 @@ void SetVoxel(Scene& scene, double voxel_mm) {
   throw Error("--voxel is for a bone that the scene generates; this one is read from a file");
 }
 
+/// Throws Error for a word that can't be meant as a file: the nearest effect, or that there are such names.
+void RefuseUnknownName(const std::string& word) {
+  const std::filesystem::path path(word);
+  if (path.has_extension() || path.has_parent_path()) return;
+  std::vector<std::string> names;
+  for (const EffectInfo* info : Effects()) names.emplace_back(info->name);
+  const std::string nearest = FindNearestName(word, names);
+  throw Error(fmt::format("there is neither an effect nor a scene file \"{}\"; {}", word,
+                          nearest.empty() ? fmt::format("the effects are {}", fmt::join(names, ", "))
+                                          : fmt::format("the nearest effect is \"{}\"", nearest)));
+}
+
 void Run(Options& options) {
   if (options.scene.empty()) {
     if (options.measure.all || options.markdown || !options.csv.empty() || options.voxel_mm) {
@@ -51,10 +65,12 @@ void Run(Options& options) {
     fmt::print("{}", options.json ? FormatEffectListJson() : FormatEffectList());
     return;
   }
-  const EffectInfo* only = FindEffect(options.scene);
-  if (only != nullptr && !options.json && !std::filesystem::exists(options.scene)) {
-    fmt::print("{}", FormatEffectList(only));
-    return;
+  if (!std::filesystem::exists(options.scene)) {
+    if (const EffectInfo* only = FindEffect(options.scene)) {
+      fmt::print("{}", options.json ? FormatEffectListJson(only) : FormatEffectList(only));
+      return;
+    }
+    RefuseUnknownName(options.scene);
   }
   Scene scene = ReadScene(options.scene);
   if (options.voxel_mm) SetVoxel(scene, *options.voxel_mm);

@@ -8,6 +8,7 @@
 
 #include "cli/commands.h"
 #include "cli/device_option.h"
+#include "cli/message.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
@@ -131,8 +132,7 @@ std::shared_ptr<DeviceServo> TakeDevice(Options& options, Scene& scene) {
   if (options.loop.virtual_time) throw CLI::ValidationError("--virtual", "has no time for a real device");
   std::shared_ptr<DeviceServo> servo = OpenServo(options.device, scene, options.loop.stop);
   if (servo->traits().makes_force) {
-    options.loop.device = HoldBy(*servo, options.loop.stop,
-                                 [](const std::string& message) { fmt::print(stderr, "kerf: {}\n", message); });
+    options.loop.device = HoldBy(*servo, options.loop.stop, [](const std::string& message) { Say("{}", message); });
     return servo;
   }
   servo->Agree();  // no force comes of it
@@ -188,7 +188,7 @@ void Run(Options& options) {
     summary = RunLoop(scene, options.loop, show);
     if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder, show);
   }
-  for (const std::string& warning : summary.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
+  for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {
     fmt::print("{}", FormatLoopJson(scene, summary));
   } else {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/practise_history.h"
 #include "cli/progress.h"
@@ -53,11 +54,11 @@ void HandIn(const PractiseOptions& options) {
   History history(FindHistoryFile());  // before the long work
   const ScoreSheet sheet = Score(options.hand_in, options.bone_file);
   for (const std::string& warning : sheet.warnings) {
-    fmt::print(stderr, "kerf: warning: {}: {}\n", options.hand_in, warning);
+    SayWarning("{}: {}", options.hand_in, warning);
   }
   const bool is_new = history.Add(MakeAttempt(sheet, options.student));
   fmt::print("{}", options.json ? FormatSheetJson(sheet) : FormatSheet(sheet));
-  fmt::print(stderr, "kerf: {} in {}\n", is_new ? "kept" : "was handed in before; nothing changed", history.file());
+  Say("{} in {}", is_new ? "kept" : "was handed in before; nothing changed", history.file());
 }
 
 /// Whether it finished is told in `done`.
@@ -120,8 +121,8 @@ void RunAgent(const PractiseOptions& options) {
   const LoopSummary summary =
       LetDo(options.agent, options.seed, options.exercise, options.level, options.seconds, options.record, done);
   if (summary.recorded && !summary.recorded->failure.empty()) throw Error(summary.recorded->failure);
-  for (const std::string& warning : summary.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
-  if (!done) fmt::print(stderr, "kerf: warning: the agent had not finished after {:.1f} s\n", summary.simulated_s);
+  for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
+  if (!done) SayWarning("the agent had not finished after {:.1f} s", summary.simulated_s);
   fmt::print("{} did {} at level {} in {:.1f} s and removed {:.2f} mm3\n", options.agent, options.exercise,
              options.level, summary.simulated_s, summary.removed_mm3);
 }

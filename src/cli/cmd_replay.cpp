@@ -9,6 +9,7 @@
 #include <string>
 
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
@@ -117,7 +118,7 @@ void Run(const Options& options) {
   }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
   if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
-    fmt::print(stderr, "kerf: warning: {}: {}\n", options.file, damage);
+    SayWarning("{}: {}", options.file, damage);
   }
   const bool loop = recording.head().kind == RecordedKind::kLoop;
   if (!loop && options.speed > 0) {
@@ -130,7 +131,7 @@ void Run(const Options& options) {
     const std::string what = fmt::format("{}: other than recorded from tick {} on, at {:.3f} s: {}", options.file,
                                          d->step + 1, d->time_s, d->what);
     if (options.verify) throw Error(what);
-    fmt::print(stderr, "kerf: warning: {}\n", what);
+    SayWarning("{}", what);
   } else if (!options.json) {
     fmt::print("  replayed  {:.3f} s, {} ticks: voxels and forces to the bit as recorded\n", replayed.time_s,
                replayed.steps);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/progress.h"
 #include "files/files.h"
 #include "scene/doubts.h"
@@ -98,16 +99,15 @@ void RunSlabMode(const Scene& scene, const Options& options) {
         RunSlabScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
                      {options.record, options.scene, nullptr});
   }
-  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
-  for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
+  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) SayWarning("{}", doubt);
+  for (const std::string& warning : summary.material.warnings) SayWarning("{}", warning);
   if (summary.end.deepest_mm <= 0 && scene.tool.rpm > 0 && scene.slab.hold == SlabBody::kSlice) {
-    fmt::print(stderr, "kerf: warning: the blade met no bone on its path\n");
+    SayWarning("the blade met no bone on its path");
   }
   if (summary.starts_in_bone) {
-    fmt::print(
-        stderr,
-        "kerf: warning: the blade was set down inside the bone; its slice's spring is slack there, and what lies "
-        "above counts as cut\n");
+    SayWarning(
+        "the blade was set down inside the bone; its slice's spring is slack there, and what lies "
+        "above counts as cut");
   }
   if (options.json) {
     fmt::print("{}", FormatSlabSummaryJson(scene, summary));
@@ -163,18 +163,18 @@ void Run(const Options& options) {
                  {options.costs, [&](const std::string& line) { bars.SetNote(line); }},
                  {options.record, options.scene, nullptr});
   }
-  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) fmt::print(stderr, "kerf: warning: {}\n", doubt);
-  for (const std::string& warning : summary.material.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
-  if (!summary.touched) fmt::print(stderr, "kerf: warning: the saw met no bone on its path\n");
+  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) SayWarning("{}", doubt);
+  for (const std::string& warning : summary.material.warnings) SayWarning("{}", warning);
+  if (!summary.touched) SayWarning("the saw met no bone on its path");
   if (summary.starts_in_bone) {
-    fmt::print(stderr, "kerf: warning: the saw was set down inside the bone; what the disc held there went at once\n");
+    SayWarning("the saw was set down inside the bone; what the disc held there went at once");
   }
   if (summary.ticks_with_status > 0) {
-    fmt::print(stderr, "kerf: warning: {} ticks report that something was not done as asked; see the status column\n",
+    SayWarning("{} ticks report that something was not done as asked; see the status column",
                summary.ticks_with_status);
   }
   for (const std::string& warning : FindEffectWarnings(scene, summary.effects)) {
-    fmt::print(stderr, "kerf: warning: {}\n", warning);
+    SayWarning("{}", warning);
   }
   if (options.json) {
     fmt::print("{}", FormatSummaryJson(scene, summary));

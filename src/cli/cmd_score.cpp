@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
@@ -42,7 +43,7 @@ void Run(const Options& options) {
     sheet = ScoreRecording(recording, score, [&](const std::string& now, double f) { bars.Show(now, f); });
   }
   for (const std::string& warning : sheet.warnings) {
-    fmt::print(stderr, "kerf: warning: {}: {}\n", options.file, warning);
+    SayWarning("{}: {}", options.file, warning);
   }
   if (!options.page.empty()) WriteTextFile(options.page, FormatSheetHtml(sheet));
   fmt::print("{}", options.json ? FormatSheetJson(sheet) : options.csv ? FormatSheetCsv(sheet) : FormatSheet(sheet));

@@ -10,6 +10,7 @@
 
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
 #include "files/markups.h"
@@ -75,26 +76,22 @@ void Print(const PartsReport& r, const std::string& folder) {
 
 void Warn(const PartsReport& r, bool everywhere, bool reduced) {
   if (std::abs(r.CalcDifferencePercent()) > kLargestDifference_percent) {
-    fmt::print(
-        stderr,
-        "kerf: the parts' volumes sum to {:+.2f} % of the bone's: voxels of {:g} mm are coarse for this bone and "
-        "cut; make it anew with smaller ones\n",
+    Say("the parts' volumes sum to {:+.2f} % of the bone's: voxels of {:g} mm are coarse for this bone and "
+        "cut; make it again with smaller ones",
         r.CalcDifferencePercent(), r.parts.front().voxel_mm);
   }
   if (const double off_mm = r.measured_thickness_mm - r.thickness_mm;
       !(std::abs(off_mm) <= kLargestThicknessError_mm)) {
-    fmt::print(stderr, "kerf: the slice's surface is {:.3f} mm thick instead of {:g} mm; {}\n", r.measured_thickness_mm,
-               r.thickness_mm,
-               reduced ? "give it more --triangles" : "make the bone anew with smaller voxels, or the slice thicker");
+    Say("the slice's surface is {:.3f} mm thick instead of {:g} mm; {}", r.measured_thickness_mm, r.thickness_mm,
+        reduced ? "give it more --triangles" : "make the bone again with smaller voxels, or the slice thicker");
   }
   if (!everywhere && r.cut_places > 1) {
-    fmt::print(stderr, "kerf: the bone is cut in {} places, because fewer left it in one piece\n", r.cut_places);
+    Say("the bone is cut in {} places, because fewer left it in one piece", r.cut_places);
   }
   if (!everywhere && r.places > r.cut_places) {
-    fmt::print(stderr,
-               "kerf: the plane goes through the bone in {} places; {} of them {} left whole (--near chooses another, "
-               "--everywhere cuts all)\n",
-               r.places, r.places - r.cut_places, r.places - r.cut_places == 1 ? "is" : "are");
+    Say("the plane goes through the bone in {} places; {} of them {} left whole (--near chooses another, "
+        "--everywhere cuts all)",
+        r.places, r.places - r.cut_places, r.places - r.cut_places == 1 ? "is" : "are");
   }
 }
 

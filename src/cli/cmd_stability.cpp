@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "devices/profiles.h"
@@ -146,8 +147,8 @@ void Run(Options& options) {
   const bool keep = !study.complete && std::filesystem::exists(options.folder + "/stability.json");
   const bool write = !options.folder.empty() && !keep;
   if (write) WriteStabilityStudy(scene, study, options.folder);
-  if (!options.folder.empty() && keep) fmt::print(stderr, "kerf: the earlier results in {}/ stay\n", options.folder);
-  for (const std::string& warning : study.warnings) fmt::print(stderr, "kerf: warning: {}\n", warning);
+  if (!options.folder.empty() && keep) Say("the earlier results in {}/ stay", options.folder);
+  for (const std::string& warning : study.warnings) SayWarning("{}", warning);
   if (options.json) {
     fmt::print("{}", FormatStabilityJson(study));
   } else {

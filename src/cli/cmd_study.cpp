@@ -15,6 +15,7 @@
 #include "accuracy/settings.h"
 #include "accuracy/study_report.h"
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
@@ -39,7 +40,7 @@ struct Options {
 };
 
 void Warn(const std::string& what) {
-  fmt::print(stderr, "kerf: warning: {}\n", what);
+  SayWarning("{}", what);
 }
 
 std::string ShowTime(double seconds) {
@@ -89,7 +90,7 @@ void Finish(const Options& options, const StudyWork& work, const std::vector<std
     PrintCases("left out", omitted);
     fmt::print("  results   {}/\n", options.folder);
   }
-  for (const std::string& sentence : missing) fmt::print(stderr, "kerf: {}\n", sentence);
+  for (const std::string& sentence : missing) Say("{}", sentence);
   if (!missing.empty()) throw Error(fmt::format("{}: not all of the study is there", options.folder));
   if (!failed.empty()) {
     throw Error(
@@ -129,7 +130,9 @@ void PrintPlan(const Options& options, const StudyPlan& plan) {
 }
 
 void Work(Options& options, const StudyWork& work) {
-  const StudySpec spec = ReadStudyFile(options.inputs.front(), NamesOfStudyPaths());
+  const StudySpec spec = options.inputs.empty()
+                             ? ParseStudy(DefaultStudyToml(), "the default study", NamesOfStudyPaths())
+                             : ReadStudyFile(options.inputs.front(), NamesOfStudyPaths());
   options.run.folder = options.folder;
   options.run.errors = !options.costs_only;
   options.run.costs = !options.errors_only;
@@ -196,7 +199,8 @@ void Run(Options& options) {
     }
     return Finish(options, work, outcome.missing);
   }
-  if (options.inputs.size() != 1) {
+  // The default study can be planned without its file, but is hours of work: that takes one.
+  if (options.inputs.size() != 1 && !(options.inputs.empty() && options.dry_run)) {
     throw CLI::ValidationError("STUDY",
                                options.inputs.empty() ? "is missing: give one study file" : "give one study file");
   }
@@ -221,7 +225,8 @@ void AddStudyCommand(CLI::App& app) {
   command->add_option("-o,--output", options->folder, "Folder for records and report; what is there is not done again")
       ->capture_default_str();
   command->add_flag("--defaults", options->defaults, "Print the default study as commented TOML");
-  command->add_flag("--dry-run", options->dry_run, "List the cases and estimate the time; do nothing");
+  command->add_flag("--dry-run", options->dry_run,
+                    "List the cases and estimate the time; do nothing. Without STUDY: of the default study");
   CLI::Option* shard = command->add_option("--shard", options->shard,
                                            "Only the I-th of N parts, counted from 0: I/N; into OUTPUT/shard-I-of-N");
   command->add_flag("--merge", options->merge, "Put shards together; says which are missing")->excludes(shard);

@@ -10,6 +10,7 @@
 
 #include "accuracy/tune.h"
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -130,7 +131,7 @@ void Run(Options& options) {
     options.tune.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
     result = Tune(options.scene, options.tune);
   }
-  for (const std::string& note : result.notes) fmt::print(stderr, "kerf: note: {}\n", note);
+  for (const std::string& note : result.notes) Say("note: {}", note);
   std::vector<SceneEdit> edits;
   if (result.keeps) edits = EditsFor(scene, options.tune.holding, result.again->settings);
   const std::string json = FormatTuneJson(result, options.tune, edits);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -80,7 +81,7 @@ std::vector<PlayedPose> ReadHandle(const std::string& file) {
   }
   if (poses.empty()) throw Error(fmt::format("{}: has no pose of a handle", file));
   if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
-    fmt::print(stderr, "kerf: warning: {}: {}; the handle stands still after that\n", file, damage);
+    SayWarning("{}: {}; the handle does not move after that", file, damage);
   }
   return poses;
 }
@@ -198,8 +199,8 @@ std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceS
   if (!option.profile.empty()) FindDeviceProfile(option.profile);
   const DriverOptions driver = MakeDriverOptions(option);
   if (!driver.falcon.firmware.empty()) {
-    fmt::print(stderr, "kerf: {}: {} bytes, SHA-256 {}\n", option.falcon_firmware, driver.falcon.firmware.size(),
-               CalcSha256(driver.falcon.firmware));
+    Say("{}: {} bytes, SHA-256 {}", option.falcon_firmware, driver.falcon.firmware.size(),
+        CalcSha256(driver.falcon.firmware));
   }
   HandleSignalsOfDevices();
   DeviceServoOptions served = servo;
@@ -250,7 +251,8 @@ LoopDevice MakePlayedDevice(const DeviceOption& option) {
 void FollowServo(DeviceServo& servo, bool& waited) {
   const bool terminal = isatty(STDERR_FILENO) == 1;
   for (const std::string& message : servo.TakeMessages()) {
-    fmt::print(stderr, "{}kerf: {}\n", terminal ? "\r\x1b[K" : "", message);  // over a progress bar
+    if (terminal) std::fputs("\r\x1b[K", stderr);  // over a progress bar
+    Say("{}", message);
   }
   if (!MayReadTerminal(STDIN_FILENO)) return;
   // What was typed before it asked is no answer.

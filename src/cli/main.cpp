@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/message.h"
 #include "cli/signals.h"
 #include "core/nearest_name.h"
 #include "files/memory.h"
@@ -21,11 +22,22 @@ namespace {
 constexpr int kFailed = 1;
 constexpr int kUsage = 2;
 
+/// What the command line says; "kerf help run" is "kerf run --help".
+std::vector<std::string> ReadArguments(int argc, char** argv) {
+  std::vector<std::string> arguments;
+  for (int i = 1; i < argc; ++i) arguments.emplace_back(argv[i]);
+  if (!arguments.empty() && arguments.front() == "help") {
+    arguments.erase(arguments.begin());
+    arguments.emplace_back("--help");
+  }
+  return arguments;
+}
+
 /// A sentence about a first word that is no command; "" when it is one or an option. CLI11 only says that a command is
 /// missing.
-std::string FindUnknownCommand(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return "";
-  const std::string word = argv[1];
+std::string FindUnknownCommand(const CLI::App& app, const std::vector<std::string>& arguments) {
+  if (arguments.empty() || arguments.front().starts_with('-')) return "";
+  const std::string& word = arguments.front();
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
   if (std::find(names.begin(), names.end(), word) != names.end()) return "";
@@ -34,11 +46,14 @@ std::string FindUnknownCommand(const CLI::App& app, int argc, char** argv) {
                      nearest.empty() ? "" : fmt::format("; the nearest is \"{}\"", nearest));
 }
 
-/// Messages show what stands in files: no control character of theirs may reach the terminal.
-std::string ForTerminal(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return (c < 0x20 && c != '\n') || c == 0x7f; }, '?');
-  return text;
+/// "kerf model block", as far as it was understood.
+std::string NameParsedCommand(const CLI::App& app) {
+  std::string name = app.get_name();
+  for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
+    at = at->get_subcommands().front();
+    name += " " + at->get_name();
+  }
+  return name;
 }
 
 /// Output that got lost, on a full disk for instance, is a failure.
@@ -48,7 +63,7 @@ int FlushOutput(int code) {
   const bool lost = std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout;
   if (!lost) return code;
   const std::string reason = errno == 0 ? "" : ": " + std::generic_category().message(errno);
-  fmt::print(stderr, "kerf: standard output can't be written{}\n", reason);
+  kerf::cli::Say("standard output can't be written{}", reason);
   return code == 0 ? kFailed : code;
 }
 
@@ -85,30 +100,33 @@ int RunProgram(int argc, char** argv, double free_bytes) {
   kerf::cli::AddStabilityCommand(app);
   kerf::cli::AddStudyCommand(app);
   kerf::cli::AddTuneCommand(app);
+  app.add_subcommand("help", "Show this list, or the help of a command: kerf help run.");
 
+  using kerf::cli::Say;
+  const std::vector<std::string> arguments = ReadArguments(argc, argv);
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the end
     return 0;
   } catch (const CLI::ParseError& e) {
     // --help and --version come as "errors" with exit code 0; everything else is bad use.
-    if (const std::string unknown = FindUnknownCommand(app, argc, argv); !unknown.empty()) {
-      fmt::print(stderr, "kerf: {}\n", unknown);
+    if (const std::string unknown = FindUnknownCommand(app, arguments); !unknown.empty()) {
+      Say("{}", unknown);
       return kUsage;
     }
-    const int code = app.exit(e);
-    return code == 0 ? 0 : kUsage;
+    if (e.get_exit_code() == 0) return app.exit(e);
+    Say("{}; see '{} --help'", e.what(), NameParsedCommand(app));
+    return kUsage;
   } catch (const kerf::Error& e) {
-    fmt::print(stderr, "kerf: {}\n", ForTerminal(e.what()));
+    Say("{}", e.what());
     return kFailed;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "kerf: not enough memory: {:.1f} GB were free; use larger voxels or a shorter run\n",
-               1e-9 * free_bytes);
+    Say("not enough memory: {:.1f} GB were free; use larger voxels or a shorter run", 1e-9 * free_bytes);
     return kFailed;
   } catch (const std::system_error& e) {
-    if (std::ferror(stdout) == 0) fmt::print(stderr, "kerf: {}\n", e.what());  // else FlushOutput says it
+    if (std::ferror(stdout) == 0) Say("{}", e.what());  // else FlushOutput says it
     return kFailed;
   } catch (const std::exception& e) {
-    fmt::print(stderr, "kerf: {}\n", ForTerminal(e.what()));
+    Say("{}", e.what());
     return kFailed;
   }
 }

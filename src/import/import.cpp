@@ -85,6 +85,8 @@ void CheckOptions(const ImportOptions& options) {
   }
 }
 
+}  // namespace
+
 Volume ReadCt(const std::string& path, const ImportOptions& options, ImportReport& report) {
   std::error_code failed;
   if (fs::is_directory(path, failed)) {
@@ -117,6 +119,8 @@ Volume ReadHu(const std::string& path, const ImportOptions& options, ImportRepor
   report.input_hash = CalcHash(ct);
   return ct;
 }
+
+namespace {
 
 MaterialTable ChooseTable(const ImportOptions& options, bool use_atlas) {
   if (!options.materials) return use_atlas ? DefaultMandibleTable() : MakePlainTable();

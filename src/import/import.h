@@ -77,4 +77,7 @@ struct ImportResult {
 /// become a bone.
 ImportResult Import(const std::string& path, const ImportOptions& options);
 
+/// The CT that Import() would begin with, by `options.series` and `options.progress`; fills in what `report` has of it.
+Volume ReadCt(const std::string& path, const ImportOptions& options, ImportReport& report);
+
 }  // namespace kerf

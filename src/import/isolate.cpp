@@ -59,8 +59,8 @@ std::string FoundList(const Components& all, double smallest_mm3) {
   throw Error(fmt::format(
       "{}.\nBone above {:.0f} HU, by connected pieces (patient coordinates LPS, mm):{}\nSteer it with points in "
       "the bone: --keep x,y,z in the mandible and --drop x,y,z in what touches it (upper teeth, skull), each "
-      "as often as needed, or --keep-markups and --drop-markups with point lists from 3D Slicer; --no-isolate "
-      "imports all bone",
+      "as often as needed, or --keep-markups and --drop-markups with point lists from 3D Slicer. Read the "
+      "coordinates off the slices that 'kerf picture INPUT --axes -o ct.png' draws; --no-isolate imports all bone",
       why, iso_hu, FoundList(at_iso, 500)));
 }
 

@@ -19,4 +19,7 @@ struct Layout {
   double left_margin, right_margin, top_margin, bottom_margin;  // kept free of fitted shapes
 };
 
+/// One of the 8 corners of a box, by a bit for each axis.
+Vec3 CornerOf(const Box3& box, int corner);
+
 }  // namespace kerf

@@ -2,6 +2,8 @@
 
 #include <vtkActor2D.h>
 #include <vtkCellArray.h>
+#include <vtkImageData.h>
+#include <vtkImageMapper.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -13,6 +15,7 @@
 #include <vtkTextProperty.h>
 #include <vtkTextRenderer.h>
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 
@@ -107,7 +110,7 @@ void Overlay::AddBox(double left, double top, double width, double height, const
   AddFlat(*polygons.MakeData(), colour, opacity);
 }
 
-void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour) {
+void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour, double opacity) {
   Polygons polygons(height_, supersampling_, padding_);
   for (std::size_t i = 0; i + 1 < points.size(); ++i) {
     const OverlayPoint& a = points[i];
@@ -120,7 +123,45 @@ void Overlay::AddPolyline(const std::vector<OverlayPoint>& points, double width,
         {{a.column + x, a.row + y}, {b.column + x, b.row + y}, {b.column - x, b.row - y}, {a.column - x, a.row - y}});
     if (i > 0) polygons.AddDisc(a, 0.5 * width, 8);
   }
-  AddFlat(*polygons.MakeData(), colour, 1);
+  AddFlat(*polygons.MakeData(), colour, opacity);
+}
+
+void Overlay::AddImage(const Image& image, double left, double top, double width, double height) {
+  const int columns = static_cast<int>(std::lround(width * supersampling_));
+  const int rows = static_cast<int>(std::lround(height * supersampling_));
+  const vtkNew<vtkImageData> data;
+  data->SetDimensions(columns, rows, 1);
+  data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  // Between the centres of the four pixels around.
+  const auto place = [](int i, int count, int pixels, int& low, int& high) {
+    const double at = std::clamp((i + 0.5) / count * pixels - 0.5, 0.0, pixels - 1.0);
+    low = static_cast<int>(at);
+    high = std::min(low + 1, pixels - 1);
+    return at - low;
+  };
+  for (int row = 0; row < rows; ++row) {
+    int upper = 0, lower = 0;
+    const double down = place(row, rows, image.height, upper, lower);
+    auto* out =
+        static_cast<unsigned char*>(data->GetScalarPointer(0, rows - 1 - row, 0));  // VTK counts from the bottom
+    for (int column = 0; column < columns; ++column) {
+      int near = 0, far = 0;
+      const double across = place(column, columns, image.width, near, far);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double above = image.At(near, upper)[c] * (1 - across) + image.At(far, upper)[c] * across;
+        const double below = image.At(near, lower)[c] * (1 - across) + image.At(far, lower)[c] * across;
+        *out++ = static_cast<unsigned char>(above * (1 - down) + below * down + 0.5);
+      }
+    }
+  }
+  const vtkNew<vtkImageMapper> mapper;
+  mapper->SetInputData(data);
+  mapper->SetColorWindow(255);
+  mapper->SetColorLevel(127.5);
+  const vtkNew<vtkActor2D> actor;
+  actor->SetMapper(mapper);
+  actor->SetPosition((left + padding_) * supersampling_, (height_ - top - height + padding_) * supersampling_);
+  renderer_.AddActor2D(actor);
 }
 
 void Overlay::AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& colour) {

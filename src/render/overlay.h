@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "mesh/meshfile.h"
+#include "render/image.h"
 
 class vtkPolyData;
 class vtkRenderer;
@@ -45,7 +46,9 @@ class Overlay {
   void AddText(const std::string& text, double column, double row, const TextStyle& style);
   void AddBox(double left, double top, double width, double height, const Rgb8& colour, double opacity = 1);
   /// A line of `width` pixels with round joins.
-  void AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour);
+  void AddPolyline(const std::vector<OverlayPoint>& points, double width, const Rgb8& colour, double opacity = 1);
+  /// Stretched over the rectangle, smoothly.
+  void AddImage(const Image& image, double left, double top, double width, double height);
   void AddDiscs(const std::vector<OverlayPoint>& centres, double diameter, const Rgb8& colour);
   /// Filled; corners in order, star-shaped about their mean.
   void AddPolygon(const std::vector<OverlayPoint>& corners, const Rgb8& colour);

@@ -22,9 +22,11 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "kerf/error.h"
 #include "mesh/vtk_mesh.h"
+#include "render/axes.h"
 #include "render/layout.h"
 #include "render/offscreen.h"
 #include "render/overlay.h"
@@ -145,9 +147,7 @@ void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer
   double nearest = -1;
   double farthest = 1;
   for (int corner = 0; corner < 8; ++corner) {
-    const Vec3 p{(corner & 1) != 0 ? box.upper.x : box.lower.x, (corner & 2) != 0 ? box.upper.y : box.lower.y,
-                 (corner & 4) != 0 ? box.upper.z : box.lower.z};
-    const double depth = glm::dot(frame.toward_eye_W, p - frame.centre_W);
+    const double depth = glm::dot(frame.toward_eye_W, CornerOf(box, corner) - frame.centre_W);
     nearest = std::max(nearest, depth);
     farthest = std::min(farthest, depth);
   }
@@ -295,7 +295,7 @@ Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0
   const double lines = static_cast<double>(std::max<std::size_t>(spec.legend.size(), 1));
   legend_size = std::clamp(static_cast<int>((spec.height - 2 * edge - cube) / (lines * kLegendLine)), 8, text_size);
   left_margin = right_margin = 0.04 * spec.width;
-  if (lines > 6) {
+  if (lines > 6 || (spec.axes && !spec.legend.empty())) {
     // A tall legend gets the picture's right to itself. A letter is about half as wide as high.
     std::size_t letters = 0;
     for (const LegendEntry& entry : spec.legend) letters = std::max(letters, entry.text.size());
@@ -304,6 +304,11 @@ Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0
   const bool words_above = !spec.title.empty() || !spec.caption.empty();
   top_margin = words_above ? edge + 1.45 * title_size + 1.2 * text_size : 0.05 * spec.height;
   bottom_margin = spec.scale_bar ? edge + 2.2 * text_size : 0.05 * spec.height;
+  if (spec.axes) {
+    left_margin += 75 * unit;
+    top_margin += 0.5 * text_size;
+    bottom_margin += 60 * unit;
+  }
 }
 
 Image RenderPicture(const PictureSpec& spec) {
@@ -328,6 +333,8 @@ Image RenderPicture(const PictureSpec& spec) {
     for (Vec3& p : shape.mesh_W.points) p = at.X_WT.Point(p);
     add(shape);
   }
+  std::optional<PatientAxes> axes;
+  if (spec.axes) axes.emplace(CalcShapeBox(spec), frame, layout, spec.dark);
   const double arrow_radius_mm = 3.0 * layout.unit / frame.pixels_per_mm;
   std::vector<vtkSmartPointer<vtkActor>> arrow_actors;
   for (const Arrow& arrow : spec.arrows) {
@@ -347,6 +354,7 @@ Image RenderPicture(const PictureSpec& spec) {
   scene->SetLayer(0);
   scene->SetBackground(background[0] / 255.0, background[1] / 255.0, background[2] / 255.0);
   for (const auto& actor : actors) scene->AddActor(actor);
+  if (axes) axes->AddGrid(*scene);
   AddLights(*scene);
   window.AddRenderer(scene);
   SetCamera(frame, padding, box, *scene);
@@ -379,6 +387,7 @@ Image RenderPicture(const PictureSpec& spec) {
   const vtkNew<vtkRenderer> words;
   words->SetLayer(3);
   Overlay overlay(*words, spec.height, supersampling, padding);
+  if (axes) axes->AddNumbers(overlay);
   AddWords(spec, frame, layout, overlay);
   window.AddRenderer(words);
   Image image = offscreen.Draw(supersampling, padding);

@@ -69,6 +69,7 @@ struct PictureSpec {
   bool scale_bar = true;
   Orientation orientation = Orientation::kPatient;
   bool fit_to_tool = true;  // a camera without target also takes in the tool and the arrows
+  bool axes = false;        // patient coordinates in mm around the shapes, and a grid; for a camera without target
 };
 
 /// How world points come to lie in the picture.
@@ -87,6 +88,8 @@ struct ViewFrame {
   };
   Pixel Project(const Vec3& p_W) const;
 };
+/// What the axes are drawn around: the shapes.
+Box3 CalcShapeBox(const PictureSpec& spec);
 /// Throws Error when there is nothing to fit or a value is out of range.
 ViewFrame CalcViewFrame(const PictureSpec& spec);
 

@@ -46,6 +46,10 @@ class Span {
 };
 
 void IncludeEverything(const PictureSpec& spec, Span& span) {
+  if (spec.axes) {
+    const Box3 box_W = CalcShapeBox(spec);
+    for (int corner = 0; corner < 8 && !box_W.empty(); ++corner) span.Include(CornerOf(box_W, corner));
+  }
   for (const Shape& shape : spec.shapes) {
     for (const auto& t : shape.mesh_W.triangles) {
       for (const auto id : t) span.Include(shape.mesh_W.points[id]);
@@ -86,6 +90,19 @@ Camera MakeCamera(View view) {
 
 Camera MakeCamera(const Vec3& toward_eye_W, const Vec3& up_W, const Vec3& target_W, double height_mm) {
   return {toward_eye_W, up_W, target_W, height_mm};
+}
+
+Vec3 CornerOf(const Box3& box, int corner) {
+  return {(corner & 1) != 0 ? box.upper.x : box.lower.x, (corner & 2) != 0 ? box.upper.y : box.lower.y,
+          (corner & 4) != 0 ? box.upper.z : box.lower.z};
+}
+
+Box3 CalcShapeBox(const PictureSpec& spec) {
+  Box3 box_W;
+  for (const Shape& shape : spec.shapes) {
+    for (const Vec3& p : shape.mesh_W.points) box_W.Include(p);
+  }
+  return box_W;
 }
 
 ViewFrame::Pixel ViewFrame::Project(const Vec3& p_W) const {

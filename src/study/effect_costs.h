@@ -96,8 +96,8 @@ std::string FormatKeptCosts(const EffectCosts& costs);
 std::string FormatEffectCosts(const EffectCosts& costs);          // for a terminal
 std::string FormatEffectCostsMarkdown(const EffectCosts& costs);  // for a README
 std::string FormatEffectCostsJson(const EffectCosts& costs);
-/// All effects there are, for a terminal and as JSON.
+/// All effects there are, or `only` one of them, for a terminal and as JSON.
 std::string FormatEffectList(const EffectInfo* only = nullptr);
-std::string FormatEffectListJson();
+std::string FormatEffectListJson(const EffectInfo* only = nullptr);
 
 }  // namespace kerf

@@ -257,10 +257,11 @@ std::string FormatEffectList(const EffectInfo* only) {
   return text;
 }
 
-std::string FormatEffectListJson() {
+std::string FormatEffectListJson(const EffectInfo* only) {
   const std::vector<KeptCost> kept = KeptEffectCosts();
   ordered_json json = ordered_json::array();
   for (const EffectInfo* info : Effects()) {
+    if (only != nullptr && info != only) continue;
     ordered_json row = {{"name", info->name},     {"summary", info->summary}, {"source", info->source},
                         {"reads", info->reads},   {"writes", info->writes},   {"state", info->state},
                         {"sleeps", info->sleeps}, {"needs", info->needs}};

@@ -65,7 +65,8 @@ TEST_F(BoneFile, RoundTripKeepsEverything) {
 }
 
 TEST_F(BoneFile, WhatIsNoBoneIsRefusedInOneSentence) {
-  EXPECT_EQ(MessageOf(Path("none.vdb")), Path("none.vdb") + ": can't be read: No such file or directory");
+  EXPECT_EQ(MessageOf(Path("none.vdb")), Path("none.vdb") + ": there is no such file; 'kerf import INPUT -o " +
+                                             Path("none.vdb") + "' makes it from a CT or a closed surface");
   std::ofstream(Path("text.vdb")) << "this is no volume";
   EXPECT_NE(MessageOf(Path("text.vdb")).find(": not a whole OpenVDB file ("), std::string::npos);
   std::ofstream(Path("empty.vdb")).close();

@@ -127,6 +127,25 @@ TEST_F(EffectsCommand, ListsOneEffectByItsName) {
   EXPECT_THAT(one.out, Not(HasSubstr("\nguide\n")));
 }
 
+TEST_F(EffectsCommand, ListsOneEffectAsJson) {
+  const auto one = Kerf("effects heat --json");
+  ASSERT_EQ(one.code, 0) << one.err;
+  const Json json = Json::parse(one.out, nullptr, false);
+  ASSERT_EQ(json["effects"].size(), 1u);
+  EXPECT_EQ(json["effects"][0]["name"], "heat");
+  const Json all = Json::parse(Kerf("effects --json").out);
+  EXPECT_THAT(all["effects"], testing::Contains(json["effects"][0]));
+}
+
+TEST_F(EffectsCommand, AnUnknownNameGetsTheNearest) {
+  for (const char* json : {"", " --json"}) {
+    ExpectRefusal(Kerf(std::string("effects haet") + json),
+                  "there is neither an effect nor a scene file \"haet\"; the nearest effect is \"heat\"");
+  }
+  EXPECT_THAT(Kerf("effects quux").err, HasSubstr("the effects are kerf_friction, "));
+  ExpectRefusal(Kerf("effects haet.toml"), "haet.toml: there is no such file");
+}
+
 TEST_F(EffectsCommand, RefusesWhatItCanNotMeasure) {
   EXPECT_EQ(Kerf("effects --all").code, 2);
   EXPECT_EQ(Kerf("effects plain.toml --seconds 0").code, 2);

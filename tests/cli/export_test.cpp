@@ -69,7 +69,9 @@ TEST_F(Export, PictureHasTheSizeAskedFor) {
 }
 
 TEST_F(Export, BadUseAndBadFilesAreRefused) {
-  ExpectRefusal(Kerf("export none.vdb -o a.stl"), "none.vdb: can't be read: No such file or directory");
+  ExpectRefusal(
+      Kerf("export none.vdb -o a.stl"),
+      "none.vdb: there is no such file; 'kerf import INPUT -o none.vdb' makes it from a CT or a closed surface");
   ExpectRefusal(Kerf("export block.vdb -o a.vtk"), "a.vtk: a surface's name must end in .stl, .obj or .ply");
   ExpectRefusal(Kerf("export block.vdb --colour tissue -o a.stl"), "a.stl: colours can only be written to a .ply");
   ExpectRefusal(Kerf("picture block.vdb -o a.jpg"), "a.jpg: a picture's name must end in .png");

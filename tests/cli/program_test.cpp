@@ -202,7 +202,9 @@ TEST_F(Program, NanInAPathNamesFileLineAndColumn) {
 }
 
 TEST_F(Program, MissingOrForeignFilesAreRefusedInOneSentence) {
-  ExpectRefusal(Kerf("info none.vdb"), "none.vdb: can't be read: No such file or directory");
+  ExpectRefusal(
+      Kerf("info none.vdb"),
+      "none.vdb: there is no such file; 'kerf import INPUT -o none.vdb' makes it from a CT or a closed surface");
   Write("text.vdb", "no volume at all");
   const ProgramResult foreign = Kerf("info text.vdb");
   EXPECT_EQ(foreign.code, 1);

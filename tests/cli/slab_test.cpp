@@ -158,8 +158,9 @@ TEST_F(Slab, MarkupsInLpsAndRasGiveTheSamePlaneAsNumbersDo) {
 }
 
 TEST_F(Slab, BadUseIsRefused) {
-  ExpectRefusal(Kerf("slab none.vdb --plane 0,0,-5,1,0,0 -o out"),
-                "none.vdb: can't be read: No such file or directory");
+  ExpectRefusal(
+      Kerf("slab none.vdb --plane 0,0,-5,1,0,0 -o out"),
+      "none.vdb: there is no such file; 'kerf import INPUT -o none.vdb' makes it from a CT or a closed surface");
   ExpectRefusal(Kerf("slab block.vdb --plane 40,0,-5,1,0,0 -o out"),
                 "the plane misses the bone: along its normal the bone lies -54.90 to -25.10 mm from the plane");
   EXPECT_FALSE(Exists("out"));
@@ -242,7 +243,7 @@ TEST_F(Slab, VolumeAndThicknessThatAreOffAreSaid) {
   ASSERT_LT(json["difference_percent"].get<double>(), -0.1);
   EXPECT_THAT(coarse.err, HasSubstr(fmt::format(
                               "kerf: the parts' volumes sum to {:+.2f} % of the bone's: voxels of 0.4 mm are coarse "
-                              "for this bone and cut; make it anew with smaller ones\n",
+                              "for this bone and cut; make it again with smaller ones\n",
                               json["difference_percent"].get<double>())));
   const ProgramResult few =
       Kerf("slab block.vdb --plane 0,0,-5,1,0,0 --triangles 4 --no-picture --formats obj --json -o out");

@@ -152,6 +152,13 @@ TEST_F(Study, DefaultsAreAStudy) {
   EXPECT_EQ(defaults.code, 0);
   Write("defaults.toml", defaults.out);
   EXPECT_EQ(Kerf("study defaults.toml --dry-run").code, 0);
+  // The same plan without the file, as JSON too.
+  const auto planned = Kerf("study defaults.toml --dry-run --json");
+  const auto json = nlohmann::json::parse(planned.out, nullptr, false);
+  EXPECT_GT(json["cases"].size(), 100u);
+  const auto by_default = Kerf("study --dry-run --json");
+  EXPECT_EQ(by_default.code, 0) << by_default.err;
+  EXPECT_EQ(nlohmann::json::parse(by_default.out, nullptr, false), json);
 }
 
 }  // namespace

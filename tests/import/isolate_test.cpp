@@ -93,6 +93,7 @@ TEST(Isolate, WhatIsNoMandibleIsRefusedWithWhatWasFound) {
   options.iso_hu = 450;
   const std::string message = MessageOf([&] { Isolate(TouchingBalls(), options, {}); });
   EXPECT_THAT(message, HasSubstr("the mandible can't be told from the other bone"));
+  EXPECT_THAT(message, HasSubstr("'kerf picture INPUT --axes -o ct.png'"));
   EXPECT_THAT(message, HasSubstr("1. 13.4 cm3, centre ("));
   EXPECT_THAT(message, HasSubstr("--keep x,y,z"));
   options = Steered();

@@ -1,0 +1,87 @@
+// What the program says beside its results, and where it tells how it is used.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using test::ProgramResult;
+using testing::HasSubstr;
+
+class Messages : public test::ProgramTest {};
+
+TEST_F(Messages, HelpIsACommandToo) {
+  const ProgramResult all = Kerf("help");
+  EXPECT_EQ(all.code, 0);
+  EXPECT_EQ(all.err, "");
+  EXPECT_EQ(all.out, Kerf("--help").out);
+  EXPECT_THAT(all.out, HasSubstr("\n  help "));
+  for (const char* command : {"run", "model block"}) {
+    const ProgramResult one = Kerf(std::string("help ") + command);
+    EXPECT_EQ(one.code, 0) << command;
+    EXPECT_EQ(one.out, Kerf(std::string(command) + " --help").out) << command;
+    EXPECT_THAT(one.out, HasSubstr("Usage:")) << command;
+  }
+  const ProgramResult unknown = Kerf("help rnu");
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_EQ(unknown.err, "kerf: unknown command \"rnu\"; the nearest is \"run\"; 'kerf --help' lists them\n");
+}
+
+TEST_F(Messages, BadUseNamesTheHelpOfItsCommand) {
+  EXPECT_EQ(Kerf("").err, "kerf: A subcommand is required; see 'kerf --help'\n");
+  EXPECT_EQ(Kerf("info").err, "kerf: BONE is required; see 'kerf info --help'\n");
+  EXPECT_THAT(Kerf("model block --colour red").err, HasSubstr("; see 'kerf model block --help'\n"));
+}
+
+// A program that filters stderr by the prefix misses nothing.
+TEST_F(Messages, EachBeginsWithTheProgramsName) {
+  Write("faults.toml", "[bone]\nmodel = \"block\"\nsise = 1\n[tool]\nteeht = 3\n[nonsense]\n");
+  Write("not.stl", "solid\n");
+  for (const char* arguments : {"",
+                                "saw",
+                                "run",
+                                "run --colour",
+                                "info a b",
+                                "effects --all",
+                                "effects nonsense",
+                                "study a.toml b.toml",
+                                "study none.toml",
+                                "check faults.toml",
+                                "run faults.toml -o out",
+                                "info none.vdb",
+                                "import not.stl -o a.vdb",
+                                "import . -o a.vdb",
+                                "picture none.vdb -o a.png",
+                                "picture none.vdb -o a.txt",
+                                "replay none.kerf",
+                                "tune none.toml",
+                                "export none.vdb",
+                                "materials --nonsense"}) {
+    const ProgramResult result = Kerf(arguments);
+    EXPECT_NE(result.code, 0) << arguments;
+    EXPECT_NE(result.err, "") << arguments;
+    std::istringstream lines(result.err);
+    for (std::string line; std::getline(lines, line);) {
+      EXPECT_TRUE(line.starts_with("kerf: ") || line.starts_with(" ")) << arguments << ": " << line;
+    }
+  }
+}
+
+TEST_F(Messages, ASceneWhoseBoneIsMissingNamesTheImport) {
+  Write("scene.toml",
+        "[bone]\nfile = \"jaw.vdb\"\n[[path.stroke]]\nstart_mm = [0, 0, 30]\nend_mm = [0, 0, 20]\n"
+        "feed_mm_per_s = 3\ndisc_normal = [0, 1, 0]\n");
+  const std::string bone = (folder_ / "jaw.vdb").string();
+  for (const char* arguments : {"run scene.toml -o out", "check scene.toml"}) {
+    ExpectRefusal(Kerf(arguments), bone + ": there is no such file; 'kerf import INPUT -o " + bone +
+                                       "' makes it from a CT or a closed surface");
+  }
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,89 @@
+// kerf picture as a user runs it, of a CT that was not imported and of a bone.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <vector>
+
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using test::ProgramResult;
+using testing::HasSubstr;
+
+class PictureCommand : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    WriteBall();
+  }
+  // A ball of bone of 12 mm radius about (5, -20, 30), in voxels of 1 mm, air around it.
+  void WriteBall() const {
+    std::vector<std::int16_t> hu;
+    for (int k = 0; k < 40; ++k) {
+      for (int j = 0; j < 40; ++j) {
+        for (int i = 0; i < 40; ++i) {
+          const double d = std::hypot(i - 20, j - 20, k - 20);
+          hu.push_back(static_cast<std::int16_t>(d < 12 ? 1200 : -1000));
+        }
+      }
+    }
+    std::ofstream file(folder_ / "ball.mha", std::ios::binary);
+    file << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nDimSize = 40 40 40\n"
+            "Offset = -15 -40 10\nElementSpacing = 1 1 1\nElementType = MET_SHORT\nElementDataFile = LOCAL\n";
+    file.write(reinterpret_cast<const char*>(hu.data()), static_cast<std::streamsize>(2 * hu.size()));
+  }
+  // Width and height, from the PNG's header.
+  std::pair<int, int> SizeOf(const std::string& name) const {
+    const std::string bytes = test::Slurp(folder_ / name);
+    const auto number = [&](std::size_t at) {
+      int n = 0;
+      for (std::size_t i = at; i < at + 4; ++i) n = 256 * n + static_cast<unsigned char>(bytes.at(i));
+      return n;
+    };
+    return {number(16), number(20)};
+  }
+};
+
+TEST_F(PictureCommand, ACtIsDrawnWithoutABone) {
+  const ProgramResult result = Kerf("picture ball.mha --axes -o ct.png --size 900x700");
+  ASSERT_EQ(result.code, 0) << result.err;
+  EXPECT_EQ(result.out, "ct.png\n");
+  EXPECT_EQ(result.err, "");
+  EXPECT_EQ(SizeOf("ct.png"), std::pair(900, 700));
+  const ProgramResult slice =
+      Kerf("picture ball.mha --slice z=30 --slice x=5 --keep 5,-20,30 -o slice.png --size 900x700");
+  ASSERT_EQ(slice.code, 0) << slice.err;
+  EXPECT_NE(test::Slurp(folder_ / "slice.png"), test::Slurp(folder_ / "ct.png"));
+}
+
+TEST_F(PictureCommand, ABoneGetsAxesOnlyWhenAsked) {
+  ASSERT_EQ(Kerf("model block --size 8,4,4 --voxel 0.4 -o b.vdb").code, 0);
+  ASSERT_EQ(Kerf("picture b.vdb --view front -o plain.png").code, 0);
+  ASSERT_EQ(Kerf("picture b.vdb --view front --axes -o axes.png").code, 0);
+  EXPECT_EQ(SizeOf("axes.png"), std::pair(1280, 720));
+  EXPECT_NE(test::Slurp(folder_ / "axes.png"), test::Slurp(folder_ / "plain.png"));
+}
+
+TEST_F(PictureCommand, RefusesWhatItCanNotDraw) {
+  EXPECT_EQ(Kerf("picture ball.mha -o a.png --slice q=3").err,
+            "kerf: --slice: 'q=3' must be x=MM, y=MM or z=MM; see 'kerf picture --help'\n");
+  EXPECT_THAT(Kerf("picture ball.mha -o a.png --slice z=99").err,
+              HasSubstr("z=99 meets no bone, which lies from 14 to 46 mm there"));
+  EXPECT_EQ(Kerf("picture ball.mha -o a.png --slice z=30,31").code, 2);
+  EXPECT_EQ(Kerf("picture ball.mha -o a.png --view front").code, 2);
+  EXPECT_EQ(Kerf("picture ball.mha -o a.png --keep 1,2").code, 2);
+  ASSERT_EQ(Kerf("model block --size 8,4,4 --voxel 0.4 -o b.vdb").code, 0);
+  EXPECT_EQ(Kerf("picture b.vdb -o a.png --slice z=1").code, 2);
+  ExpectRefusal(Kerf("picture ball.mha -o a.png --iso 2000"),
+                "ball.mha: no bone: no piece of 1 cm3 or more has 2000 HU; choose another value with --iso");
+  EXPECT_FALSE(Exists("a.png"));
+}
+
+}  // namespace
+}  // namespace kerf
