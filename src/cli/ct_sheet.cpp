@@ -133,9 +133,8 @@ void DrawCtSheet(const CtSheetOptions& options) {
   sheet.title =
       options.title.empty() ? std::filesystem::path(options.input).lexically_normal().string() : options.title;
   sheet.caption = fmt::format(
-      "Patient coordinates (LPS) in mm: a point is x,y,z. Tinted: bone, {:.0f} HU and more. CT of {} x {} x {} voxels "
-      "of "
-      "{:.3g} x {:.3g} x {:.3g} mm.",
+      "Patient coordinates (LPS) in mm: a point is x,y,z. Tinted: bone, {:.0f} HU and more. CT of {} x {} x {} "
+      "voxels of {:.3g} x {:.3g} x {:.3g} mm.",
       draw.iso_hu, ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z);
   // Two views of the surface first, so that one sees at which height what lies; orange: the slices.
   const bool whole = options.slices.empty();
@@ -152,7 +151,7 @@ void DrawCtSheet(const CtSheetOptions& options) {
     const auto a = static_cast<std::size_t>(slice.axis);
     Panel panel = MakePanel(fmt::format("{} = {:g} mm, {}", "xyz"[a], slice.at_mm, kFrom[a]), slice.axis,
                             DrawCtSlice(ct, slice.axis, slice.at_mm, draw));
-    // Within half the largest slice spacing in use for the eye, 2 mm, a point is in the slice.
+    // A point within 2 mm, half of what the import allows a point to be off the bone, counts as in the slice.
     for (const SheetPoint& point : points) {
       if (std::abs(point.p_W[static_cast<int>(a)] - slice.at_mm) <= 2) {
         panel.marks.push_back(MakeMark(point, slice.axis));
