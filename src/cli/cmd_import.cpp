@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -19,6 +20,7 @@
 #include "files/markups.h"
 #include "import/dicom.h"
 #include "import/import.h"
+#include "import/patient_frame.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
 
@@ -76,6 +78,14 @@ void List(const Options& options) {
     fmt::print("{}\n", Json{{"series", list}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
+/// null when it is not known.
+Json ErrorJson(const SurfaceError& e) {
+  if (e.points == 0) return nullptr;
+  return {{"expected_mm", e.CalcExpected()},    {"offset_mm", e.offset_mm},
+          {"scatter_mm", e.scatter_mm},         {"blur_mm", e.blur_mm},
+          {"half_height_HU", e.half_height_hu}, {"points", e.points}};
+}
+
 /// null when none were kept.
 Json HuJson(const ImportReport& r) {
   if (r.hu_voxel_mm == 0) return nullptr;
@@ -113,6 +123,7 @@ void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, 
                      {"ct_voxels", r.size},
                      {"ct_spacing_mm", ToJson(r.spacing_mm)},
                      {"input_hash", fmt::format("{:016x}", r.input_hash)},
+                     {"warnings", r.warnings},
                      {"iso_HU", options.import.isolate.iso_hu},
                      {"isolation", r.isolation},
                      {"contact_mm2", r.contact_mm2},
@@ -132,6 +143,7 @@ void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, 
                      {"mandible", r.mandible},
                      {"shape_objection", r.shape_objection},
                      {"cut_by_scan", r.cut_by_scan},
+                     {"surface_error", ErrorJson(r.surface_error)},
                      {"voxel_mm", bone.voxel_mm()},
                      {"region_voxel_mm", bone.region_voxel_mm()},
                      {"active_voxels", r.active_voxels},
@@ -168,6 +180,10 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   }
   fmt::print("\nbox        {:.1f} x {:.1f} x {:.1f} mm around ({:.1f}, {:.1f}, {:.1f})\n", size.x, size.y, size.z,
              centre.x, centre.y, centre.z);
+  if (const SurfaceError& e = r.surface_error; e.points > 0) {
+    fmt::print("surface    {:.2f} mm of expected error (rms): offset {:+.2f} mm (+ is outward), scatter {:.2f} mm\n",
+               e.CalcExpected(), e.offset_mm, e.scatter_mm);
+  }
   fmt::print("pieces     {}", r.pieces);
   if (r.dropped_pieces > 0)
     fmt::print("; {} bits of {} together left out", r.dropped_pieces, FormatVolume(r.dropped_mm3));
@@ -187,8 +203,20 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   fmt::print("written    {}\n", options.output);
 }
 
+void WarnOfError(const ImportReport& r, double iso_hu) {
+  const SurfaceError& e = r.surface_error;
+  if (e.points == 0 || e.CalcExpected() <= kSurfaceErrorToWarn_mm) return;
+  fmt::print(
+      stderr,
+      "kerf: the surface has an expected error of {:.2f} mm (rms), above {} mm: {:.0f} HU lies {:.2f} mm {} the "
+      "half height of the bone's edge ({:.0f} HU), and the spacing of {:.4g} x {:.4g} x {:.4g} mm scatters it by "
+      "{:.2f} mm\n",
+      e.CalcExpected(), kSurfaceErrorToWarn_mm, iso_hu, std::abs(e.offset_mm), e.offset_mm < 0 ? "inside" : "outside",
+      e.half_height_hu, r.spacing_mm.x, r.spacing_mm.y, r.spacing_mm.z, e.scatter_mm);
+}
+
 void Warn(const ImportReport& r) {
-  for (const std::string& repair : r.surface.repairs) fmt::print(stderr, "kerf: {}\n", repair);
+  for (const std::string& warning : r.warnings) fmt::print(stderr, "kerf: {}\n", warning);
   if (r.cut_by_scan) fmt::print(stderr, "kerf: the bone reaches the edge of the scan and is cut off there\n");
   if (!r.mandible) {
     fmt::print(stderr, "kerf: all cortex is one region, since this is no mandible as the atlas knows it{}{}\n",
@@ -255,6 +283,7 @@ void Run(Options& options) {
   write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 Warn(result.report);
+WarnOfError(result.report, import.isolate.iso_hu);
 if (options.json) {
   PrintJson(options, result.report, result.bone, write_s);
 } else {
@@ -277,6 +306,18 @@ void AddImportCommand(CLI::App& app) {
                 "UID, or its end, of the DICOM series to import; default: the only CT series.");
   c->add_flag("--json", o->json, "Print the report as JSON.");
   c->add_option("--voxel", o->import.voxel_mm, "Edge of a voxel of the bone, mm, 0.05 to 2; default 0.1.");
+
+  c->add_option("--frame", o->import.frame,
+                "Where x, y and z of the file's coordinates point to in the patient, whatever its header says: three "
+                "letters, as LPS (left, posterior, superior) or RAS.")
+      ->check([](const std::string& frame) {
+        try {
+          LpsFromFrame(frame);
+        } catch (const Error& e) {
+          return std::string(e.what());
+        }
+        return std::string();
+      });
 
   const std::string which = "Which bone";
   c->add_option("--keep", o->keep, "A point x,y,z in the bone wanted, patient coordinates LPS in mm; may be repeated.")

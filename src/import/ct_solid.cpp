@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "import/smooth.h"
 
@@ -19,7 +20,7 @@ constexpr double kBorderSmoothing_mm = 1.2;  // of the border to what was droppe
 // wanted side of the middle, so that no shavings of the other bone stay across a narrow joint.
 constexpr double kBorder = 0.62;
 
-// Within thick slices a surface is sharp, from slice to slice it jumps; interpolating that leaves ripples. So the
+// From slice to slice a surface that is not perpendicular to them jumps; interpolating that leaves ripples. So the
 // slices are blurred in their plane by as much as a slice blurs across it: a box of thickness h has a standard
 // deviation of 0.29 h. Voxels, by axis; 0 along the coarsest.
 Vec3 CalcEvening(const Vec3& spacing_mm) {
@@ -30,6 +31,30 @@ Vec3 CalcEvening(const Vec3& spacing_mm) {
     sigma_vox[a] = 0.29 * std::sqrt(std::max(coarsest * coarsest - h * h, 0.0)) / h;
   }
   return sigma_vox;
+}
+
+// How coarse the sampling is along each axis: 0 where it is as fine as along any other and at most kFine_mm, since such
+// a CT resolves its own edges; towards 1 where it is much coarser.
+Vec3 CalcCoarseness(const Vec3& spacing_mm) {
+  constexpr double kFine_mm = 1;
+  const double fine = std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z, kFine_mm});
+  return 1.0 - fine * fine / (spacing_mm * spacing_mm);
+}
+
+// Iso lies low on the edge of bone (300 HU between soft tissue of 50 and cortex of 1600), and blur moves the low levels
+// of an edge outward, as interpolation between widely spaced samples does. So the HU are limited to a range around iso
+// before they are blurred and interpolated: in it iso is half the height of the edge, which moves neither way. This is
+// half the width of that range: down to soft tissue where the sampling is coarse, unlimited where it is fine.
+double CalcRange_HU(double coarsest, double iso_hu) {
+  constexpr double kSoftTissue_HU = 50;
+  return std::clamp(iso_hu - kSoftTissue_HU, 100.0, 300.0) / std::max(coarsest, 1e-9);
+}
+
+// From the CT's HU to those whose iso level is the surface.
+void PrepareCoarse(const Volume& ct, double iso_hu, double range_hu, std::vector<float>& hu) {
+  Sharpen(ct.size, CalcCoarseness(ct.spacing_mm), hu);
+  for (float& h : hu) h = std::clamp(h, static_cast<float>(iso_hu - range_hu), static_cast<float>(iso_hu + range_hu));
+  Smooth(ct.size, CalcEvening(ct.spacing_mm), hu);
 }
 
 }  // namespace
@@ -63,15 +88,22 @@ CtSolid::CtSolid(const Isolation& isolation, const std::vector<std::uint8_t>& ca
       }
     }
   }
-  Smooth(ct.size, CalcEvening(ct.spacing_mm), hu);
+  const Vec3 coarseness = CalcCoarseness(ct.spacing_mm);
+  const double range_hu = CalcRange_HU(std::max({coarseness.x, coarseness.y, coarseness.z}), iso_hu);
+  if (range_hu < std::numeric_limits<std::int16_t>::max()) {
+    std::vector<float> prepared = hu;
+    PrepareCoarse(ct, iso_hu, range_hu, prepared);
+    surface_hu_ = std::make_shared<SplineField>(ct.size, std::move(prepared), true);
+  }
   Smooth(ct.size, glm::max(kBorderSmoothing_mm / ct.spacing_mm, Vec3(0.7)), wanted);
-  hu_ = std::make_unique<SplineField>(ct.size, std::move(hu), true);
+  hu_ = std::make_shared<SplineField>(ct.size, std::move(hu), true);
+  if (!surface_hu_) surface_hu_ = hu_;
   wanted_ = std::make_unique<SplineField>(ct.size, std::move(wanted), false);
 }
 
 double CtSolid::Value(const Vec3& p_W) const {
   const Vec3 p_V = VoxelFromWorld(p_W);
-  const double by_hu = (iso_hu_ - hu_->At(p_V)) / kHuScale;
+  const double by_hu = (iso_hu_ - surface_hu_->At(p_V)) / kHuScale;
   const double by_side = kBorder - wanted_->At(p_V);
   return std::max(by_hu, by_side);
 }
@@ -79,7 +111,7 @@ double CtSolid::Value(const Vec3& p_W) const {
 BlockClass CtSolid::Classify(const Vec3& centre_W, double radius_mm) const {
   const Vec3 p_V = VoxelFromWorld(centre_W);
   const Vec3 r_V = radius_mm * reach_V_;
-  const SplineField::Bounds hu = hu_->CalcBounds(p_V - r_V, p_V + r_V);
+  const SplineField::Bounds hu = surface_hu_->CalcBounds(p_V - r_V, p_V + r_V);
   if (hu.upper < iso_hu_) return BlockClass::kOutside;
   const SplineField::Bounds side = wanted_->CalcBounds(p_V - r_V, p_V + r_V);
   if (side.upper < kBorder) return BlockClass::kOutside;

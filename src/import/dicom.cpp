@@ -267,7 +267,7 @@ void CheckLength(const DicomSlice& slice) {
 }
 
 // Appends the slice's pixels as HU.
-void ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
+Overflow ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
   CheckLength(s);
   const QuietItk quiet;
   const std::size_t before = hu.size();
@@ -286,10 +286,11 @@ void ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
   if (static_cast<double>(io->GetImageSizeInBytes()) > kMaxVoxelBytes * s.size[0] * s.size[1]) {
     throw Error(fmt::format("{}: {} x {} pixels were promised and others are there", s.path, s.size[0], s.size[1]));
   }
-  AppendPixels(*io, s.path, hu, complaint);
+  const Overflow overflow = AppendPixels(*io, s.path, hu, complaint);
   if (hu.size() != before + static_cast<std::size_t>(s.size[0]) * s.size[1]) {
     throw Error(fmt::format("{}: {} x {} pixels were promised and others came out", s.path, s.size[0], s.size[1]));
   }
+  return overflow;
 }
 
 }  // namespace
@@ -384,10 +385,12 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
   }
   for (const DicomSlice& slice : series.slices) CheckFileSize(slice);
   volume.hu.reserve(volume.count());
+  Overflow overflow;
   for (int k = 0; k < n; ++k) {
-    ReadSlice(series.slices[k], volume.hu);
+    overflow.Add(ReadSlice(series.slices[k], volume.hu));
     if (progress) progress(static_cast<double>(k + 1) / n);
   }
+  if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
   return volume;
 }
 

@@ -2,38 +2,47 @@
 
 #include <fmt/format.h>
 #include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
-#include <algorithm>
-#include <cctype>
-
+#include "import/image_fields.h"
 #include "import/image_header.h"
 #include "import/itk_read.h"
+#include "import/nifti.h"
+#include "import/nrrd_lattice.h"
+#include "import/patient_frame.h"
 #include "kerf/error.h"
 
 namespace kerf {
 
 namespace {
 
-bool EndsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+bool IsNrrd(const std::string& path) {
+  return EndsWith(Lower(path), ".nrrd") || EndsWith(Lower(path), ".nhdr");
 }
 
-itk::ImageIOBase::Pointer MakeImageIo(const std::string& path) {
-  std::string lower = path;
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (EndsWith(lower, ".nrrd") || EndsWith(lower, ".nhdr")) return itk::NrrdImageIO::New().GetPointer();
-  if (EndsWith(lower, ".nii") || EndsWith(lower, ".nii.gz")) return itk::NiftiImageIO::New().GetPointer();
-  return itk::MetaImageIO::New().GetPointer();
+void PlaceMeta(const itk::ImageIOBase& io, const ImageFields& fields, const std::string& path, Volume& volume) {
+  const double unit_mm = CheckMetaSpacing(fields, path);
+  for (unsigned a = 0; a < 3; ++a) {
+    volume.spacing_mm[a] = io.GetSpacing(a) * unit_mm;
+    volume.origin_W[a] = io.GetOrigin(a) * unit_mm;
+    const std::vector<double> axis = io.GetDirection(a);
+    for (unsigned c = 0; c < 3; ++c) volume.axes_W[a][c] = axis[c];
+  }
+  StateFrame(volume.frame, volume);
 }
 
-}  // namespace
-
-Volume ReadImageFile(const std::string& path) {
-  const std::uint64_t promised = CheckImageHeader(path);
+// An NRRD's place is not taken from ITK, which turns LAS into something else and takes any other space as LPS.
+Volume ReadByItk(const std::string& path, const std::string& frame, std::uint64_t promised) {
+  Volume volume;
+  const ImageFields fields = IsNrrd(path) ? ParseNrrdFields(ReadHead(path)) : ParseMetaFields(ReadHead(path));
+  if (IsNrrd(path)) {
+    SetNrrdFrame(fields, path, frame, volume);
+  } else if (!frame.empty()) {
+    volume.frame = frame;
+  }
   const QuietItk quiet;
-  const itk::ImageIOBase::Pointer io = MakeImageIo(path);
+  const itk::ImageIOBase::Pointer io = IsNrrd(path) ? itk::ImageIOBase::Pointer(itk::NrrdImageIO::New().GetPointer())
+                                                    : itk::MetaImageIO::New().GetPointer();
   io->SetFileName(path);
   try {
     io->ReadImageInformation();
@@ -44,26 +53,35 @@ Volume ReadImageFile(const std::string& path) {
   while (dimensions > 3 && io->GetDimensions(dimensions - 1) == 1) --dimensions;
   if (dimensions != 3)
     throw Error(fmt::format("{}: the image has {} dimensions; kerf needs a volume of 3", path, dimensions));
+  CheckOneComponent(io->GetNumberOfComponents(), path);
 
   // ITK may have read the header otherwise, and what it found is what it asks memory for.
   if (static_cast<std::uint64_t>(io->GetImageSizeInBytes()) > promised) {
     throw Error(fmt::format(
         "{}: the header can be read in two ways, and one of them promises more voxels than the file has", path));
   }
-  Volume volume;
-  for (unsigned a = 0; a < 3; ++a) {
-    volume.size[a] = static_cast<int>(io->GetDimensions(a));
-    volume.spacing_mm[a] = io->GetSpacing(a);
-    volume.origin_W[a] = io->GetOrigin(a);
-    const std::vector<double> axis = io->GetDirection(a);
-    for (unsigned c = 0; c < 3; ++c) volume.axes_W[a][c] = axis[c];
+  for (unsigned a = 0; a < 3; ++a) volume.size[a] = static_cast<int>(io->GetDimensions(a));
+  if (IsNrrd(path)) {
+    PlaceNrrd(fields, path, volume);
+  } else {
+    PlaceMeta(*io, fields, path, volume);
   }
   CheckLattice(volume, path);
-  AppendPixels(*io, path, volume.hu);
+  const Overflow overflow = AppendPixels(*io, path, volume.hu);
   if (volume.hu.size() != volume.count()) {
     throw Error(
         fmt::format("{}: {} voxels were read where the header promises {}", path, volume.hu.size(), volume.count()));
   }
+  if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
+  return volume;
+}
+
+}  // namespace
+
+Volume ReadImageFile(const std::string& path, const std::string& frame) {
+  const ImageCheck check = CheckImageHeader(path);
+  Volume volume = HasNiftiExtension(path) ? ReadNifti(path, frame) : ReadByItk(path, frame, check.bytes);
+  volume.warnings.insert(volume.warnings.end(), check.warnings.begin(), check.warnings.end());
   return volume;
 }
 

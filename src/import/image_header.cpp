@@ -4,20 +4,16 @@
 #include <itk_zlib.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <optional>
-#include <sstream>
 #include <vector>
 
+#include "import/image_fields.h"
 #include "import/limits.h"
+#include "import/nifti.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -36,38 +32,8 @@ struct Promise {
   std::string data_file;     // where the voxels are
   std::uint64_t offset = 0;  // of the first voxel, or of the compressed stream, in data_file
   double lead = 0;           // bytes of the unpacked stream before the first voxel
+  bool exact = true;         // offset is the first voxel's, so that what follows the voxels can be counted
 };
-
-std::string Lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
-bool EndsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-std::string Trim(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-std::string ReadHead(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw Error(fmt::format("{}: the file can't be opened", path));
-  std::string head(kMaxImageHeaderBytes, '\0');
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(in.gcount()));
-  return head;
-}
-
-std::vector<double> Numbers(const std::string& text) {
-  std::istringstream in(text);
-  std::vector<double> numbers;
-  for (double v = 0; in >> v;) numbers.push_back(v);
-  return numbers;
-}
 
 // Bytes that a gzip or zlib stream unpacks to, counted up to `enough`.
 double CountUnpackedBytes(const std::string& path, std::uint64_t offset, double enough) {
@@ -95,8 +61,8 @@ double CountUnpackedBytes(const std::string& path, std::uint64_t offset, double 
   return total;
 }
 
-Promise ParseNrrd(const std::string& path, const std::string& head) {
-  if (head.compare(0, 4, "NRRD") != 0) throw Error(fmt::format("{}: not an NRRD file although its name says so", path));
+// Bytes of an NRRD's types.
+double NrrdTypeBytes(const std::string& type) {
   static const std::map<std::string, double> kTypes = {{"signed char", 1},
                                                        {"int8", 1},
                                                        {"int8_t", 1},
@@ -135,46 +101,36 @@ Promise ParseNrrd(const std::string& path, const std::string& head) {
                                                        {"unsigned long long int", 8},
                                                        {"uint64", 8},
                                                        {"uint64_t", 8}};
+  const auto known = kTypes.find(type);
+  return known == kTypes.end() ? 0 : known->second;
+}
+
+Promise ParseNrrd(const std::string& path, const std::string& head) {
+  if (head.compare(0, 4, "NRRD") != 0) throw Error(fmt::format("{}: not an NRRD file although its name says so", path));
+  const ImageFields fields = ParseNrrdFields(head);
   Promise promise;
   promise.data_file = path;
-  std::size_t at = 0;
-  bool ended = false;
-  std::string type;
-  while (at < head.size()) {
-    const std::size_t end = head.find('\n', at);
-    if (end == std::string::npos) break;
-    const std::string line = Trim(head.substr(at, end - at));
-    at = end + 1;
-    if (line.empty()) {
-      ended = true;
-      break;
-    }
-    const std::size_t colon = line.find(": ");
-    if (line[0] == '#' || colon == std::string::npos) continue;
-    const std::string key = Lower(Trim(line.substr(0, colon)));
-    const std::string value = Trim(line.substr(colon + 2));
-    if (key == "type") type = Lower(value);
-    if (key == "sizes") promise.sizes = Numbers(value);
-    if (key == "encoding") {
-      const std::string encoding = Lower(value);
-      promise.packing = encoding == "raw"                        ? Packing::kRaw
-                        : encoding == "gzip" || encoding == "gz" ? Packing::kGzip
-                                                                 : Packing::kOther;
-    }
-    if (key == "data file" || key == "datafile") {
-      if (Lower(value).compare(0, 4, "list") == 0 || value.find('%') != std::string::npos) {
-        throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads NRRD with one", path));
-      }
-      promise.data_file = (fs::path(path).parent_path() / value).string();
-    }
+  promise.sizes = ParseNumbers(fields.Get("sizes"));
+  const std::string encoding = Lower(fields.Get("encoding"));
+  if (encoding == "gzip" || encoding == "gz") {
+    promise.packing = Packing::kGzip;
+  } else if (encoding != "raw" && !encoding.empty()) {
+    promise.packing = Packing::kOther;
   }
-  if (promise.data_file == path) {
-    if (!ended) throw Error(fmt::format("{}: the NRRD header has no end (an empty line)", path));
-    promise.offset = at;
+  const std::string data_file = fields.Get("datafile");
+  if (!data_file.empty()) {
+    if (Lower(data_file).compare(0, 4, "list") == 0 || data_file.find('%') != std::string::npos) {
+      throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads NRRD with one", path));
+    }
+    promise.data_file = (fs::path(path).parent_path() / data_file).string();
+  } else {
+    if (!fields.complete) throw Error(fmt::format("{}: the NRRD header has no end (an empty line)", path));
+    promise.offset = fields.end;
   }
-  const auto known = kTypes.find(type);
-  if (known == kTypes.end()) throw Error(fmt::format("{}: voxels of type '{}' are not read", path, type));
-  promise.bytes_per_voxel = known->second;
+  promise.exact = !fields.Contains("lineskip") && !fields.Contains("byteskip");
+  const std::string type = Lower(fields.Get("type"));
+  promise.bytes_per_voxel = NrrdTypeBytes(type);
+  if (promise.bytes_per_voxel == 0) throw Error(fmt::format("{}: voxels of type '{}' are not read", path, type));
   return promise;
 }
 
@@ -183,107 +139,73 @@ Promise ParseMeta(const std::string& path, const std::string& head) {
                                                        {"MET_USHORT", 2},     {"MET_INT", 4},   {"MET_UINT", 4},
                                                        {"MET_LONG", 8},       {"MET_ULONG", 8}, {"MET_LONG_LONG", 8},
                                                        {"MET_ULONG_LONG", 8}, {"MET_FLOAT", 4}, {"MET_DOUBLE", 8}};
+  const ImageFields fields = ParseMetaFields(head);
+  if (!fields.complete) throw Error(fmt::format("{}: not a MetaImage file although its name says so", path));
   Promise promise;
-  std::size_t at = 0;
-  std::string type = "?";
-  double channels = 1;
-  bool local = false;
-  bool binary = true;
-  while (at < head.size() && promise.data_file.empty()) {
-    const std::size_t end = std::min(head.find('\n', at), head.size());
-    const std::string line = Trim(head.substr(at, end - at));
-    at = end + 1;
-    const std::size_t equals = line.find('=');
-    if (equals == std::string::npos) continue;
-    const std::string key = Trim(line.substr(0, equals));
-    const std::string value = Trim(line.substr(equals + 1));
-    if (key == "DimSize") promise.sizes = Numbers(value);
-    if (key == "ElementType") type = value;
-    if (key == "ElementNumberOfChannels" && !Numbers(value).empty()) channels = Numbers(value)[0];
-    if (key == "CompressedData" && Lower(value) == "true") promise.packing = Packing::kGzip;
-    if (key == "BinaryData" && Lower(value) == "false") binary = false;
-    if (key == "ElementDataFile") {
-      local = Lower(value) == "local";
-      if (!local && (Lower(value).compare(0, 4, "list") == 0 || value.find('%') != std::string::npos)) {
-        throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads MetaImage with one", path));
-      }
-      promise.data_file = local ? path : (fs::path(path).parent_path() / value).string();
-    }
+  promise.sizes = ParseNumbers(fields.Get("dimsize"));
+  const std::vector<double> channels = ParseNumbers(fields.Get("elementnumberofchannels"));
+  const std::string data_file = fields.Get("elementdatafile");
+  const bool local = Lower(data_file) == "local";
+  if (!local && (Lower(data_file).compare(0, 4, "list") == 0 || data_file.find('%') != std::string::npos)) {
+    throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads MetaImage with one", path));
   }
-  if (promise.data_file.empty()) throw Error(fmt::format("{}: not a MetaImage file although its name says so", path));
-  if (!binary) promise.packing = Packing::kOther;
-  promise.offset = local ? at : 0;
+  promise.data_file = local ? path : (fs::path(path).parent_path() / data_file).string();
+  promise.offset = local ? fields.end : 0;
+  promise.exact = !fields.Contains("headersize");
+  if (Lower(fields.Get("compresseddata")) == "true") promise.packing = Packing::kGzip;
+  if (Lower(fields.Get("binarydata")) == "false") promise.packing = Packing::kOther;
+  const std::string type = fields.Contains("elementtype") ? fields.Get("elementtype") : "?";
   const auto known = kTypes.find(type);
   if (known == kTypes.end()) throw Error(fmt::format("{}: voxels of type '{}' are not read", path, type));
-  promise.bytes_per_voxel = known->second * channels;
+  promise.bytes_per_voxel = known->second * (channels.empty() ? 1 : channels[0]);
   return promise;
 }
 
-template <typename T>
-T Field(const std::string& head, std::size_t offset, bool swap) {
-  std::array<char, sizeof(T)> bytes{};
-  std::memcpy(bytes.data(), head.data() + offset, sizeof(T));
-  if (swap) std::reverse(bytes.begin(), bytes.end());
-  return std::bit_cast<T>(bytes);
-}
-
-// NIfTI-1: 348 bytes, sizes at 40, bits a voxel at 72, spacings at 76 (the first is no spacing), offset of the voxels
-// at 108.
-Promise ParseNifti(const std::string& path, std::string head) {
-  const bool packed = EndsWith(Lower(path), ".gz");
-  if (packed) {
-    const gzFile in = gzopen(path.c_str(), "rb");
-    std::string first(348, '\0');
-    const int got = in == nullptr ? 0 : gzread(in, first.data(), 348);
-    if (in != nullptr) gzclose(in);
-    head = got == 348 ? first : std::string();
-  }
-  const auto refuse = [&path] { throw Error(fmt::format("{}: not a NIfTI file although its name says so", path)); };
-  if (head.size() < 348) refuse();
-  const bool swap = Field<std::int32_t>(head, 0, false) != 348;
-  if (Field<std::int32_t>(head, 0, swap) != 348 || head.compare(344, 3, "n+1") != 0) refuse();
+Promise ParseNifti(const std::string& path, const std::string& head) {
+  const NiftiHeader header = ReadNiftiHeader(path);
   Promise promise;
-  const int dimensions = Field<std::int16_t>(head, 40, swap);
-  if (dimensions < 1 || dimensions > 7) refuse();
-  for (int a = 1; a <= dimensions; ++a) {
-    promise.sizes.push_back(Field<std::int16_t>(head, 40 + 2 * static_cast<std::size_t>(a), swap));
-  }
-  // The library reads a spacing that is none as 1 mm and says nothing.
-  for (std::size_t a = 1; a <= static_cast<std::size_t>(std::min(dimensions, 3)); ++a) {
-    const float spacing = Field<float>(head, 76 + 4 * a, swap);
-    if (!std::isfinite(spacing) || spacing <= 0) {
-      throw Error(fmt::format("{}: the header's voxel spacing pixdim[{}] is {}; it must be a length in mm above 0",
-                              path, a, spacing));
-    }
-  }
-  promise.bytes_per_voxel = Field<std::int16_t>(head, 72, swap) / 8.0;
-  const double offset = static_cast<double>(Field<float>(head, 108, swap));
-  if (!(offset >= 348 && offset < 1e9)) refuse();
   promise.data_file = path;
-  if (packed) {
+  promise.sizes = header.sizes;
+  promise.bytes_per_voxel = header.bits / 8.0;
+  if (head.compare(0, 2, "\x1f\x8b") == 0) {
     promise.packing = Packing::kGzip;
-    promise.lead = offset;  // the stream holds the header too
+    promise.lead = header.offset;  // the stream holds the header too
   } else {
-    promise.offset = static_cast<std::uint64_t>(offset);
+    promise.offset = static_cast<std::uint64_t>(header.offset);
   }
   return promise;
+}
+
+// Bytes of voxels that the file holds; those of text or bzip2 are only bounded from above, the reader counts them.
+double CountBytes(const Promise& promise, double file_bytes, double needed) {
+  const double there = file_bytes - static_cast<double>(promise.offset);
+  if (promise.packing == Packing::kRaw) return there;
+  const double bound = there * kMaxUnpackRatio;
+  if (promise.packing == Packing::kOther || bound < promise.lead + needed) return bound;
+  // Twice what the header names is enough to see that it names too few slices.
+  return CountUnpackedBytes(promise.data_file, promise.offset, promise.lead + 2 * needed) - promise.lead;
 }
 
 }  // namespace
 
-bool HasImageExtension(const std::string& path) {
+bool HasNiftiExtension(const std::string& path) {
   const std::string lower = Lower(path);
-  for (const char* end : {".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd"}) {
-    if (EndsWith(lower, end)) return true;
-  }
-  return false;
+  return EndsWith(lower, ".nii") || EndsWith(lower, ".nii.gz");
 }
 
-std::uint64_t CheckImageHeader(const std::string& path) {
+bool HasImageExtension(const std::string& path) {
+  const std::string lower = Lower(path);
+  for (const char* end : {".nrrd", ".nhdr", ".mha", ".mhd"}) {
+    if (EndsWith(lower, end)) return true;
+  }
+  return HasNiftiExtension(path);
+}
+
+ImageCheck CheckImageHeader(const std::string& path) {
   const std::string lower = Lower(path);
   const std::string head = ReadHead(path);
   const Promise promise = EndsWith(lower, "nrrd") || EndsWith(lower, ".nhdr") ? ParseNrrd(path, head)
-                          : EndsWith(lower, ".nii") || EndsWith(lower, ".gz") ? ParseNifti(path, head)
+                          : HasNiftiExtension(path)                           ? ParseNifti(path, head)
                                                                               : ParseMeta(path, head);
   if (promise.sizes.empty()) throw Error(fmt::format("{}: the header names no size", path));
   double voxels = 1;
@@ -309,18 +231,22 @@ std::uint64_t CheckImageHeader(const std::string& path) {
                             promise.bytes_per_voxel, kMaxVoxelBytes));
   }
   const double needed = voxels * promise.bytes_per_voxel;
-  double there = static_cast<double>(file_bytes) - static_cast<double>(promise.offset);
-  if (promise.packing != Packing::kRaw) there *= kMaxUnpackRatio;  // only a bound; of text or bzip2 the reader counts
-  if (promise.packing == Packing::kGzip && there >= promise.lead + needed) {
-    there = CountUnpackedBytes(promise.data_file, promise.offset, promise.lead + needed) - promise.lead;
-  }
+  const double there = CountBytes(promise, static_cast<double>(file_bytes), needed);
   if (there < needed) {
     throw Error(
         fmt::format("{}: the header promises {} voxels ({:.0f} bytes), but the file holds {:.0f} bytes of them; "
                     "it is cut off, or its header is wrong",
                     path, shape, needed, std::max(there, 0.0)));
   }
-  return static_cast<std::uint64_t>(needed);
+  ImageCheck check;
+  check.bytes = static_cast<std::uint64_t>(needed);
+  const double more_slices = std::floor((there - needed) / (needed / promise.sizes.back()));
+  if (promise.exact && promise.packing != Packing::kOther && more_slices >= 1) {
+    check.warnings.push_back(
+        fmt::format("the header names {} voxels, but the file holds {} {:.0f} slices more; they were left out", shape,
+                    promise.packing == Packing::kRaw ? "data of" : "data of at least", more_slices));
+  }
+  return check;
 }
 
 }  // namespace kerf

@@ -3,15 +3,24 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace kerf {
 
+struct ImageCheck {
+  std::uint64_t bytes = 0;            // that the voxels take as the file has them, unpacked
+  std::vector<std::string> warnings;  // a sentence each: more slices than the header names
+};
+
 /// Throws Error with one sentence when the NRRD, NIfTI or MetaImage file at `path` (chosen by its extension: .nrrd
 /// .nhdr .nii .nii.gz .mha .mhd) can't hold the voxels that its header names, names more than kMaxVoxels, or is no such
-/// file. Allocates no voxels. Returns how many bytes the voxels take as the file has them, unpacked.
-std::uint64_t CheckImageHeader(const std::string& path);
+/// file. Allocates no voxels.
+ImageCheck CheckImageHeader(const std::string& path);
 
 /// Whether the extension is one of those.
 bool HasImageExtension(const std::string& path);
+
+/// Whether the extension is one of NIfTI's.
+bool HasNiftiExtension(const std::string& path);
 
 }  // namespace kerf

@@ -15,11 +15,13 @@
 #include "files/memory.h"
 #include "import/ct_solid.h"
 #include "import/dicom.h"
+#include "import/hu_check.h"
 #include "import/hu_sampler.h"
 #include "import/image_file.h"
 #include "import/image_header.h"
 #include "import/mandible_likeness.h"
 #include "import/mesh_units.h"
+#include "import/patient_frame.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "material/region_table.h"
@@ -57,6 +59,7 @@ std::function<void(double)> Part(const std::function<void(double)>& progress, do
 }
 
 void CheckOptions(const ImportOptions& options) {
+  if (!options.frame.empty()) LpsFromFrame(options.frame);
   const auto within = [](const char* name, double value, double lower, double upper, const char* unit) {
     if (value >= lower && value <= upper) return;
     throw Error(fmt::format("{} = {} {} is out of range; valid range {} to {}", name, value, unit, lower, upper));
@@ -84,7 +87,9 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
     const DicomSeries& series = ChooseSeries(all, options.series, path);
     report.kind = "DICOM";
     report.series_uid = series.uid;
-    return ReadDicomSeries(series, Part(options.progress, 0, 0.15));
+    Volume ct = ReadDicomSeries(series, Part(options.progress, 0, 0.15));
+    if (!options.frame.empty()) StateFrame(options.frame, ct);
+    return ct;
   }
   if (!fs::exists(path, failed)) throw Error(fmt::format("{}: no such file or folder", path));
   if (!HasImageExtension(path)) {
@@ -94,7 +99,18 @@ Volume ReadCt(const std::string& path, const ImportOptions& options, ImportRepor
         path));
   }
   report.kind = "image";
-  return ReadImageFile(path);
+  return ReadImageFile(path, options.frame);
+}
+
+// The CT with its voxels along the patient's axes, checked to have HU.
+Volume ReadHu(const std::string& path, const ImportOptions& options, ImportReport& report) {
+  Volume ct = StoreAlongPatient(ReadCt(path, options, report));
+  if (const std::string doubt = CheckHu(ct, options.isolate.iso_hu, path); !doubt.empty()) ct.warnings.push_back(doubt);
+  report.warnings = ct.warnings;
+  report.size = ct.size;
+  report.spacing_mm = ct.spacing_mm;
+  report.input_hash = CalcHash(ct);
+  return ct;
 }
 
 MaterialTable ChooseTable(const ImportOptions& options, bool use_atlas) {
@@ -149,13 +165,14 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
   bone.set_note("import_input_hash", fmt::format("{:016x}", report.input_hash));
   bone.set_note("import_table", options.materials ? options.materials_name : "built in");
   bone.set_note("import_regions", report.mandible ? "atlas of the mandible" : "one cortical region");
+  if (!options.frame.empty()) bone.set_note("import_frame", fmt::format("{}, as stated by --frame", options.frame));
+  std::string warnings;
+  for (const std::string& w : report.warnings) warnings += (warnings.empty() ? "" : ". ") + w;
+  if (!warnings.empty()) bone.set_note("import_warnings", warnings);
   if (report.kind == "surface") {
     bone.set_note("import_shell_mm", fmt::format("{}", options.mesh_shell_mm));
     bone.set_note("import_units", options.mesh_units.empty() ? "mm" : options.mesh_units);
     bone.set_note("import_shells", report.surface.how);
-    if (!report.surface.repairs.empty()) {
-      bone.set_note("import_repairs", fmt::format("{}", fmt::join(report.surface.repairs, "; ")));
-    }
     return;
   }
   if (!report.series_uid.empty()) bone.set_note("import_series_uid", report.series_uid);
@@ -169,11 +186,27 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
   bone.set_note("import_isolation", report.isolation);
   if (!options.isolate.keep_W.empty()) bone.set_note("import_keep_mm", Points(options.isolate.keep_W));
   if (!options.isolate.drop_W.empty()) bone.set_note("import_drop_mm", Points(options.isolate.drop_W));
+  if (const SurfaceError& e = report.surface_error; e.points > 0) {
+    bone.set_note("import_surface_error_mm",
+                  fmt::format("{:.2f} expected (rms): offset {:+.2f}, scatter {:.2f}; half height {:.0f} HU",
+                              e.CalcExpected(), e.offset_mm, e.scatter_mm, e.half_height_hu));
+  }
   bone.set_note("import_filled_mm3", fmt::format("{:.1f}", report.filled_mm3));
   bone.set_note("import_tissue_thresholds",
                 fmt::format("cortical {} HU or nearer than {} mm to the surface; tooth {} HU, body {} HU within {} mm",
                             options.tissue.cortical_hu, options.tissue.shell_mm, options.tissue.tooth_hu,
                             options.tissue.tooth_body_hu, options.tissue.tooth_reach_mm));
+}
+
+// Isolate(), of which a refusal also says what was assumed of the file, since that may be why.
+Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const ImportReport& report) {
+  try {
+    return Isolate(ct, options.isolate, Part(options.progress, 0.15, 0.25));
+  } catch (const Error& e) {
+    std::string message = e.what();
+    for (const std::string& warning : report.warnings) message += "\nOf the file: " + warning;
+    throw Error(message);
+  }
 }
 
 ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
@@ -182,12 +215,9 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   Stages stages(report);
   Isolation isolation;
   {
-    const Volume ct = ReadCt(path, options, report);
-    report.size = ct.size;
-    report.spacing_mm = ct.spacing_mm;
-    report.input_hash = CalcHash(ct);
+    const Volume ct = ReadHu(path, options, report);
     stages.Done("read");
-    isolation = Isolate(ct, options.isolate, Part(options.progress, 0.15, 0.25));
+    isolation = IsolateBone(ct, options, report);
   }
   report.isolation = isolation.how;
   report.iso_mm3 = isolation.iso_volume_mm3;
@@ -212,6 +242,8 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   const double iso = options.isolate.iso_hu;
   const CtSolid solid(isolation, cavities, iso, iso + std::max(0.5 * (options.tissue.cortical_hu - iso), 1.0));
   stages.Done("fill");
+  report.surface_error = CalcSurfaceError(solid, isolation, cavities);
+  stages.Done("surface error");
   if (options.progress) options.progress(0.35);
 
   const TissueMap tissue(isolation.ct, solid_voxels, isolation.bone, &solid.hu(), report.mandible, options.tissue);
@@ -268,6 +300,14 @@ void CheckMeshOptions(const std::string& path, const ImportOptions& options) {
   if (!options.series.empty()) throw Error(fmt::format("{}: a surface has no series to choose", path));
 }
 
+// Turns a surface to the frame that its coordinates have.
+void StateFrame(const std::string& frame, TriangleMesh& mesh) {
+  const glm::dmat3 turn = LpsFromFrame(frame);
+  for (Vec3& p : mesh.points) p = turn * p;
+  if (glm::determinant(turn) > 0) return;
+  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);  // a mirror turns triangles inside out
+}
+
 ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   ImportResult result;
   CheckMeshOptions(path, options);
@@ -275,10 +315,12 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   report.kind = "surface";
   Stages stages(report);
   TriangleMesh mesh = ReadMesh(path);
+  if (!options.frame.empty()) StateFrame(options.frame, mesh);
   report.input_hash = HashMesh(mesh);
   ScaleToMm(mesh, options.mesh_units, path);
   const ClosedSurface closed = CloseSurface(std::move(mesh), !options.fill, path);
   report.surface = closed.report;
+  report.warnings.insert(report.warnings.end(), closed.report.repairs.begin(), closed.report.repairs.end());
   report.isolation = "none: the surface as it is";
   stages.Done("read");
 
@@ -308,7 +350,7 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   if (!parts.list.empty()) {
     const MandibleLikeness likeness = CheckMandibleLikeness(lattice, parts.labels, 1, parts.list.front());
     report.mandible = likeness.is_mandible;
-    report.shape_objection = likeness.objection;
+    report.shape_objection = Describe(likeness, options.frame.empty() ? "LPS" : options.frame);
   }
   TissueOptions tissue_options = options.tissue;
   tissue_options.shell_mm = options.mesh_shell_mm;

@@ -15,6 +15,7 @@
 #include "import/closed_surface.h"
 #include "import/fill.h"
 #include "import/isolate.h"
+#include "import/surface_error.h"
 #include "import/tissue.h"
 #include "kerf/bone.h"
 #include "kerf/geometry.h"
@@ -24,6 +25,7 @@ namespace kerf {
 
 struct ImportOptions {
   std::string series;      // of a DICOM folder: UID or its end; empty: the only CT series
+  std::string frame;       // of the file's coordinates, such as "RAS" (patient_frame.h); empty: as the header says
   double voxel_mm = 0.1;   // 0.05 to 2
   IsolateOptions isolate;  // with the iso value
   bool fill = true;  // of a CT: cavities become bone; false, of a surface: whatever an inner shell encloses is hollow
@@ -45,6 +47,7 @@ struct ImportReport {
   std::array<int, 3> size{0, 0, 0};  // of the CT, voxels
   Vec3 spacing_mm{0};
   std::uint64_t input_hash = 0;
+  std::vector<std::string> warnings;  // what was assumed or looks wrong, a sentence each
   std::string isolation;
   double contact_mm2 = 0;          // of the bone with what it was parted from
   double iso_mm3 = 0;              // above iso, by voxels of the CT
@@ -59,6 +62,7 @@ struct ImportReport {
   bool mandible = false;        // has the shape of one; the atlas was laid on it
   std::string shape_objection;  // why not
   bool cut_by_scan = false;     // the bone reaches the edge of the scan
+  SurfaceError surface_error;   // of a CT
   std::uint64_t active_voxels = 0;
   std::uint64_t memory_bytes = 0;  // of the bone
   double hu_voxel_mm = 0;          // of the CT numbers kept; 0: none

@@ -122,7 +122,9 @@ struct Candidate {
 };
 
 // The lowest threshold at which exactly one piece looks like a mandible (and holds the keep points, when given).
-std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& options, const Progress& progress) {
+// `turned`: what was said of the first piece that would look like one if the scan were turned.
+std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& options, const Progress& progress,
+                                       std::string& turned) {
   for (int step = 0; step <= kThresholdSteps; ++step) {
     if (progress) progress(0.6 * step / kThresholdSteps);
     const double threshold = options.iso_hu + step * kThresholdStep_HU;
@@ -130,7 +132,12 @@ std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& o
     int found = 0;
     for (std::size_t n = 0; n < c.pieces.list.size() && c.pieces.list[n].volume_mm3 >= kCandidate_mm3; ++n) {
       const auto label = static_cast<std::int32_t>(n + 1);
-      if (!CheckMandibleLikeness(ct, c.pieces.labels, label, c.pieces.list[n]).is_mandible) continue;
+      const MandibleLikeness likeness = CheckMandibleLikeness(ct, c.pieces.labels, label, c.pieces.list[n]);
+      if (!likeness.turns.empty() && turned.empty()) {
+        turned = fmt::format("; above {:.0f} HU a piece ({}) is found, and {}", threshold, Describe(c.pieces.list[n]),
+                             DescribeTurns(likeness, ct.frame));
+      }
+      if (!likeness.is_mandible) continue;
       ++found;
       c.label = label;
     }
@@ -309,13 +316,14 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
   Isolation result;
   std::vector<std::uint8_t> markers;
   if (options.keep_W.empty() || options.drop_W.empty()) {
-    const std::optional<Candidate> candidate = FindCandidate(ct, options, progress);
+    std::string turned;
+    const std::optional<Candidate> candidate = FindCandidate(ct, options, progress, turned);
     if (!candidate) {
       Refuse(
           fmt::format(
               "the mandible can't be told from the other bone: no piece between {:.0f} and {:.0f} HU has the size and "
-              "shape of one; it is joined to something else, incomplete, or not in the scan",
-              iso, iso + kThresholdSteps * kThresholdStep_HU),
+              "shape of one; it is joined to something else, incomplete, or not in the scan{}",
+              iso, iso + kThresholdSteps * kThresholdStep_HU, turned),
           at_iso, iso);
     }
     const Component& piece = candidate->pieces.list[candidate->label - 1];
@@ -381,11 +389,11 @@ Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progres
     Refuse(fmt::format("what was isolated ({}) does not look like a mandible: {}; add points, or say --any-shape to "
                        "write it all the "
                        "same",
-                       Describe(piece), likeness.objection),
+                       Describe(piece), Describe(likeness, ct.frame)),
            at_iso, iso);
   }
   result.mandible = likeness.is_mandible;
-  result.shape_objection = likeness.objection;
+  result.shape_objection = Describe(likeness, ct.frame);
   result.bone.assign(result.ct.count(), 0);
   std::vector<std::uint8_t> unwanted(result.ct.count(), 0);
   for (std::size_t v = 0; v < result.bone.size(); ++v) {

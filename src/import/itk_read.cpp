@@ -4,15 +4,11 @@
 #include <fmt/format.h>
 #include <gdcmTrace.h>
 #include <itkObject.h>
-#include <nifti1_io.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <limits>
-#include <type_traits>
 
 #include "kerf/error.h"
 
@@ -27,7 +23,6 @@ QuietItk::QuietItk()
   gdcm::Trace::WarningOff();
   gdcm::Trace::ErrorOff();
   gdcm::Trace::DebugOff();
-  nifti_set_debug_level(0);
   // libjpeg and its like write to the C stream.
   std::fflush(stderr);
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -61,39 +56,43 @@ std::string OneLine(const itk::ExceptionObject& e) {
 
 namespace {
 
-template <typename T>
-void AppendAs(const std::vector<char>& buffer, const std::string& name, std::vector<std::int16_t>& out) {
-  const std::size_t n = buffer.size() / sizeof(T);
-  const T* values = reinterpret_cast<const T*>(buffer.data());
-  std::size_t not_numbers = 0;
-  out.reserve(out.size() + n);
-  for (std::size_t i = 0; i < n; ++i) {
-    if constexpr (std::is_floating_point_v<T>) {
-      if (!std::isfinite(values[i])) {
-        ++not_numbers;
-        continue;
-      }
-    }
-    const double v = std::clamp(static_cast<double>(values[i]), -32768.0, 32767.0);
-    out.push_back(static_cast<std::int16_t>(std::lround(v)));
-  }
-  if (not_numbers > 0) {
-    throw Error(
-        fmt::format("{}: {} of {} voxels are not finite numbers; replace them (by -1024 for air) and import again",
-                    name, not_numbers, n));
+VoxelType FindType(const itk::ImageIOBase& io, const std::string& name) {
+  using Io = itk::ImageIOBase;
+  static_assert(sizeof(long) == 8);
+  switch (io.GetComponentType()) {
+    case Io::UCHAR:
+      return VoxelType::kUint8;
+    case Io::CHAR:
+      return VoxelType::kInt8;
+    case Io::USHORT:
+      return VoxelType::kUint16;
+    case Io::SHORT:
+      return VoxelType::kInt16;
+    case Io::UINT:
+      return VoxelType::kUint32;
+    case Io::INT:
+      return VoxelType::kInt32;
+    case Io::ULONG:
+    case Io::ULONGLONG:
+      return VoxelType::kUint64;
+    case Io::LONG:
+    case Io::LONGLONG:
+      return VoxelType::kInt64;
+    case Io::FLOAT:
+      return VoxelType::kFloat;
+    case Io::DOUBLE:
+      return VoxelType::kDouble;
+    default:
+      throw Error(fmt::format("{}: voxels of type '{}' are not read", name,
+                              Io::GetComponentTypeAsString(io.GetComponentType())));
   }
 }
 
 }  // namespace
 
-void AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
-                  const std::string& complaint) {
-  using Io = itk::ImageIOBase;
-  if (io.GetNumberOfComponents() != 1) {
-    throw Error(
-        fmt::format("{}: each voxel has {} components (a colour or vector image); kerf needs one HU value per voxel",
-                    name, io.GetNumberOfComponents()));
-  }
+Overflow AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
+                      const std::string& complaint) {
+  CheckOneComponent(io.GetNumberOfComponents(), name);
   std::size_t bytes = io.GetComponentSize();
   itk::ImageIORegion region(io.GetNumberOfDimensions());
   for (unsigned a = 0; a < io.GetNumberOfDimensions(); ++a) {
@@ -108,35 +107,7 @@ void AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std
   } catch (const itk::ExceptionObject& e) {
     throw Error(fmt::format("{}: {} ({})", name, complaint, OneLine(e)));
   }
-  switch (io.GetComponentType()) {
-    case Io::UCHAR:
-      return AppendAs<unsigned char>(buffer, name, out);
-    case Io::CHAR:
-      return AppendAs<signed char>(buffer, name, out);
-    case Io::USHORT:
-      return AppendAs<unsigned short>(buffer, name, out);
-    case Io::SHORT:
-      return AppendAs<short>(buffer, name, out);
-    case Io::UINT:
-      return AppendAs<unsigned>(buffer, name, out);
-    case Io::INT:
-      return AppendAs<int>(buffer, name, out);
-    case Io::ULONG:
-      return AppendAs<unsigned long>(buffer, name, out);
-    case Io::LONG:
-      return AppendAs<long>(buffer, name, out);
-    case Io::ULONGLONG:
-      return AppendAs<unsigned long long>(buffer, name, out);
-    case Io::LONGLONG:
-      return AppendAs<long long>(buffer, name, out);
-    case Io::FLOAT:
-      return AppendAs<float>(buffer, name, out);
-    case Io::DOUBLE:
-      return AppendAs<double>(buffer, name, out);
-    default:
-      throw Error(fmt::format("{}: voxels of type '{}' are not read", name,
-                              Io::GetComponentTypeAsString(io.GetComponentType())));
-  }
+  return AppendHu(buffer, FindType(io, name), 1, 0, name, out);
 }
 
 }  // namespace kerf

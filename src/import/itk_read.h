@@ -7,6 +7,7 @@
 #include <string>
 
 #include "import/volume.h"
+#include "import/voxel_values.h"
 
 namespace kerf {
 
@@ -28,8 +29,8 @@ class QuietItk {
 
 /// Reads all pixels of `io`, whose ReadImageInformation() was called, and appends them to `out` as HU. Throws Error
 /// naming `name` for colour, values that are not numbers, or (with `complaint`) a file that can't be read to its end.
-void AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
-                  const std::string& complaint = "the voxels can't be read");
+Overflow AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
+                      const std::string& complaint = "the voxels can't be read");
 
 /// The message of an ITK exception in one line.
 std::string OneLine(const itk::ExceptionObject& e);

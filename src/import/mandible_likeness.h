@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,9 @@ namespace kerf {
 struct MandibleLikeness {
   bool is_mandible = false;
   std::string objection;  // the first test that failed, in words; empty for a mandible
+  // Rotations into the patient's axes after which it would look like one, when it does not as it is: the one that only
+  // changes signs, or else all that exchange axes (lying on its back a mandible passes the same tests).
+  std::vector<glm::dmat3> turns;
   double back_middle =
       0;  // share of the volume in the back half, middle third of the width: open to the back when near 0
   double back_left = 0, back_right = 0;                // shares in the back half, outer thirds: the rami
@@ -26,5 +30,12 @@ struct MandibleLikeness {
 /// vertebra or a hyoid bone fails. `label` as in FindComponents.
 MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<std::int32_t>& labels,
                                        std::int32_t label, const Component& component);
+
+/// The objection, and behind it where there are any the turns that would remove it, as the frame to state for a file
+/// whose coordinates were read as `frame`.
+std::string Describe(const MandibleLikeness& likeness, const std::string& frame);
+
+/// The turns' part of that: "it looks like a mandible that is upside down: ..."; empty without any.
+std::string DescribeTurns(const MandibleLikeness& likeness, const std::string& frame);
 
 }  // namespace kerf

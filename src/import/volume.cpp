@@ -50,8 +50,9 @@ void CheckLattice(const Volume& volume, const std::string& name) {
   for (int a = 0; a < 3; ++a) {
     const double h = volume.spacing_mm[a];
     if (!(h >= 0.01 && h <= 20)) {
-      throw Error(
-          fmt::format("{}: the voxel spacing along axis {} is {} mm; kerf takes 0.01 to 20 mm", name, a + 1, h));
+      const char* unit = h > 0 && h < 0.01 && h * 1000 <= 20 ? "; the header is probably in metres" : "";
+      throw Error(fmt::format("{}: the voxel spacing along axis {} is {:.6g} mm; kerf takes 0.01 to 20 mm{}", name,
+                              a + 1, h, unit));
     }
     if (!std::isfinite(volume.origin_W[a]) || std::abs(volume.origin_W[a]) > 1e5) {
       throw Error(
@@ -71,6 +72,7 @@ Volume Crop(const Volume& volume, const std::array<int, 3>& lower, const std::ar
   Volume part;
   part.spacing_mm = volume.spacing_mm;
   part.axes_W = volume.axes_W;
+  part.frame = volume.frame;
   part.origin_W = volume.WorldFromVoxel({lower[0], lower[1], lower[2]});
   for (int a = 0; a < 3; ++a) part.size[a] = upper[a] - lower[a] + 1;
   part.hu.assign(part.count(), kAirHu);

@@ -17,9 +17,11 @@ namespace kerf {
 struct Volume {
   std::array<int, 3> size{0, 0, 0};  // voxels along i, j, k
   Vec3 spacing_mm{1};
-  Vec3 origin_W{0};              // centre of voxel (0, 0, 0)
-  glm::dmat3 axes_W{1};          // columns: unit vectors of i, j, k in W; k may be sheared (tilted gantry)
-  std::vector<std::int16_t> hu;  // i fastest
+  Vec3 origin_W{0};                   // centre of voxel (0, 0, 0)
+  glm::dmat3 axes_W{1};               // columns: unit vectors of i, j, k in W; k may be sheared (tilted gantry)
+  std::vector<std::int16_t> hu;       // i fastest
+  std::string frame = "LPS";          // of the file's own coordinates (patient_frame.h)
+  std::vector<std::string> warnings;  // a sentence for each thing that the file leaves open, with what was assumed
 
   std::size_t count() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
   std::size_t Index(int i, int j, int k) const { return (static_cast<std::size_t>(k) * size[1] + j) * size[0] + i; }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
 
@@ -110,6 +111,7 @@ OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
   import.progress = [&](double share) { progress("importing the CT", share);
 };
 const ImportResult imported = Import(input, import);
+for (const std::string& warning : imported.report.warnings) fmt::print(stderr, "kerf: {}\n", warning);
 const std::string file = options.folder + "/bone.vdb";
 progress("writing the bone", 1);
 WriteBone(imported.bone, file);

@@ -1,6 +1,9 @@
 #include <array>
 
+#include "import/image_fields.h"
 #include "import/image_header.h"
+#include "import/nifti.h"
+#include "import/nrrd_lattice.h"
 #include "target.h"
 
 namespace kerf::fuzz {
@@ -11,7 +14,19 @@ KERF_FUZZ_TARGET(image_header) {
   if (bytes.empty()) return;
   static const MemoryFolder folder;
   const std::string path = folder.Write(kNames[static_cast<unsigned char>(bytes[0]) % kNames.size()], bytes.substr(1));
-  Takes([&] { CheckImageHeader(path); });
+  Takes([&] {
+    CheckImageHeader(path);
+    if (HasNiftiExtension(path)) {
+      ReadNifti(path, "");
+    } else if (EndsWith(path, ".nrrd") || EndsWith(path, ".nhdr")) {
+      const ImageFields fields = ParseNrrdFields(ReadHead(path));
+      Volume volume;
+      SetNrrdFrame(fields, path, "", volume);
+      PlaceNrrd(fields, path, volume);
+    } else {
+      CheckMetaSpacing(ParseMetaFields(ReadHead(path)), path);
+    }
+  });
 }
 
 }  // namespace kerf::fuzz

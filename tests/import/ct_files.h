@@ -80,33 +80,39 @@ inline void WriteNrrd(const Volume& ct, const std::string& path) {
   WriteBytes(path, NrrdHeader(ct) + "\n" + Bytes(ct.hu));
 }
 
-/// NIfTI-1 with an sform, whose frame is RAS: x and y change sign against LPS.
-inline void WriteNifti(const Volume& ct, const std::string& path) {
+/// Replaces the bytes from `at` by those of `value`.
+template <typename T>
+void Put(std::string& bytes, std::size_t at, T value) {
+  bytes.replace(at, sizeof value, reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// Header of NIfTI-1 with an sform, whose frame is RAS: x and y change sign against LPS.
+inline std::string NiftiHeader(const Volume& ct) {
   std::string h(352, '\0');
-  const auto put = [&h](std::size_t at, auto value) {
-    h.replace(at, sizeof value, reinterpret_cast<const char*>(&value), sizeof value);
-  };
-  put(0, std::int32_t{348});
-  put(40, std::int16_t{3});
-  for (std::size_t a = 0; a < 3; ++a) put(42 + 2 * a, static_cast<std::int16_t>(ct.size[a]));
-  for (std::size_t a = 3; a < 7; ++a) put(42 + 2 * a, std::int16_t{1});
-  put(70, std::int16_t{4});   // int16
-  put(72, std::int16_t{16});  // bits
-  put(76, 1.0f);
-  for (int a = 0; a < 3; ++a) put(80 + 4 * static_cast<std::size_t>(a), static_cast<float>(ct.spacing_mm[a]));
-  put(108, 352.0f);           // where the voxels begin
-  h[123] = 2;                 // mm
-  put(254, std::int16_t{1});  // sform in use
+  Put(h, 0, std::int32_t{348});
+  Put(h, 40, std::int16_t{3});
+  for (std::size_t a = 0; a < 3; ++a) Put(h, 42 + 2 * a, static_cast<std::int16_t>(ct.size[a]));
+  for (std::size_t a = 3; a < 7; ++a) Put(h, 42 + 2 * a, std::int16_t{1});
+  Put(h, 70, std::int16_t{4});   // int16
+  Put(h, 72, std::int16_t{16});  // bits
+  Put(h, 76, 1.0f);
+  for (int a = 0; a < 3; ++a) Put(h, 80 + 4 * static_cast<std::size_t>(a), static_cast<float>(ct.spacing_mm[a]));
+  Put(h, 108, 352.0f);           // where the voxels begin
+  h[123] = 2;                    // mm
+  Put(h, 254, std::int16_t{1});  // sform in use
   for (int row = 0; row < 3; ++row) {
     const double sign = row < 2 ? -1 : 1;
     for (int a = 0; a < 3; ++a) {
-      put(280 + 16 * static_cast<std::size_t>(row) + 4 * static_cast<std::size_t>(a),
+      Put(h, 280 + 16 * static_cast<std::size_t>(row) + 4 * static_cast<std::size_t>(a),
           static_cast<float>(sign * ct.axes_W[a][row] * ct.spacing_mm[a]));
     }
-    put(292 + 16 * static_cast<std::size_t>(row), static_cast<float>(sign * ct.origin_W[row]));
+    Put(h, 292 + 16 * static_cast<std::size_t>(row), static_cast<float>(sign * ct.origin_W[row]));
   }
-  h.replace(344, 4, std::string("n+1\0", 4));
-  WriteBytes(path, h + Bytes(ct.hu));
+  return h.replace(344, 4, std::string("n+1\0", 4));
+}
+
+inline void WriteNifti(const Volume& ct, const std::string& path) {
+  WriteBytes(path, NiftiHeader(ct) + Bytes(ct.hu));
 }
 
 inline void WriteMeta(const Volume& ct, const std::string& path) {

@@ -9,6 +9,7 @@
 #include "ct_files.h"
 #include "import/import.h"
 #include "import/mandible_likeness.h"
+#include "import/patient_frame.h"
 
 namespace kerf {
 namespace {
@@ -148,6 +149,54 @@ TEST(MandibleLikeness, UpsideDownOrBackToFrontFails) {
   const auto shape = Horseshoe(60, 60, false, false);
   EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, p.y, 62 - p.z}); })).is_mandible);
   EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, -8 - p.y, p.z}); })).is_mandible);
+}
+
+// The scan of the arch with its coordinates in another frame than the one it is said to be in.
+Volume HorseshoeIn(const std::string& frame) {
+  Volume ct = HorseshoeCt(Horseshoe(60, 60, false, false));
+  StateFrame(frame, ct);  // in place of its inverse: each of the frames below is its own
+  ct.frame = "LPS";
+  return ct;
+}
+
+TEST(MandibleLikeness, SaysWhichTurnWouldMakeAMandibleOfIt) {
+  for (const auto& [frame, how] :
+       {std::pair("RAS", "faces backwards, as when RAS is read as LPS"), std::pair("RPI", "is upside down:"),
+        std::pair("LAI", "is upside down and faces backwards"), std::pair("SAL", "has its axes in another order")}) {
+    const Volume ct = HorseshoeIn(frame);
+    const MandibleLikeness likeness = ShapeOf(ct);
+    EXPECT_FALSE(likeness.is_mandible);
+    const std::string said = Describe(likeness, "LPS");
+    EXPECT_THAT(said, HasSubstr(fmt::format("; it looks like a mandible that {}", how)));
+    EXPECT_THAT(said, HasSubstr(frame));
+    // The refusal says it too, and the frame that it names gives the arch.
+    EXPECT_THAT(MessageOf([&] { Isolate(ct, IsolateOptions{}, {}); }), HasSubstr(DescribeTurns(likeness, "LPS")));
+    Volume stated = ct;
+    StateFrame(frame, stated);
+    EXPECT_TRUE(Isolate(stated, IsolateOptions{}, {}).mandible);
+  }
+  const MandibleLikeness backwards = ShapeOf(HorseshoeIn("RAS"));
+  EXPECT_THAT(Describe(backwards, "LPS"), HasSubstr("are likely RAS, or LAS in a mirror, and not LPS"));
+  // A file read as RAS: the frame named is that of its own coordinates.
+  EXPECT_THAT(Describe(backwards, "RAS"), HasSubstr("are likely LPS, or RPS in a mirror, and not RAS"));
+  // Lying on its back the arch passes too, so that another order of axes leaves two frames.
+  EXPECT_THAT(Describe(ShapeOf(HorseshoeIn("SAL")), "LPS"),
+              HasSubstr("are likely PIR or SAL, or PIL or SAR in a mirror"));
+  EXPECT_EQ(DescribeTurns(ShapeOf(HorseshoeIn("LPS")), "LPS"), "");
+}
+
+TEST(Isolate, TheTurnIsAlsoNamedWhenPointsSteer) {
+  Volume ct = HorseshoeIn("RAS");
+  const Vec3 other(0, -36, 64);  // of bone apart from the arch
+  for (int side = 0; side < 5 * 5 * 5; ++side) {
+    const Vec3 at = glm::round(ct.VoxelFromWorld(other)) + Vec3(side % 5 - 2, side / 5 % 5 - 2, side / 25 - 2);
+    ct.hu[ct.Index(static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z))] = 1200;
+  }
+  IsolateOptions options;
+  options.keep_W = {{0, 40, 0}};
+  options.drop_W = {other};
+  EXPECT_THAT(MessageOf([&] { Isolate(ct, options, {}); }), HasSubstr("does not look like a mandible: "));
+  EXPECT_THAT(MessageOf([&] { Isolate(ct, options, {}); }), HasSubstr("are likely RAS, or LAS in a mirror"));
 }
 
 TEST(Isolate, AutomaticFindsTheArchThatADimBridgeJoinsToABlock) {

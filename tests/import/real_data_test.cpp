@@ -1,6 +1,8 @@
 // Both CTs of the shared data. Skipped, and said so, where they are not to be had.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "bone/surface.h"
@@ -101,6 +103,60 @@ TEST(Phantom, IsRefusedWithoutPointsAndSaysHowToSteer) {
   EXPECT_THAT(message, HasSubstr("the mandible can't be told from the other bone"));
   EXPECT_THAT(message, HasSubstr("1. 399.9 cm3, centre (4, -219, 390), box 148 x 205 x 100 mm"));
   EXPECT_THAT(message, HasSubstr("--keep-markups"));
+}
+
+// Blocks of n[0] x n[1] x n[2] voxels become one: their mean, as thick slices have it, or their first, as slices with
+// gaps between them have it.
+Volume Coarsen(const Volume& ct, const std::array<int, 3>& n, bool mean) {
+  Volume coarse = ct;
+  coarse.hu.clear();
+  for (int a = 0; a < 3; ++a) {
+    coarse.size[a] = ct.size[a] / n[a];
+    coarse.spacing_mm[a] = ct.spacing_mm[a] * n[a];
+  }
+  if (mean) coarse.origin_W = ct.WorldFromVoxel(0.5 * Vec3(n[0] - 1, n[1] - 1, n[2] - 1));
+  const int count = mean ? n[0] * n[1] * n[2] : 1;
+  for (int k = 0; k < coarse.size[2]; ++k) {
+    for (int j = 0; j < coarse.size[1]; ++j) {
+      for (int i = 0; i < coarse.size[0]; ++i) {
+        int sum = 0;
+        for (int m = 0; m < count; ++m) {
+          sum += ct.hu[ct.Index(i * n[0] + m % n[0], j * n[1] + m / n[0] % n[1], k * n[2] + m / (n[0] * n[1]))];
+        }
+        coarse.hu.push_back(static_cast<std::int16_t>(std::lround(1.0 * sum / count)));
+      }
+    }
+  }
+  return coarse;
+}
+
+TEST(VisibleHuman, ThickSlicesGiveTheBoneOfThinOnes) {
+  if (Missing(kFemaleNrrd)) GTEST_SKIP() << "no " << kFemaleNrrd;
+  const Volume ct = Crop(ReadImageFile(kFemaleNrrd), {30, 0, 0}, {209, 129, 158});
+  const test::Folder folder;
+  ImportOptions options;
+  options.voxel_mm = 0.6;
+  const auto import = [&](const Volume& v) {
+    test::WriteNrrd(v, folder.file("ct.nrrd"));
+    return Import(folder.file("ct.nrrd"), options);
+  };
+  const ImportResult all = import(ct);
+  EXPECT_NEAR(all.report.surface_error.offset_mm, 0.48, 0.05);  // by a script apart from kerf, on every surface point
+  struct Case {
+    std::array<int, 3> n;
+    bool mean;
+    double volume, median_mm;  // most that may differ, as a share and in mm
+  };
+  // Found -1.4 % and +3.5 %, -0.02 and +0.12 mm; with the HU blurred in the slices' plane and not limited first, +12.6
+  // % and +8.3 %, +0.39 and +0.28 mm. What a mean over 2 x 2 mm has blurred does not come back altogether.
+  for (const Case& c : {Case{{1, 1, 3}, false, 0.02, 0.05}, Case{{2, 2, 1}, true, 0.045, 0.15}}) {
+    const ImportResult coarse = import(Coarsen(ct, c.n, c.mean));
+    std::vector<double> d;
+    for (const Vec3& p : ExtractSurface(coarse.bone).points) d.push_back(all.bone.SignedDistance(p));
+    std::nth_element(d.begin(), d.begin() + static_cast<std::ptrdiff_t>(d.size() / 2), d.end());
+    EXPECT_NEAR(coarse.report.solid_mm3 / all.report.solid_mm3, 1, c.volume) << c.n[0];
+    EXPECT_NEAR(d[d.size() / 2], 0, c.median_mm) << c.n[0];
+  }
 }
 
 TEST(Phantom, TheSceneMarkupsPartItFromUpperTeethAndSkull) {
