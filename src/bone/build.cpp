@@ -1,6 +1,7 @@
 #include "bone/build.h"
 
 #include <fmt/format.h>
+#include <openvdb/tools/Composite.h>
 #include <openvdb/tools/FastSweeping.h>
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/Morphology.h>
@@ -13,6 +14,7 @@
 #include <memory>
 #include <thread>
 
+#include "bone/fill_voids.h"
 #include "bone/grids.h"
 #include "kerf/error.h"
 
@@ -57,7 +59,7 @@ constexpr double kBytesOfMixed = 7000;
 
 [[noreturn]] void RefuseMemory(double bytes, const BuildOptions& options) {
   throw Error(
-      fmt::format("a bone of this size with voxels of {} mm needs more than {:.1f} GB of memory and {:.1f} GB are "
+      fmt::format("a bone of this size with voxels of {:.3g} mm needs more than {:.1f} GB of memory and {:.1f} GB are "
                   "free; use larger voxels",
                   options.voxel_mm, bytes / 1e9, options.most_bytes / 1e9));
 }
@@ -200,18 +202,62 @@ void CheckBox(const Box3& box, const BuildOptions& options) {
     throw Error(fmt::format("a band of {} voxels is out of range; valid range 2 to 8", options.band_voxels));
   }
   if (!(voxel_mm >= 0.02 && voxel_mm <= 4)) {
-    throw Error(fmt::format("a voxel of {} mm is out of range; valid range 0.02 to 4 mm", voxel_mm));
+    throw Error(fmt::format("a voxel of {:.3g} mm is out of range; valid range 0.02 to 4 mm", voxel_mm));
   }
   const Vec3 count = box.size() / voxel_mm;
   if (!(count.x * count.y * count.z <= kMaxBoxVoxels)) {
-    throw Error(fmt::format("{:.0f} x {:.0f} x {:.0f} mm at {} mm voxels is more than 2^36 voxels; use larger voxels",
-                            box.size().x, box.size().y, box.size().z, voxel_mm));
+    throw Error(
+        fmt::format("{:.0f} x {:.0f} x {:.0f} mm at {:.3g} mm voxels is more than 2^36 voxels; use larger voxels",
+                    box.size().x, box.size().y, box.size().z, voxel_mm));
   }
   const Vec3 furthest = glm::max(glm::abs(box.lower), glm::abs(box.upper));
   const double most_vox = std::max({furthest.x, furthest.y, furthest.z}) / voxel_mm;
   if (!IsInWorld(box.centre()) || !(most_vox < kMostIndex)) {
     throw Error(fmt::format("the bone lies beyond {} mm from the world's origin", kWorldReach_mm));
   }
+}
+
+/// Throws Error unless it is closed and within range. Returns its area, mm^2.
+double CheckMesh(const TriangleMesh& mesh, const BuildOptions& options) {
+  if (const std::size_t open_edges = CountOpenEdges(mesh); open_edges != 0) {
+    throw Error(
+        fmt::format("the surface is not closed: {} of its edges do not join exactly two triangles", open_edges));
+  }
+  Box3 box;
+  for (const Vec3& p : mesh.points) box.Include(p);
+  CheckBox(box, options);
+  double area_mm2 = 0;
+  for (const auto& t : mesh.triangles) {
+    area_mm2 +=
+        0.5 * glm::length(glm::cross(mesh.points[t[1]] - mesh.points[t[0]], mesh.points[t[2]] - mesh.points[t[0]]));
+  }
+  return area_mm2;
+}
+
+/// What a closed surface encloses, as a level set.
+openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& options,
+                                 const openvdb::math::Transform& transform) {
+  std::vector<openvdb::Vec3s> points(mesh.points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 p_vox = mesh.points[i] / options.voxel_mm;
+    if (const double most = std::max({std::abs(p_vox.x), std::abs(p_vox.y), std::abs(p_vox.z)});
+        !(most <= kMostMeshIndex)) {
+      throw Error(
+          fmt::format("the surface reaches {:.0f} mm from the world's origin; with voxels of {:.3g} mm at most "
+                      "{:.0f} mm: move it nearer",
+                      most * options.voxel_mm, options.voxel_mm, kMostMeshIndex * options.voxel_mm));
+    }
+    points[i] = openvdb::Vec3s(static_cast<float>(p_vox.x), static_cast<float>(p_vox.y), static_cast<float>(p_vox.z));
+  }
+  std::vector<openvdb::Vec3I> triangles(mesh.triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto& t = mesh.triangles[i];
+    triangles[i] = openvdb::Vec3I(t[0], t[1], t[2]);
+  }
+  const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
+  // The adapter's points are in index space; distances come out in world units.
+  return openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, transform, static_cast<float>(options.band_voxels),
+                                                          static_cast<float>(options.band_voxels));
 }
 
 }  // namespace
@@ -245,7 +291,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   grids.phi = MakePhiGrid(h, options.band_voxels);
   grids.materials = std::move(materials);
 
-  const Blocks blocks = SortBlocks(solid, box, options);
+  Blocks blocks = SortBlocks(solid, box, options);
   Progress progress(options.progress, 0.05, 0.7, blocks.mixed.size());
   auto leaves = EvaluateBlocks(solid, blocks.mixed, h, progress);
   const float band = grids.phi->background();
@@ -259,6 +305,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
     field->setTransform(grids.phi->transformPtr());
     for (auto& leaf : leaves) field->tree().addLeaf(leaf.release());
     AddInsideTiles(field->tree(), blocks.inside, -1.0f);
+    if (options.fill_voids != nullptr) *options.fill_voids = FillVoids(field->tree(), h, blocks.inside);
     KeepNearSurface(*field, options.band_voxels);
     const auto distance = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
     if (!distance) throw Error("the surface could not be turned into a distance field: nothing lies inside");
@@ -276,22 +323,11 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   return bone;
 }
 
-Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
+Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<int(const Vec3&)>& region,
                       const BuildOptions& options, MaterialTable materials) {
-  if (mesh.triangles.empty()) throw Error("the surface has no triangles");
-  const std::size_t open_edges = CountOpenEdges(mesh);
-  if (open_edges != 0) {
-    throw Error(
-        fmt::format("the surface is not closed: {} of its edges do not join exactly two triangles", open_edges));
-  }
-  Box3 box;
-  for (const Vec3& p : mesh.points) box.Include(p);
-  CheckBox(box, options);
+  if (layers.empty() || layers.front().triangles.empty()) throw Error("the surface has no triangles");
   double area_mm2 = 0;
-  for (const auto& t : mesh.triangles) {
-    area_mm2 +=
-        0.5 * glm::length(glm::cross(mesh.points[t[1]] - mesh.points[t[0]], mesh.points[t[2]] - mesh.points[t[0]]));
-  }
+  for (const TriangleMesh& mesh : layers) area_mm2 += CheckMesh(mesh, options);
   // A plane with its band goes through up to three leaves for each of its squares.
   const double leaf_mm = kLeafEdge * options.voxel_mm;
   const double bytes = kBytesOfMixed * 3 * area_mm2 / (leaf_mm * leaf_mm);
@@ -300,28 +336,15 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
   Bone::Grids& grids = bone.grids();
   grids.phi = MakePhiGrid(options.voxel_mm, options.band_voxels);
   grids.materials = std::move(materials);
-  std::vector<openvdb::Vec3s> points(mesh.points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec3 p_vox = mesh.points[i] / options.voxel_mm;
-    if (const double most = std::max({std::abs(p_vox.x), std::abs(p_vox.y), std::abs(p_vox.z)});
-        !(most <= kMostMeshIndex)) {
-      throw Error(
-          fmt::format("the surface reaches {:.0f} mm from the world's origin; with voxels of {} mm at most "
-                      "{:.0f} mm: move it nearer",
-                      most * options.voxel_mm, options.voxel_mm, kMostMeshIndex * options.voxel_mm));
+  const auto grid = Voxelise(layers.front(), options, grids.phi->transform());
+  for (std::size_t n = 1; n < layers.size(); ++n) {
+    const auto layer = Voxelise(layers[n], options, grids.phi->transform());
+    if (n % 2 == 1) {
+      openvdb::tools::csgDifference(*grid, *layer);
+    } else {
+      openvdb::tools::csgUnion(*grid, *layer);
     }
-    points[i] = openvdb::Vec3s(static_cast<float>(p_vox.x), static_cast<float>(p_vox.y), static_cast<float>(p_vox.z));
   }
-  std::vector<openvdb::Vec3I> triangles(mesh.triangles.size());
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const auto& t = mesh.triangles[i];
-    triangles[i] = openvdb::Vec3I(t[0], t[1], t[2]);
-  }
-  const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
-  // The adapter's points are in index space; distances come out in world units.
-  auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, grids.phi->transform(),
-                                                               static_cast<float>(options.band_voxels),
-                                                               static_cast<float>(options.band_voxels));
   grids.phi->setTree(grid->treePtr());
   FinishLevelSet(*grids.phi);
   if (bone.empty()) throw Error("the surface encloses nothing at this voxel size");
@@ -329,6 +352,11 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
   SetRegions(bone, region, options.region_voxel_mm);
   if (options.progress) options.progress(1.0);
   return bone;
+}
+
+Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
+                      const BuildOptions& options, MaterialTable materials) {
+  return MakeBoneFromMesh(std::span(&mesh, 1), region, options, std::move(materials));
 }
 
 void RoundDistances(Bone& bone, int precision_bits) {

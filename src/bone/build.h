@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 
 #include "kerf/bone.h"
 
@@ -28,12 +29,20 @@ struct SolidField {
 /// classify() for a field whose value changes by at most 1 per mm.
 std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<double(const Vec3&)> value);
 
+/// Voids that were made solid.
+struct FilledVoids {
+  std::size_t count = 0;
+  double mm3 = 0;  // by voxels
+};
+
 struct BuildOptions {
   double voxel_mm = 0.2;                 // 0.02 to 4
   double region_voxel_mm = 0.2;          // of the region grid
   std::function<void(double)> progress;  // called with 0..1, from one thread; may be empty
   int band_voxels = 3;                   // half width of the level set's band, 2 to 8; files hold 3 only
   double most_bytes = 1e300;             // of memory, that are free: more is refused before it is asked for
+  FilledVoids* fill_voids = nullptr;     // set: voids that the solid encloses become solid and are counted here;
+                                         // of a field that is no distance
 };
 
 /// Voxelises a solid within `box` (which it must not touch: leave at least 4 voxels around it).
@@ -42,7 +51,11 @@ struct BuildOptions {
 /// inside. Uses all cores; the result does not depend on their number.
 Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials);
 
-/// The same from a closed surface; the region function as above. Throws Error when the mesh is open.
+/// The same from closed surfaces; the region function as above. What the first encloses is solid, hollows that lie in
+/// it included; what the second encloses is taken away again, what the third encloses is added to that, and so on.
+/// Throws Error when one is open.
+Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<int(const Vec3&)>& region,
+                      const BuildOptions& options, MaterialTable materials);
 Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
                       const BuildOptions& options, MaterialTable materials);
 

@@ -15,6 +15,9 @@ using openvdb::Coord;
 using FloatTree = openvdb::FloatTree;
 using FloatLeaf = FloatTree::LeafNodeType;
 
+// A few voxels can enclose far less than they count for; more than this, by voxels, is never a crumb.
+constexpr double kMaybeCrumb_mm3 = 100 * kSmallestPiece_mm3;
+
 }  // namespace
 
 Pieces SplitPieces(const Bone& bone, double min_mm3) {
@@ -87,6 +90,13 @@ Pieces SplitPieces(const Bone& bone, double min_mm3) {
       tree.addLeaf(leaf.release());
     }
     openvdb::tools::pruneLevelSet(tree, band, -band);
+    if (mm3 < kMaybeCrumb_mm3) {
+      if (const double exact_mm3 = piece.CalcVolume(); exact_mm3 < kSmallestPiece_mm3) {
+        ++result.dust_count;
+        result.dust_mm3 += exact_mm3;
+        continue;
+      }
+    }
     result.pieces.push_back(std::move(piece));
   }
   return result;

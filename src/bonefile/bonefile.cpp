@@ -25,7 +25,8 @@
 namespace kerf {
 namespace {
 
-constexpr int kFormat = 1;
+constexpr int kFormat = 2;
+constexpr int kFormatOfInt32Regions = 1;  // the same, but for grid "region", which was of int32
 constexpr float kMaxHu = 100'000;
 constexpr char kNotePrefix[] = "note_";
 
@@ -116,6 +117,20 @@ void CheckSides(const openvdb::GridBase& grid, const std::string& path) {
                            sides.x(), sides.y(), sides.z(), kMaxVdbSide_vox));
 }
 
+/// Files hold the regions as floats: Python's module as Debian builds it opens grids of float, bool and vec3s only, and
+/// refuses the whole file because of another. Whole numbers up to 255 are exact.
+openvdb::Int32Grid::Ptr ReadRegions(const openvdb::GridBase::Ptr& grid, const std::string& path) {
+  if (auto regions = openvdb::gridPtrCast<openvdb::Int32Grid>(grid)) return regions;
+  const auto stored = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
+  if (!stored) Refuse(path, "grid \"region\" must be of type float or int32");
+  for (auto it = stored->cbeginValueAll(); it; ++it) {
+    if (!(*it >= 0 && *it <= 255 && *it == std::floor(*it))) {
+      Refuse(path, fmt::format("grid \"region\" has the value {}, which is no number of a region", *it));
+    }
+  }
+  return std::make_shared<openvdb::Int32Grid>(*stored);
+}
+
 void CheckGrids(const Bone::Grids& grids, const std::string& path) {
   const double h = VoxelSize(*grids.phi, path);
   VoxelSize(*grids.region, path);
@@ -173,8 +188,9 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
     const openvdb::MetaMap* meta = &file.meta();
     const auto format = meta->getMetadata<openvdb::Int32Metadata>("kerf_format");
     if (!format) Refuse(path, "not a kerf bone: its metadata has no \"kerf_format\"");
-    if (format->value() != kFormat) {
-      Refuse(path, fmt::format("written in format {}; this kerf reads format {}", format->value(), kFormat));
+    if (format->value() != kFormat && format->value() != kFormatOfInt32Regions) {
+      Refuse(path, fmt::format("written in format {}; this kerf reads formats {} and {}", format->value(),
+                               kFormatOfInt32Regions, kFormat));
     }
     if (StringMeta(*meta, "units", path) != "mm") Refuse(path, "its lengths are not in mm");
     grids.materials = ParseRegionTable(StringMeta(*meta, "region_table", path), path + " (region table)");
@@ -184,9 +200,9 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
     auto found = file.ReadGrids(in, wanted);
     if (!found["phi"] || !found["region"]) Refuse(path, "not a kerf bone: grids \"phi\" and \"region\" are needed");
     grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(found["phi"]);
-    grids.region = openvdb::gridPtrCast<openvdb::Int32Grid>(found["region"]);
+    grids.region = ReadRegions(found["region"], path);
     grids.hu = openvdb::gridPtrCast<openvdb::FloatGrid>(found["hu"]);
-    if (!grids.phi || !grids.region) Refuse(path, "grid \"phi\" must be of type float and \"region\" of type int32");
+    if (!grids.phi) Refuse(path, "grid \"phi\" must be of type float");
     if (found["hu"] && !grids.hu) Refuse(path, "grid \"hu\" must be of type float");
   } catch (const Error&) {
     throw;
@@ -215,7 +231,7 @@ void WriteBone(const Bone& bone, const std::string& path) {
       std::ofstream out;
       out.exceptions(std::ios::badbit | std::ios::failbit);
       out.open(temporary, std::ios::binary | std::ios::trunc);
-      openvdb::GridCPtrVec stored = {grids.phi, grids.region};
+      openvdb::GridCPtrVec stored = {grids.phi, std::make_shared<const openvdb::FloatGrid>(*grids.region)};
       if (grids.hu) stored.push_back(grids.hu);
       Writer().Write(out, stored, meta);
       out.close();

@@ -15,6 +15,7 @@
 #include "cli/commands.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
+#include "core/volume_text.h"
 #include "files/files.h"
 #include "files/markups.h"
 #include "import/dicom.h"
@@ -91,6 +92,17 @@ Json HuJson(const ImportReport& r) {
   return {{"voxel_mm", r.hu_voxel_mm}, {"min_HU", r.hu.min}, {"mean_HU", r.hu.mean}, {"max_HU", r.hu.max}};
 }
 
+/// null when the input was a CT.
+Json SurfaceJson(const ImportReport& r) {
+  if (r.kind != "surface") return nullptr;
+  return {{"triangles", r.surface.triangles},
+          {"shells", r.surface.shells},
+          {"hollow_shells", r.surface.hollow_shells},
+          {"hollow_mm3", r.surface.hollow_mm3},
+          {"inner_solid_shells", r.surface.inner_solid_shells},
+          {"repairs", r.surface.repairs}};
+}
+
 void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
   Json seconds;
   double total = 0;
@@ -118,7 +130,10 @@ void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, 
                      {"volume_mm3", r.solid_mm3},
                      {"volume_above_iso_mm3", r.iso_mm3},
                      {"filled_mm3", r.filled_mm3},
+                     {"voids_filled", r.voids.count},
+                     {"voids_filled_mm3", r.voids.mm3},
                      {"tooth_mm3", r.tooth_mm3},
+                     {"surface", SurfaceJson(r)},
                      {"box_lower_mm", ToJson(r.box.lower)},
                      {"box_upper_mm", ToJson(r.box.upper)},
                      {"box_size_mm", ToJson(r.box.size())},
@@ -141,6 +156,13 @@ void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, 
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
+/// Smaller than the CT's voxels, so counted apart from the marrow.
+std::string VoidsText(const ImportReport& r) {
+  if (r.voids.count == 0) return "";
+  return fmt::format(" and {} small void{} of {}{}", r.voids.count, r.voids.count == 1 ? "" : "s",
+                     FormatVolume(r.voids.mm3), r.voids.count == 1 ? "" : " together");
+}
+
 void PrintText(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
   const Vec3 size = r.box.size();
   const Vec3 centre = r.box.centre();
@@ -149,10 +171,12 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
                r.spacing_mm.x, r.spacing_mm.y, r.spacing_mm.z);
     fmt::print("isolation  {}; {:.0f} mm2 of contact with other bone\n", r.isolation, r.contact_mm2);
   }
-  fmt::print("volume     {:.2f} cm3", r.solid_mm3 / 1000);
+  fmt::print("volume     {}", FormatVolume(r.solid_mm3));
   if (r.kind != "surface") {
-    fmt::print(" ({:.2f} cm3 above {:.0f} HU, {:.2f} cm3 of marrow and canals filled, {:.2f} cm3 of teeth)",
-               r.iso_mm3 / 1000, options.import.isolate.iso_hu, r.filled_mm3 / 1000, r.tooth_mm3 / 1000);
+    fmt::print(" ({} above {:.0f} HU, {} of marrow and canals filled{}, {} of teeth)", FormatVolume(r.iso_mm3),
+               options.import.isolate.iso_hu, FormatVolume(r.filled_mm3), VoidsText(r), FormatVolume(r.tooth_mm3));
+  } else {
+    fmt::print("\nsurface    {} triangles in {}", r.surface.triangles, r.surface.how);
   }
   fmt::print("\nbox        {:.1f} x {:.1f} x {:.1f} mm around ({:.1f}, {:.1f}, {:.1f})\n", size.x, size.y, size.z,
              centre.x, centre.y, centre.z);
@@ -161,7 +185,8 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
                e.CalcExpected(), e.offset_mm, e.scatter_mm);
   }
   fmt::print("pieces     {}", r.pieces);
-  if (r.dropped_pieces > 0) fmt::print("; {} bits of {:.0f} mm3 together left out", r.dropped_pieces, r.dropped_mm3);
+  if (r.dropped_pieces > 0)
+    fmt::print("; {} bits of {} together left out", r.dropped_pieces, FormatVolume(r.dropped_mm3));
   fmt::print("\nvoxels     {} of {} mm, {:.0f} MB; peak memory {:.0f} MB\n", r.active_voxels, bone.voxel_mm(),
              static_cast<double>(r.memory_bytes) / 1e6, PeakMemory_MB());
   if (r.hu_voxel_mm > 0) {
@@ -196,6 +221,22 @@ void Warn(const ImportReport& r) {
   if (!r.mandible) {
     fmt::print(stderr, "kerf: all cortex is one region, since this is no mandible as the atlas knows it{}{}\n",
                r.shape_objection.empty() ? "" : ": ", r.shape_objection);
+  }
+}
+
+/// An option that would do nothing with this kind of input is a mistake.
+void CheckOptionsAct(const CLI::App& command, const std::string& input) {
+  const bool is_surface = IsSurfacePath(input);
+  const std::vector<const char*> idle =
+      is_surface ? std::vector{"--list",          "--series",       "--keep",       "--drop",
+                               "--keep-markups",  "--drop-markups", "--no-isolate", "--any-shape",
+                               "--iso",           "--cortical-hu",  "--shell",      "--tooth-hu",
+                               "--tooth-body-hu", "--tooth-reach",  "--keep-hu",    "--hu-voxel"}
+                 : std::vector{"--units", "--mesh-shell"};
+  for (const char* option : idle) {
+    if (command.count(option) == 0) continue;
+    throw CLI::ValidationError(option, is_surface ? "acts on a CT only, and INPUT is a surface, which is imported whole"
+                                                  : "acts on a surface only, and INPUT is none");
   }
 }
 
@@ -301,7 +342,10 @@ void AddImportCommand(CLI::App& app) {
   const std::string surface = "Surface and tissues";
   c->add_option("--iso", o->import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000; default 300.")
       ->group(surface);
-  c->add_flag("--no-fill", o->no_fill, "Leave marrow spaces and canals below the iso value hollow.")->group(surface);
+  c->add_flag("--no-fill", o->no_fill,
+              "Leave marrow spaces and canals below the iso value hollow; of a surface, what any inner shell encloses "
+              "(without it: where the shell faces inward).")
+      ->group(surface);
   c->add_option("--cortical-hu", o->import.tissue.cortical_hu,
                 "Cortical bone from this HU up, -500 to 4000; default 850.")
       ->group(surface);
@@ -310,6 +354,10 @@ void AddImportCommand(CLI::App& app) {
       ->group(surface);
   c->add_option("--mesh-shell", o->import.mesh_shell_mm,
                 "Thickness of the cortex of a surface, mm, 0 to 10; default 2.")
+      ->group(surface);
+  c->add_option("--units", o->import.mesh_units,
+                "Unit of a surface's coordinates: mm, cm, m, in or um; default mm, if that is the size of a bone.")
+      ->check(CLI::IsMember({"mm", "cm", "m", "in", "um"}))
       ->group(surface);
   c->add_option("--tooth-hu", o->import.tissue.tooth_hu, "Enamel from this HU up, 0 to 32767; default 1800.")
       ->group(surface);
@@ -332,7 +380,10 @@ void AddImportCommand(CLI::App& app) {
       ->needs(keep_hu)
       ->check(NumberWithin(0.1, 5, "mm"))
       ->group(surface);
-  c->callback([o] { Run(*o); });
+  c->callback([o, c] {
+    CheckOptionsAct(*c, o->input);
+    Run(*o);
+  });
 }
 
 }  // namespace kerf::cli

@@ -8,6 +8,7 @@
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
+#include "core/volume_text.h"
 
 namespace kerf::cli {
 namespace {
@@ -30,6 +31,7 @@ void PrintJson(const Bone& bone, const Pieces& split) {
                     {"size_mm", {box.size().x, box.size().y, box.size().z}}};
   json["pieces"] = ordered_json::array();
   for (const Bone& piece : split.pieces) json["pieces"].push_back({{"volume_mm3", piece.CalcVolume()}});
+  json["crumbs"] = {{"count", split.dust_count}, {"volume_mm3", split.dust_mm3}, {"below_mm3", kSmallestPiece_mm3}};
   json["voxel_mm"] = bone.voxel_mm();
   json["band_mm"] = bone.band_mm();
   json["active_voxels"] = bone.CountActiveVoxels();
@@ -61,8 +63,13 @@ void PrintJson(const Bone& bone, const Pieces& split) {
 void PrintText(const std::string& file, const Bone& bone, const Pieces& split) {
   const Box3 box = bone.CalcBounds();
   fmt::print("{}\n", file);
-  fmt::print("  volume    {:.3f} cm3 in {} piece{}\n", bone.CalcVolume() / 1000, split.pieces.size(),
+  fmt::print("  volume    {} in {} piece{}", FormatVolume(bone.CalcVolume()), split.pieces.size(),
              split.pieces.size() == 1 ? "" : "s");
+  if (split.dust_count > 0) {
+    fmt::print("; {} crumb{} below {:g} mm3 not counted", split.dust_count, split.dust_count == 1 ? "" : "s",
+               kSmallestPiece_mm3);
+  }
+  fmt::print("\n");
   fmt::print("  box       {:.1f} x {:.1f} x {:.1f} mm, from ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f})\n",
              box.size().x, box.size().y, box.size().z, box.lower.x, box.lower.y, box.lower.z, box.upper.x, box.upper.y,
              box.upper.z);

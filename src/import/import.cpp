@@ -20,6 +20,7 @@
 #include "import/image_file.h"
 #include "import/image_header.h"
 #include "import/mandible_likeness.h"
+#include "import/mesh_units.h"
 #include "import/patient_frame.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
@@ -57,13 +58,6 @@ std::function<void(double)> Part(const std::function<void(double)>& progress, do
   return [progress, from, to](double fraction) { progress(from + (to - from) * fraction); };
 }
 
-bool IsMeshPath(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return extension == ".stl" || extension == ".obj" || extension == ".ply";
-}
-
 void CheckOptions(const ImportOptions& options) {
   if (!options.frame.empty()) LpsFromFrame(options.frame);
   const auto within = [](const char* name, double value, double lower, double upper, const char* unit) {
@@ -77,6 +71,7 @@ void CheckOptions(const ImportOptions& options) {
   within("shell", options.tissue.shell_mm, 0, 10, "mm");
   if (options.hu_voxel_mm != 0) within("HU voxel", options.hu_voxel_mm, 0.1, 5, "mm");
   within("shell of a surface", options.mesh_shell_mm, 0, 10, "mm");
+  if (!options.mesh_units.empty()) CalcMmPerUnit(options.mesh_units);
   for (const auto* points : {&options.isolate.keep_W, &options.isolate.drop_W}) {
     for (const Vec3& p : *points) {
       if (!std::isfinite(p.x + p.y + p.z))
@@ -133,7 +128,7 @@ MaterialTable ChooseTable(const ImportOptions& options, bool use_atlas) {
 void DropDust(Bone& bone, bool one_piece, ImportReport& report) {
   Pieces split = SplitPieces(bone, one_piece ? kDust_mm3 : 0);
   report.pieces = split.pieces.size();
-  if (!one_piece || (split.pieces.size() == 1 && split.dust_count == 0)) return;
+  if (!one_piece || split.pieces.empty() || (split.pieces.size() == 1 && split.dust_count == 0)) return;
   report.dropped_pieces += split.dust_count + split.pieces.size() - 1;
   report.dropped_mm3 += split.dust_mm3;
   for (std::size_t n = 1; n < split.pieces.size(); ++n) report.dropped_mm3 += split.pieces[n].CalcVolume();
@@ -180,6 +175,8 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
   if (!warnings.empty()) bone.set_note("import_warnings", warnings);
   if (report.kind == "surface") {
     bone.set_note("import_shell_mm", fmt::format("{}", options.mesh_shell_mm));
+    bone.set_note("import_units", options.mesh_units.empty() ? "mm" : options.mesh_units);
+    bone.set_note("import_shells", report.surface.how);
     return;
   }
   if (!report.series_uid.empty()) bone.set_note("import_series_uid", report.series_uid);
@@ -187,6 +184,9 @@ void AddNotes(Bone& bone, const ImportOptions& options, const ImportReport& repo
   bone.set_note("import_ct_spacing_mm",
                 fmt::format("{} {} {}", report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z));
   bone.set_note("import_iso_HU", fmt::format("{}", options.isolate.iso_hu));
+  if (options.fill) {
+    bone.set_note("import_voids_filled", fmt::format("{} of {:.1f} mm3", report.voids.count, report.voids.mm3));
+  }
   bone.set_note("import_isolation", report.isolation);
   if (!options.isolate.keep_W.empty()) bone.set_note("import_keep_mm", Points(options.isolate.keep_W));
   if (!options.isolate.drop_W.empty()) bone.set_note("import_drop_mm", Points(options.isolate.drop_W));
@@ -265,6 +265,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   build.voxel_mm = options.voxel_mm;
   build.region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
   build.progress = Part(options.progress, 0.4, 0.9);
+  if (options.fill) build.fill_voids = &report.voids;
   result.bone = MakeBone(field, solid.box().Grown(6 * options.voxel_mm), build, ChooseTable(options, report.mandible));
   stages.Done("level set");
   DropDust(result.bone, options.isolate.isolate, report);
@@ -291,6 +292,18 @@ std::uint64_t HashMesh(const TriangleMesh& mesh) {
   return hash;
 }
 
+/// What acts on a CT alone must not seem to act on a surface.
+void CheckMeshOptions(const std::string& path, const ImportOptions& options) {
+  if (options.keep_hu) throw Error(fmt::format("{}: a surface has no CT numbers to keep", path));
+  if (!options.isolate.keep_W.empty() || !options.isolate.drop_W.empty()) {
+    throw Error(
+        fmt::format("{}: points to keep or to drop choose a bone of a CT; a surface is imported whole: remove what is "
+                    "not wanted in a mesh program",
+                    path));
+  }
+  if (!options.series.empty()) throw Error(fmt::format("{}: a surface has no series to choose", path));
+}
+
 // Turns a surface to the frame that its coordinates have.
 void StateFrame(const std::string& frame, TriangleMesh& mesh) {
   const glm::dmat3 turn = LpsFromFrame(frame);
@@ -301,31 +314,26 @@ void StateFrame(const std::string& frame, TriangleMesh& mesh) {
 
 ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   ImportResult result;
-  if (options.keep_hu) throw Error(fmt::format("{}: a surface has no CT numbers to keep", path));
+  CheckMeshOptions(path, options);
   ImportReport& report = result.report;
   report.kind = "surface";
   Stages stages(report);
   TriangleMesh mesh = ReadMesh(path);
   if (!options.frame.empty()) StateFrame(options.frame, mesh);
-  const std::size_t open = CountOpenEdges(mesh);
-  if (open > 0) {
-    throw Error(fmt::format(
-        "{}: the surface is not closed: {} of its edges do not lie between exactly two triangles; close the holes "
-        "in a mesh program",
-        path, open));
-  }
-  if (CalcEnclosedVolume(mesh) < 0) {
-    for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
-  }
   report.input_hash = HashMesh(mesh);
+  ScaleToMm(mesh, options.mesh_units, path);
+  const ClosedSurface closed = CloseSurface(std::move(mesh), !options.fill, path);
+  report.surface = closed.report;
+  report.warnings.insert(report.warnings.end(), closed.report.repairs.begin(), closed.report.repairs.end());
+  report.isolation = "none: the surface as it is";
   stages.Done("read");
 
   // The shape and the depth are found on a lattice of inside and outside.
   Box3 box;
-  for (const Vec3& p : mesh.points) box.Include(p);
+  for (const Vec3& p : closed.layers.front().points) box.Include(p);
   BuildOptions coarse;
   coarse.most_bytes = static_cast<double>(ReadAvailableBytes());
-  coarse.voxel_mm = std::max({options.voxel_mm, kMeshLattice_mm, glm::length(box.size()) / 400});
+  coarse.voxel_mm = std::max({options.voxel_mm, kMeshLattice_mm, std::min(glm::length(box.size()) / 400, 4.0)});
   coarse.region_voxel_mm = coarse.voxel_mm;
   Volume lattice;
   lattice.spacing_mm = Vec3(coarse.voxel_mm);
@@ -333,7 +341,7 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   for (int a = 0; a < 3; ++a) lattice.size[a] = static_cast<int>(std::ceil(box.size()[a] / coarse.voxel_mm)) + 9;
   std::vector<std::uint8_t> solid(lattice.count(), 0);
   {
-    const Bone draft = MakeBoneFromMesh(mesh, [](const Vec3&) { return 0; }, coarse, {});
+    const Bone draft = MakeBoneFromMesh(closed.layers, [](const Vec3&) { return 0; }, coarse, {});
     for (int k = 0; k < lattice.size[2]; ++k) {
       for (int j = 0; j < lattice.size[1]; ++j) {
         for (int i = 0; i < lattice.size[0]; ++i) {
@@ -360,10 +368,10 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   build.region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
   build.progress = Part(options.progress, 0.3, 0.95);
   result.bone = MakeBoneFromMesh(
-      mesh, [&tissue](const Vec3& p_W) { return tissue.RegionAt(p_W); }, build, ChooseTable(options, report.mandible));
+      closed.layers, [&tissue](const Vec3& p_W) { return tissue.RegionAt(p_W); }, build,
+      ChooseTable(options, report.mandible));
   stages.Done("level set");
   DropDust(result.bone, false, report);
-  report.isolation = "none: the surface as it is";
   Measure(result.bone, report);
   AddNotes(result.bone, options, report);
   stages.Done("measure");
@@ -372,9 +380,16 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
 
 }  // namespace
 
+bool IsSurfacePath(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return extension == ".stl" || extension == ".obj" || extension == ".ply";
+}
+
 ImportResult Import(const std::string& path, const ImportOptions& options) {
   CheckOptions(options);
-  ImportResult result = IsMeshPath(path) ? ImportMesh(path, options) : ImportCt(path, options);
+  ImportResult result = IsSurfacePath(path) ? ImportMesh(path, options) : ImportCt(path, options);
   if (options.progress) options.progress(1);
   return result;
 }

@@ -10,7 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "bone/build.h"
 #include "bone/ct_modulus.h"
+#include "import/closed_surface.h"
 #include "import/fill.h"
 #include "import/isolate.h"
 #include "import/surface_error.h"
@@ -26,10 +28,11 @@ struct ImportOptions {
   std::string frame;       // of the file's coordinates, such as "RAS" (patient_frame.h); empty: as the header says
   double voxel_mm = 0.1;   // 0.05 to 2
   IsolateOptions isolate;  // with the iso value
-  bool fill = true;        // cavities become bone
+  bool fill = true;  // of a CT: cavities become bone; false, of a surface: whatever an inner shell encloses is hollow
   FillOptions cavities;
   TissueOptions tissue;
   double mesh_shell_mm = 2.0;              // of a surface, which has no HU: cortex is this thick
+  std::string mesh_units;                  // of its coordinates: mm, cm, m, in, um; empty: mm, if that gives a bone
   std::optional<MaterialTable> materials;  // instead of the built-in one
   std::string materials_name;              // where it came from, for messages and provenance
   bool keep_hu = false;                    // store the CT numbers in the bone
@@ -49,6 +52,7 @@ struct ImportReport {
   double contact_mm2 = 0;          // of the bone with what it was parted from
   double iso_mm3 = 0;              // above iso, by voxels of the CT
   double filled_mm3 = 0;           // cavities, by voxels of the CT
+  FilledVoids voids;               // that were left in the level set, and filled too
   double tooth_mm3 = 0;            // by voxels of the CT
   double solid_mm3 = 0;            // of the level set
   Box3 box;                        // of its surface, LPS mm
@@ -64,6 +68,7 @@ struct ImportReport {
   double hu_voxel_mm = 0;          // of the CT numbers kept; 0: none
   HuRange hu;                      // of those, in the bone
   std::map<int, double> region_mm3;
+  SurfaceReport surface;                                // of a closed surface
   std::vector<std::pair<std::string, double>> seconds;  // by stage
 };
 
@@ -71,6 +76,9 @@ struct ImportResult {
   Bone bone;
   ImportReport report;
 };
+
+/// By the extension.
+bool IsSurfacePath(const std::string& path);
 
 /// `path`: a DICOM folder, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a closed surface (.stl .obj .ply). The
 /// bone's coordinates are the patient's (LPS, mm), a surface's its own. Throws Error with a sentence for whatever can't

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bone/surface.h"
+#include "core/volume_text.h"
 #include "render/picture.h"
 #include "session/summary_json.h"
 
@@ -27,9 +28,6 @@ double Since_ms(Clock::time_point begin) {
 
 std::string Volume(double mm3) {
   return mm3 < 1000 ? fmt::format("{:.3g} mm³", mm3) : fmt::format("{:.2f} cm³", mm3 / 1000);
-}
-std::string PlainVolume(double mm3) {
-  return mm3 < 1000 ? fmt::format("{:.3g} mm3", mm3) : fmt::format("{:.2f} cm3", mm3 / 1000);
 }
 
 /// The event that tells of a piece, by the box and the volume that it has at the end: null for one that was there.
@@ -58,7 +56,7 @@ std::string DescribeOut(const FragmentsReport& f) {
   std::string text = "taken out of the bone: ";
   if (pieces > 0) {
     text += fmt::format("{} piece{} {}, {}", pieces, pieces == 1 ? "" : "s", ToString(f.params.pieces),
-                        PlainVolume(f.CalcAside_mm3() + f.CalcDeleted_mm3()));
+                        FormatVolume(f.CalcAside_mm3() + f.CalcDeleted_mm3()));
   }
   if (crumbs > 0) {
     text += fmt::format("{}{} crumb{}, {:.3g} mm3", pieces > 0 ? ", " : "", crumbs, crumbs == 1 ? "" : "s",
@@ -184,7 +182,7 @@ std::string DescribeFragments(const FragmentsReport& f) {
   constexpr std::size_t kMostTold = 4;
   for (std::size_t i = 0; i < std::min(f.events.size(), kMostTold); ++i) {
     const FragmentEvent& e = f.events[i];
-    text += fmt::format("{}{} at {:.2f} s{}", i == 0 ? ": " : ", ", PlainVolume(e.piece.volume_mm3), e.time_s,
+    text += fmt::format("{}{} at {:.2f} s{}", i == 0 ? ": " : ", ", FormatVolume(e.piece.volume_mm3), e.time_s,
                         f.regions[i].empty() ? "" : fmt::format(" (most of it {})", f.regions[i]));
   }
   if (f.event_count > kMostTold) text += ", ...";

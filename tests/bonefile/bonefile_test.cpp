@@ -1,6 +1,8 @@
 #include "bonefile/bonefile.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <openvdb/io/File.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -13,12 +15,15 @@
 #include <random>
 #include <sstream>
 
+#include "bone/build.h"
 #include "bone/ct_modulus.h"
+#include "bone/grids.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "support/memory_limit.h"
 #include "support/one_core.h"
 #include "support/solids.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {
@@ -210,6 +215,95 @@ TEST_F(BoneFile, AFileOfABoneWithOverriddenConstantsKeepsItsOwnTable) {
   WriteBone(bone, Path("a.vdb"));
   EXPECT_EQ(ReadBone(Path("a.vdb")).materials().At(24).E_MPa, 19300);
   EXPECT_EQ(ReadBone(Path("a.vdb")).materials().At(24).source, "test");
+}
+
+/// Two regions, so that the grid has more than one value.
+Bone MakeTwoRegions() {
+  SolidField field = test::SphereField({1, -2, 3}, 4);
+  field.region = [](const Vec3& p) { return p.x < 1 ? 24 : 255; };
+  MaterialTable table = test::OneRegionTable();
+  Region other = table.At(24);
+  other.id = 255;
+  table.Add(other);
+  return MakeBone(field, Box3{Vec3(-6), Vec3(9)}, {0.2, 0.3, {}}, table);
+}
+
+/// What Python prints of a file: metadata, then each grid's name, type, active voxels and values at the coordinates.
+constexpr char kReadWithPython[] = R"(
+import sys, pyopenvdb
+grids, metadata = pyopenvdb.readAll(sys.argv[1])
+print(metadata['kerf_format'], metadata['units'], metadata['note_input'])
+for grid in sorted(grids, key=lambda grid: grid.name):
+  accessor = grid.getConstAccessor()
+  values = [accessor.getValue(tuple(int(i) for i in c.split(','))) for c in sys.argv[2:]]
+  print(grid.name, grid.valueTypeName, grid.activeVoxelCount(), *('%.9g' % v for v in values))
+)";
+
+TEST_F(BoneFile, OpensWholeInPyopenvdb) {
+  if (std::system("/usr/bin/python3 -c 'import pyopenvdb' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "/usr/bin/python3 has no module pyopenvdb (Debian's package python3-openvdb)";
+  }
+  Bone bone = MakeTwoRegions();
+  SetHu(
+      bone, [](const Vec3& p) { return 100 * p.x; }, 0.5);
+  bone.set_note("input", "two");
+  WriteBone(bone, Path("a.vdb"));
+  std::ofstream(Path("read.py")) << kReadWithPython;
+  const openvdb::Coord places[] = {{5, -10, 15}, {24, -10, 15}, {-14, -8, 12}, {0, 0, 0}, {90, 90, 90}, {3, -7, 10}};
+  std::string command = "/usr/bin/python3 " + Path("read.py") + " " + Path("a.vdb");
+  for (const openvdb::Coord& c : places) command += fmt::format(" {},{},{}", c.x(), c.y(), c.z());
+  ASSERT_EQ(std::system((command + " >" + Path("out.txt") + " 2>" + Path("err.txt")).c_str()), 0)
+      << ReadTextFile(Path("err.txt"));
+  const Bone::Grids& grids = bone.grids();
+  std::string expected = "2 mm two\n";
+  const auto add = [&](const auto& grid) {
+    expected += fmt::format("{} float {}", grid.getName(), grid.activeVoxelCount());
+    for (const openvdb::Coord& c : places) {
+      expected += fmt::format(" {:.9g}", static_cast<double>(grid.tree().getValue(c)));
+    }
+    expected += "\n";
+  };
+  add(*grids.hu);
+  add(*grids.phi);
+  add(*grids.region);
+  EXPECT_EQ(ReadTextFile(Path("out.txt")), expected);
+  EXPECT_NE(expected.find(" 24"), std::string::npos);
+  EXPECT_NE(expected.find(" 255"), std::string::npos);
+}
+
+TEST_F(BoneFile, RegionsAreTheSameBitsAfterAFile) {
+  const Bone bone = MakeTwoRegions();
+  WriteBone(bone, Path("a.vdb"));
+  const Bone read = ReadBone(Path("a.vdb"));
+  EXPECT_EQ(read.CalcHash(), bone.CalcHash());
+  EXPECT_EQ(read.CalcRegionVolumes(), bone.CalcRegionVolumes());
+  EXPECT_EQ(read.CalcMemoryBytes(), bone.CalcMemoryBytes());
+}
+
+TEST_F(BoneFile, AFileOfFormat1WithItsInt32RegionsIsRead) {
+  const std::string old_file = std::string(KERF_SOURCE_DIR) + "/tests/fuzz/corpus/bonefile/block.vdb";
+  ASSERT_NE(ReadTextFile(old_file).find("Tree_int32_5_4_3"), std::string::npos);
+  const Bone bone = ReadBone(old_file);
+  EXPECT_FALSE(bone.CalcRegionVolumes().empty());
+  WriteBone(bone, Path("new.vdb"));
+  EXPECT_EQ(ReadTextFile(Path("new.vdb")).find("Tree_int32_5_4_3"), std::string::npos);
+  EXPECT_EQ(ReadBone(Path("new.vdb")).CalcHash(), bone.CalcHash());
+}
+
+TEST_F(BoneFile, RegionsThatAreNoWholeNumbersAreRefused) {
+  const Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
+  for (const float bad : {24.5f, -1.0f, 256.0f, std::nanf("")}) {
+    WriteBone(bone, Path("a.vdb"));
+    openvdb::io::File file(Path("a.vdb"));
+    file.open(false);
+    const auto region = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("region"));
+    region->tree().setValueOn({1, 0, 0}, bad);
+    openvdb::io::File out(Path("b.vdb"));
+    out.write(openvdb::GridCPtrVec{file.readGrid("phi"), region}, *file.getMetadata());
+    out.close();
+    EXPECT_EQ(MessageOf(Path("b.vdb")),
+              Path("b.vdb") + fmt::format(": grid \"region\" has the value {}, which is no number of a region", bad));
+  }
 }
 
 }  // namespace

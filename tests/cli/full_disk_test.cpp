@@ -68,7 +68,7 @@ std::vector<Command> ListCommands() {
   return {{"run", "run IN/effects.toml -o o"},
           {"loop", "loop IN/effects.toml --virtual --seconds 1 -o o"},
           {"model", "model block --size 8,8,8 -o b.vdb"},
-          {"import", "import IN/b.stl -o b.vdb --voxel 0.2"},
+          {"import", "import IN/b.stl -o b.vdb --voxel 0.2 --units mm"},
           {"export_stl", "export IN/b.vdb -o x.stl"},
           {"export_obj", "export IN/b.vdb -o x.obj"},
           {"export_ply", "export IN/b.vdb -o x.ply"},

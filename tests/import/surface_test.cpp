@@ -250,7 +250,7 @@ TEST(ImportedMesh, OpenOneIsRefusedWithItsOpenEdges) {
   mesh.triangles.pop_back();
   WriteMesh(mesh, folder.file("open.obj"));
   EXPECT_THAT(MessageOf([&] { Import(folder.file("open.obj"), ImportOptions{}); }),
-              HasSubstr("the surface is not closed: 3 of its edges do not lie between exactly two triangles"));
+              HasSubstr("the surface is not closed: 3 of its edges belong to one triangle only"));
 }
 
 }  // namespace
