@@ -12,14 +12,17 @@
 #include "cli/commands.h"
 #include "cli/message.h"
 #include "files/files.h"
+#include "force/measured.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
 #include "scene/doubts.h"
 #include "scene/path.h"
 #include "scene/scene.h"
 #include "scene/schema.h"
+#include "session/cutting_energy.h"
 #include "session/loop_setup.h"
 #include "session/make_bone.h"
+#include "session/run_slab_scene.h"
 
 namespace kerf::cli {
 namespace {
@@ -68,6 +71,23 @@ BoneSummary CheckBone(const Scene& scene) {
     }
   }
   return {};
+}
+
+/// The law at the scene's largest bite, on cortical bone.
+struct ToothAtTopBite {
+  double bite_mm = 0;
+  double thrust_N = 0;
+  double J_per_mm3 = 0;
+};
+
+/// None where there is no such bite: a stopped spindle, a path that stays where it is.
+std::optional<ToothAtTopBite> CalcToothAtTopBite(const Scene& scene) {
+  ToothAtTopBite tooth{CalcTopBite(scene), 0, 0};
+  if (!std::isfinite(tooth.bite_mm) || !(tooth.bite_mm > 0)) return std::nullopt;
+  const Tool tool = MakeTool(scene);
+  tooth.thrust_N = MakeToothForce(scene.force, tool)(tooth.bite_mm, kMeasuredEStar_MPa);
+  tooth.J_per_mm3 = CalcSpecificEnergy(tooth.thrust_N, CalcTooth(tool).width_mm, tooth.bite_mm);
+  return tooth;
 }
 
 void Run(const Options& options) {
@@ -119,6 +139,15 @@ void Run(const Options& options) {
                                       std::isfinite(law.validity.to_mm)
                                           ? nlohmann::ordered_json(1000 * law.validity.to_mm)
                                           : nlohmann::ordered_json(nullptr)};
+    json["force"]["accuracy"] = FindCaveat(law).accuracy;
+    json["force"]["blades"] = FindCaveat(law).blades;
+    json["force"]["measured_bite_um"] = {1000 * kMeasuredThrust.front().bite_mm, 1000 * kMeasuredThrust.back().bite_mm};
+    json["force"]["published_J_per_mm3"] = {kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3};
+    if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
+      json["force"]["at_top_bite"] = {{"thrust_N", tooth->thrust_N},
+                                      {"specific_energy_J_per_mm3", tooth->J_per_mm3},
+                                      {"E_star_MPa", kMeasuredEStar_MPa}};
+    }
     json["force"]["top_bite_um"] = std::isfinite(bite_um) ? nlohmann::ordered_json(bite_um) : nullptr;
     json["simulation"] = {{"rate_hz", scene.simulation.rate_hz}, {"ticks", ticks}};
     if (loop) {
@@ -147,11 +176,20 @@ void Run(const Options& options) {
   if (slab) {
     fmt::print("  force  slab mode, law {}, at up to {:.3g} mm/s\n", ToString(scene.slab.params.reading),
                path.CalcTopSpeed());
+    fmt::print("         {}\n", DescribeSlabLaw());
     return;
   }
   fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law.name, bite_um, path.CalcTopSpeed());
   fmt::print("         {}\n", law.summary);
   fmt::print("         from: {}\n", law.source);
+  fmt::print("         {}\n         {}\n", FindCaveat(law).accuracy, FindCaveat(law).blades);
+  if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
+    fmt::print(
+        "         at that bite {:.3g} N of thrust on a tooth in cortical bone, {:.3g} J/mm3; published tests: "
+        "{:g} to {:g} J/mm3{}\n",
+        tooth->thrust_N, tooth->J_per_mm3, kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3,
+        tooth->bite_mm < kMeasuredThrust.front().bite_mm ? ", none at bites below 2 um" : "");
+  }
   if (!loop) return;
   fmt::print("  hand   {} on {}, {:.3g} N on the device for 1 N in the simulation\n", loop->hand.name,
              loop->profile.name, loop->force_scale);

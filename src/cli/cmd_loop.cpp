@@ -12,6 +12,7 @@
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
+#include "force/measured.h"
 #include "kerf/error.h"
 #include "scene/scene.h"
 #include "session/run_loop.h"
@@ -61,6 +62,9 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   fmt::print(
       "  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} N a tick, limit {:.4g}\n",
       s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
+  const LawCaveat& caveat = FindCaveat(scene.force.info());
+  fmt::print("            {}: {}\n            {}\n", caveat.law, caveat.accuracy, caveat.blades);
+  if (s.cutting) fmt::print("  cutting   {}\n", DescribeCuttingEnergy(*s.cutting));
   fmt::print("  noise     force on the device above 20 Hz: {}\n", DescribeNoise(s));
   fmt::print("  faults    {} not finite, {} bad poses, {} ticks limited or faulty, {} watchdog trips, {} ramps\n",
              s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks,

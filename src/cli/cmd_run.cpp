@@ -9,6 +9,7 @@
 #include "cli/message.h"
 #include "cli/progress.h"
 #include "files/files.h"
+#include "force/measured.h"
 #include "scene/doubts.h"
 #include "scene/scene.h"
 #include "session/run_scene.h"
@@ -43,6 +44,9 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print(
       "  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth engaged\n",
       s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
+  const LawCaveat& caveat = FindCaveat(scene.force.info());
+  fmt::print("            {}: {}\n            {}\n", caveat.law, caveat.accuracy, caveat.blades);
+  fmt::print("  cutting   {}\n", DescribeCuttingEnergy(s.cutting));
   for (const std::string& effect : DescribeEffects(s.effects)) fmt::print("  effect    {}\n", effect);
   fmt::print("  pieces    {}", s.pieces.size());
   for (std::size_t i = 0; i < s.pieces.size(); ++i) {
@@ -73,6 +77,7 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
              s.free_at_s ? fmt::format("; the slice came free at {:.2f} s", *s.free_at_s) : std::string());
   fmt::print("  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth\n",
              s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
+  fmt::print("            {}\n", DescribeSlabLaw());
   fmt::print(
       "  energy    hand {:.3g} mJ: cutting {:.3g}, friction {:.3g}, damping {:.3g}, in springs and motion {:.3g}, "
       "released {:.3g}, time step {:.2g}\n",
@@ -172,6 +177,9 @@ void Run(const Options& options) {
   if (summary.ticks_with_status > 0) {
     SayWarning("{} ticks report that something was not done as asked; see the status column",
                summary.ticks_with_status);
+  }
+  for (const std::string& warning : FindEnergyWarnings(scene, summary.cutting)) {
+    fmt::print(stderr, "kerf: warning: {}\n", warning);
   }
   for (const std::string& warning : FindEffectWarnings(scene, summary.effects)) {
     SayWarning("{}", warning);

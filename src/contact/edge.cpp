@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace kerf {
 namespace {
@@ -25,16 +26,19 @@ Edge::Edge(const BoneField& field, const Bone& bone, const Tool& tool, const Too
       region_step_mm_(bone.region_voxel_mm()),
       reach_mm_(shape.reach_mm + look_ahead_mm_),
       ring_radius_mm_(shape.edge_is_ring ? glm::length(shape.edge.front().p_T) : 0),
+      ring_step_rad_(shape.edge_is_ring ? 2 * std::numbers::pi / static_cast<double>(shape.edge.size()) : 0),
       push_out_(shape.edge.size()) {
   points_.reserve(shape.edge.size());
   for (const EdgePoint& p : shape.edge) {
-    points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_TC_), p.teeth});
+    const Twist along = shape.edge_is_ring ? MakeRow(Vec3(-p.e_T.y, p.e_T.x, 0), p.p_T - p_TC_) : Twist{};
+    points_.push_back({p.p_T + look_ahead_mm_ * p.e_T, p.e_T, p.p_T, MakeRow(p.e_T, p.p_T - p_TC_), p.teeth, along});
   }
   if (ring_radius_mm_ > 0) spacing_mm_ = 1.01 * glm::length(points_[1].ahead_T - points_[0].ahead_T);
   distance_.resize(points_.size());
   looked_at_mm_.resize(points_.size());
   Forget();
   share_.resize(points_.size());
+  after_.resize(points_.size());
   met_.reserve(points_.size());
   found_.reserve(points_.size());
 }
@@ -52,6 +56,8 @@ void Edge::Look(const Probe& probe, std::size_t i) {
 
 void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   problem.cutting.clear();
+  const bool jumps = ring_radius_mm_ > 0 && problem.law.law != nullptr && CalcOnset(problem.law, 1) > 0;
+  problem.arc_rad = jumps ? stride_ * ring_step_rad_ : 0;
   met_.clear();
   found_.clear();
   travelled_mm_ += std::max(CalcTravel(X_looked_, probe.X_WT(), reach_mm_), 1e-9);  // never nothing: bone may have gone
@@ -64,7 +70,9 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
   }
   if (ring) {
     for (std::size_t a = 0; a < points_.size(); a += stride) {
+      const double before = share_[a];
       ShareInterval(probe, a, a + stride < points_.size() ? a + stride : 0);
+      after_[a] = share_[a] - before;
     }
   }
   for (std::size_t i = 0; i < points_.size(); i += stride) {
@@ -72,7 +80,8 @@ void Edge::FindTeeth(const Probe& probe, StepProblem& problem) {
     MaterialLookup::Material material;
     if (!FindMaterial(probe, i, material)) continue;
     const double teeth = share_[i] * points_[i].teeth * stride_;
-    problem.cutting.push_back({points_[i].row, teeth, material.E_star_MPa});
+    const double after = jumps ? after_[i] / share_[i] : 0.5;
+    problem.cutting.push_back({points_[i].row, teeth, material.E_star_MPa, points_[i].along, after});
     met_.push_back({material.region, static_cast<int>(i), material.E_MPa});
   }
 }

@@ -76,6 +76,7 @@ class Edge {
     Vec3 p_T;
     Twist row;
     double teeth;
+    Twist along;  // of a ring
   };
   double CalcBound(std::size_t i) const;
   void Look(const Probe& probe, std::size_t i);
@@ -92,6 +93,7 @@ class Edge {
   double region_step_mm_;  // how much further to look where the region grid is too coarse to have a material
   double reach_mm_;        // of the look-ahead points from the tool's origin
   double ring_radius_mm_;  // 0: not a ring
+  double ring_step_rad_;   // from point to point of a ring
   int stride_ = 1;
   std::vector<Point> points_;
   double spacing_mm_ = 0;  // of a ring's look-ahead points, a little more
@@ -100,6 +102,7 @@ class Edge {
   std::vector<double> distance_;      // of the look-ahead points,
   std::vector<double> looked_at_mm_;  // as they were when so much was travelled
   std::vector<double> share_;         // engaged intervals beside each
+  std::vector<double> after_;         // of it, of the interval to the next
   std::vector<Met> met_;
   PushOut push_out_;
   struct Found {

@@ -67,6 +67,67 @@ Twist SolveSymmetric(Matrix H, const Twist& b) {
   return x;
 }
 
+/// The share of a law's onset force J that acts on a point of the edge, c(x) = clamp(x / ramp, 0, 1) at the speed
+/// outwards x, averaged over the arc that the point stands for. On it x = s + t phi, |phi| <= half_rad, with s and t
+/// the point's speeds outwards and along the edge. The mean of the potential is convex in (s, t); its derivatives:
+struct OnsetMean {
+  double share = 0;   // d/ds: 0 to 1
+  double moment = 0;  // d/dt
+  double ss = 0, st = 0, tt = 0;
+};
+
+/// Adds `weight` times the mean over phi from p to q, t > 0.
+void AddOnsetMean(double s, double t, double p, double q, double weight, double ramp, OnsetMean& mean) {
+  const double begin = std::clamp(-s / t, p, q);
+  const double full = std::clamp((ramp - s) / t, p, q);
+  const double per_rad = weight / (q - p);
+  mean.share += per_rad * (q - full);
+  mean.moment += per_rad * 0.5 * (q * q - full * full);
+  if (!(full > begin)) return;
+  const double ss = per_rad / ramp * (full - begin);
+  const double st = per_rad / ramp * (full * full - begin * begin) / 2;
+  const double tt = per_rad / ramp * (full * full * full - begin * begin * begin) / 3;
+  mean.share += s * ss + t * st;
+  mean.moment += s * st + t * tt;
+  mean.ss += ss;
+  mean.st += st;
+  mean.tt += tt;
+}
+
+OnsetMean CalcOnsetMean(double s, double t, double half_rad, double after_share, double ramp) {
+  OnsetMean mean;
+  const double spread = half_rad * std::abs(t);
+  if (s + spread <= 0) return mean;
+  const double middle_rad = half_rad * (after_share - 0.5);  // of the teeth
+  if (s - spread >= ramp) return {1, middle_rad, 0, 0, 0};
+  constexpr double kNoSpread = 1e-12;  // mm/s
+  if (ramp > 0 && spread < kNoSpread) {
+    if (s > 0) mean = {s / ramp, middle_rad * s / ramp, 1 / ramp, middle_rad / ramp, half_rad * half_rad / (3 * ramp)};
+    return mean;
+  }
+  const double ahead = t > 0 ? after_share : 1 - after_share;
+  AddOnsetMean(s, std::abs(t), -half_rad, 0, 1 - ahead, ramp, mean);
+  AddOnsetMean(s, std::abs(t), 0, half_rad, ahead, ramp, mean);
+  if (t < 0) {
+    mean.moment = -mean.moment;
+    mean.st = -mean.st;
+  }
+  return mean;
+}
+
+/// The same less what ToothForceAt() has of it, c(s); and that by teeth * J.
+OnsetMean CalcOnsetChange(const StepProblem& problem, const CuttingPoint& point, double s, double t) {
+  const double ramp = problem.ramp_mm_per_s;
+  OnsetMean mean = CalcOnsetMean(s, t, 0.5 * problem.arc_rad, point.after_share, ramp);
+  if (s > 0) {
+    mean.share -= s < ramp ? s / ramp : 1;
+    if (s < ramp) mean.ss -= 1 / ramp;
+  }
+  if (mean.share == 0 && mean.moment == 0) return {};
+  const double onset_N = point.teeth * problem.cutting_share * CalcOnset(problem.law, point.E_star_MPa);
+  return {onset_N * mean.share, onset_N * mean.moment, onset_N * mean.ss, onset_N * mean.st, onset_N * mean.tt};
+}
+
 }  // namespace
 
 void StepProblem::Clear() {
@@ -83,13 +144,27 @@ double StepProblem::ToothForceAt(double speed, double E_star_MPa) const {
   return speed < ramp_mm_per_s ? force * (speed / ramp_mm_per_s) : force;
 }
 
+ToothMean StepProblem::MeanToothForce(const CuttingPoint& point, double speed, double along_speed) const {
+  ToothMean mean{ToothForceAt(speed, point.E_star_MPa), 0};
+  if (arc_rad > 0 && point.teeth > 0) {
+    const OnsetMean change = CalcOnsetChange(*this, point, speed, along_speed);
+    mean.radial_N += change.share / point.teeth;
+    mean.along_N = change.moment / point.teeth;
+  }
+  return mean;
+}
+
 Twist StepProblem::CalcGradient(const Twist& u) const {
   const StepCoupling& c = coupling;
   const Vec3 force = c.spring.Force(c.x_mm - tau_s * Linear(u)) + c.damper.Force(c.v_H_mm_per_s - Linear(u));
   const Vec3 torque =
       c.torsion.Force(c.theta_rad - tau_s * Angular(u)) + c.torsion_damper.Force(c.w_H_rad_per_s - Angular(u));
   Twist g{-force.x, -force.y, -force.z, -torque.x, -torque.y, -torque.z};
-  for (const CuttingPoint& p : cutting) AddTo(g, p.teeth * ToothForceAt(Dot(p.row, u), p.E_star_MPa), p.row);
+  for (const CuttingPoint& p : cutting) {
+    const ToothMean mean = MeanToothForce(p, Dot(p.row, u), Dot(p.along, u));
+    AddTo(g, p.teeth * mean.radial_N, p.row);
+    if (mean.along_N != 0) AddTo(g, p.teeth * mean.along_N, p.along);
+  }
   for (const FlatPoint& p : flats) {
     const double depth = p.depth_mm + tau_s * FlatSpeed(p, u);
     if (depth > 0) AddTo(g, flat_stiffness_N_per_mm * depth * p.side, {0, 0, 1, p.y, -p.x, 0});
@@ -140,7 +215,7 @@ double StepProblem::CalcValueWithoutCutting(const Twist& u) const {
 }
 
 StepSolver::StepSolver(std::size_t capacity) {
-  for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
+  for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
     speeds->at.reserve(capacity);
     speeds->along.reserve(capacity);
   }
@@ -149,6 +224,7 @@ StepSolver::StepSolver(std::size_t capacity) {
 /// Speeds of all points along a direction of search.
 void StepSolver::Follow(const StepProblem& problem, const Twist& p) {
   for (std::size_t i = 0; i < problem.cutting.size(); ++i) cutting_.along[i] = Dot(problem.cutting[i].row, p);
+  for (std::size_t i = 0; i < along_.along.size(); ++i) along_.along[i] = Dot(problem.cutting[i].along, p);
   for (std::size_t i = 0; i < problem.flats.size(); ++i) flats_.along[i] = FlatSpeed(problem.flats[i], p);
   for (std::size_t i = 0; i < problem.solids.size(); ++i) solids_.along[i] = Dot(problem.solids[i].row, p);
   for (std::size_t i = 0; i < problem.frictions.size(); ++i) {
@@ -173,6 +249,11 @@ double StepSolver::CalcSlope(const StepProblem& problem, const Twist& u, const T
       const CuttingPoint& point = problem.cutting[i];
       slope += point.teeth * problem.ToothForceAt(speed, point.E_star_MPa) * cutting_.along[i];
     }
+  }
+  for (std::size_t i = 0; i < along_.at.size(); ++i) {
+    const OnsetMean change = CalcOnsetChange(problem, problem.cutting[i], cutting_.at[i] + alpha * cutting_.along[i],
+                                             along_.at[i] + alpha * along_.along[i]);
+    slope += change.share * cutting_.along[i] + change.moment * along_.along[i];
   }
   double flats = 0;
   for (std::size_t i = 0; i < problem.flats.size(); ++i) {
@@ -246,13 +327,14 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
   Twist& u = solution.u;
   u = start;
   cutting_.SetSize(problem.cutting.size());
+  along_.SetSize(problem.arc_rad > 0 ? problem.cutting.size() : 0);
   flats_.SetSize(problem.flats.size());
   solids_.SetSize(problem.solids.size());
   friction_a_.SetSize(problem.frictions.size());
   friction_b_.SetSize(problem.frictions.size());
   yields_.SetSize(problem.yields.size());
   Follow(problem, u);
-  for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_})
+  for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_})
     speeds->at.swap(speeds->along);
 
   const auto gradient = [&](Matrix& H) {
@@ -282,6 +364,16 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
       const double slope = (problem.ToothForceAt(beyond, point.E_star_MPa) - force_N) / (beyond - speed);
       AddTo(g, point.teeth * force_N, point.row);
       AddOuter(H, point.teeth * slope, point.row);
+    }
+    for (std::size_t i = 0; i < along_.at.size(); ++i) {
+      const CuttingPoint& point = problem.cutting[i];
+      const OnsetMean change = CalcOnsetChange(problem, point, cutting_.at[i], along_.at[i]);
+      if (change.share == 0 && change.moment == 0) continue;
+      AddTo(g, change.share, point.row);
+      AddTo(g, change.moment, point.along);
+      AddOuter(H, change.ss, point.row);
+      AddMixed(H, change.st, point.row, point.along);
+      AddOuter(H, change.tt, point.along);
     }
     double f[3] = {};
     double h[6] = {};
@@ -352,7 +444,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
     const double alpha = Search(problem, u, p, slope);
     if (alpha == 0) break;
     AddTo(u, alpha, p);
-    for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
+    for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
       for (std::size_t i = 0; i < speeds->at.size(); ++i) speeds->at[i] += alpha * speeds->along[i];
     }
   }
@@ -361,7 +453,7 @@ StepSolution StepSolver::Solve(const StepProblem& problem, const Twist& start, d
   // The best so far, scaled along itself to the least: u . gradient = 0.
   const Twist best = u;
   u = {};
-  for (Speeds* speeds : {&cutting_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
+  for (Speeds* speeds : {&cutting_, &along_, &flats_, &solids_, &friction_a_, &friction_b_, &yields_}) {
     std::fill(speeds->at.begin(), speeds->at.end(), 0.0);
   }
   Follow(problem, best);

@@ -28,6 +28,11 @@ inline void AddTo(Twist& sum, double factor, const Twist& row) {
   for (int k = 0; k < 6; ++k) sum[k] += factor * row[k];
 }
 
+/// The force on a tooth that a law jumps to with the least bite, N; 0 for a continuous law. Tick-safe.
+inline double CalcOnset(const ToothForce& law, double E_star_MPa) {
+  return law.law(law.coefficients, 0, E_star_MPa);
+}
+
 /// The tie to the handle, as it is at the start of the step.
 struct StepCoupling {
   SaturatingSpring spring;   // N/mm, N
@@ -45,6 +50,14 @@ struct CuttingPoint {
   Twist row;         // outwards
   double teeth = 0;  // a real number
   double E_star_MPa = 0;
+  Twist along{};             // along the edge; of a ring only
+  double after_share = 0.5;  // of the teeth: those that lie further along the edge than the point
+};
+
+/// Force on a tooth, N: along minus CuttingPoint::row, and along minus CuttingPoint::along.
+struct ToothMean {
+  double radial_N = 0;
+  double along_N = 0;
 };
 
 /// Bone that a point of the tool cannot enter: a one-sided spring on how deep it is at the end of the step.
@@ -97,6 +110,9 @@ struct StepProblem {
   /// A law with a force at the least bite is ramped up to it over this speed, or a resting tool would have no one
   /// force: a tool that is held by such a law creeps at up to this. 0: no ramp. mm/s.
   double ramp_mm_per_s = 0;
+  /// Of a law with a force at the least bite: how much of a ring each cutting point stands for. That force is then the
+  /// mean over this arc, of which a part may move outwards and the rest not. 0: the force is the one at the point.
+  double arc_rad = 0;
   double cutting_share = 1;  // of the teeth's force, 0 to 1
   double flat_stiffness_N_per_mm = 0;
   double creep_mm_per_s = 0.02;  // below this friction sticks: F = limit v / sqrt(v^2 + creep^2); yields' ramp
@@ -111,6 +127,8 @@ struct StepProblem {
 
   /// Force on one tooth at a speed outwards, N. Tick-safe.
   double ToothForceAt(double speed_mm_per_s, double E_star_MPa) const;
+  /// Mean force on the teeth of a point that moves at these speeds along its rows. Tick-safe.
+  ToothMean MeanToothForce(const CuttingPoint& point, double speed_mm_per_s, double along_mm_per_s) const;
   /// Gradient of J: what is out of balance. Tick-safe.
   Twist CalcGradient(const Twist& u) const;
   /// J itself but for the cutting law's part, which has no formula: for tests. Tick-safe.
@@ -147,7 +165,7 @@ class StepSolver {
       along.resize(size);
     }
   };
-  Speeds cutting_, flats_, solids_, friction_a_, friction_b_, yields_;
+  Speeds cutting_, along_, flats_, solids_, friction_a_, friction_b_, yields_;
 };
 
 }  // namespace kerf

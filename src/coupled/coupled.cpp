@@ -211,14 +211,20 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     sums.teeth += time_s * p.teeth;
     teeth_now += p.teeth;
     sums.E += time_s * p.teeth * edge.met()[i].E_MPa;
-    if (!(speed > 0)) continue;
-    const double force = p.teeth * problem.ToothForceAt(speed, p.E_star_MPa);
+    const double along = problem.arc_rad > 0 ? Dot(p.along, u) : 0;
+    const ToothMean mean = problem.MeanToothForce(p, speed, along);
+    if (!(speed > 0) && !(mean.radial_N > 0)) continue;
+    const double force = p.teeth * mean.radial_N;
     f_edge_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
+    if (mean.along_N != 0) {
+      f_edge_T -= p.teeth * mean.along_N * Vec3(p.along[0], p.along[1], p.along[2]);
+      out.cut_mJ += time_s * p.teeth * mean.along_N * along;
+    }
     sums.thrust += time_s * force;
     const auto region = static_cast<std::size_t>(edge.met()[i].region);
     sums.thrust_by_region[region] += time_s * force;
     out.regions_cut[region / 64] |= std::uint64_t{1} << (region % 64);
-    sums.bite += time_s * p.teeth * speed / problem.passes_per_s;
+    sums.bite += time_s * p.teeth * std::max(speed, 0.0) / problem.passes_per_s;
     out.cut_mJ += time_s * force * speed;
   }
   for (const FlatPoint& p : problem.flats) {

@@ -51,8 +51,9 @@ void EffectPlan::FindTeeth(EffectSolved& solved) {
     load.p_T = place.p_T;
     load.e_T = place.e_T;
     load.teeth = point.teeth;
-    load.speed_mm_per_s = std::max(0.0, Dot(point.row, solved.u));
-    load.thrust_N = point.teeth * problem.ToothForceAt(load.speed_mm_per_s, point.E_star_MPa);
+    const double speed = Dot(point.row, solved.u);
+    load.speed_mm_per_s = std::max(0.0, speed);
+    load.thrust_N = point.teeth * problem.MeanToothForce(point, speed, Dot(point.along, solved.u)).radial_N;
     load.E_star_MPa = point.E_star_MPa;
     load.region = met.region;
     teeth_.push_back(load);

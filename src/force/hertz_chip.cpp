@@ -18,7 +18,9 @@ const ForceLawInfo& HertzChip() {
   static const ForceLawInfo kLaw{"hertz_chip",
                                  "grows with the bite: Hertz's sphere pressed in as deep as the tooth bites",
                                  "Hertz; the disc as the sphere after the paper (docs/physics.md)",
-                                 {0, 0.005, "", "beyond it gives too much force; feed more slowly or turn faster"},
+                                 {0, 0.003, "",
+                                  "beyond it gives more than twice the measured thrust; feed more slowly or turn "
+                                  "faster"},
                                  {kContactRadius},
                                  [](const LawValues& values, const Tooth& tooth) {
                                    return ToothForce{CalcForce, {ContactRadius(values[0], tooth)}};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "force/measured.h"
 #include "scene/path.h"
 
 namespace kerf {
@@ -97,7 +98,9 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
   } else {
     const ForceLawInfo& law = scene.force.info();
     const double bite_mm = CalcTopBite(scene);
-    if (bite_mm > law.validity.to_mm) {
+    if (IsNowhereMeasured(law.validity)) {
+      doubts.push_back(fmt::format("{} {}", law.name, law.validity.beyond));
+    } else if (bite_mm > law.validity.to_mm) {
       doubts.push_back(fmt::format("the bite reaches {:.3g} um: {} holds up to about {:.3g} um, {}", 1000 * bite_mm,
                                    law.name, 1000 * law.validity.to_mm, law.validity.beyond));
     } else if (bite_mm < law.validity.from_mm) {

@@ -23,6 +23,7 @@ void EffectRecord::Take(std::span<const double> channels) {
   for (std::size_t i = 0; i < figures.size(); ++i) {
     EffectFigure& figure = figures[i];
     figure.last = channels[i];
+    figure.sum += channels[i];
     figure.smallest = ticks == 0 ? channels[i] : std::min(figure.smallest, channels[i]);
     figure.largest = ticks == 0 ? channels[i] : std::max(figure.largest, channels[i]);
   }

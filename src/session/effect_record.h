@@ -17,6 +17,7 @@ struct EffectFigure {
   double last = 0;
   double smallest = 0;
   double largest = 0;
+  double sum = 0;  // over all ticks
   std::string column() const { return effect + "_" + name; }
 };
 

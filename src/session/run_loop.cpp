@@ -121,6 +121,8 @@ class Recorder {
     for (int k = 0; k < s.skipped && k < 10'000; ++k) noise_.Hold();
     noise_.Take(s.report.f_device_N, out.engaged_teeth > 0);
     summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT, channels);
+    summary_.cutting_sums.thrust_Ns += out.thrust_sum_N * (s.time_s - summary_.simulated_s);
+    if (out.engaged_teeth > 0) summary_.cutting_sums.cutting_time_s += s.time_s - summary_.simulated_s;
     summary_.simulated_s = s.time_s;
     summary_.force.largest_simulated_N = std::max(summary_.force.largest_simulated_N, glm::length(out.f_H_W_N));
     summary_.hand_J += 1e-3 * out.hand_mJ;
@@ -580,6 +582,12 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   }
   if (s.starts_in_bone) {
     s.warnings.emplace_back("the tool was set down inside the bone; what its edge held there went at once");
+  }
+  if (!s.replayed && !(s.undone && s.undone->restores > 0)) {
+    s.cutting_sums.simulated_s = s.simulated_s;
+    s.cutting_sums.removed_mm3 = s.removed_mm3;
+    s.cutting = CalcCuttingEnergy(scene, s.effects, s.cutting_sums);
+    for (const std::string& warning : FindEnergyWarnings(scene, *s.cutting)) s.warnings.push_back(warning);
   }
   s.heat = MakeHeatReport(simulation.effects(), s.moments.empty() ? X_WT_start : s.moments.back().X_WT);
   s.fragments = fragments.MakeReport(mirror.bone().materials());

@@ -172,6 +172,8 @@ struct LoopSummary {
   double friction_J = 0;
   double damping_J = 0;
   double numerical_J = 0;
+  CuttingSums cutting_sums;                // without removed_mm3
+  std::optional<CuttingEnergy> cutting;    // none where ticks were taken back, or came from a recording
   bool touched = false;                    // the tool ever met bone
   std::optional<double> leaves_used_up_s;  // when no block of voxels was left to cut into
   bool starts_in_bone = false;             // it was set down there

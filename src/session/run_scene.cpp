@@ -11,6 +11,7 @@
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "files/files.h"
+#include "force/measured.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "mesh/meshfile.h"
@@ -57,6 +58,7 @@ ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_h
     time_before_s = t.time_s;
     const double force_N = glm::length(t.out.f_T_W_N);
     summary.impulse_Ns += force_N * dt_s;
+    summary.thrust_Ns += t.out.thrust_sum_N * dt_s;
     if (i > 0 && ticks[i - 1].segment == t.segment) {
       summary.work_Nmm -= glm::dot(t.out.f_T_W_N, t.X_WT.p_AB - ticks[i - 1].X_WT.p_AB);
     }
@@ -140,6 +142,9 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.force = SummarizeForces(result.ticks, rate_hz);
   summary.effects = result.effects;
   summary.effects.rows.clear();
+  summary.cutting = CalcCuttingEnergy(
+      scene, summary.effects,
+      {summary.force.thrust_Ns, path.duration_s(), summary.force.cutting_time_s, summary.removed_mm3});
   summary.ticks = result.ticks.size();
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     const TickRecord& t = result.ticks[i];
@@ -256,6 +261,9 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
                       s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3() - s.volume_before_mm3},
                      {"by_region", regions}};
   json["force"] = ForceJson(scene.force.name(), s.force);
+  json["force"]["accuracy"] = FindCaveat(scene.force.info()).accuracy;
+  json["force"]["blades"] = FindCaveat(scene.force.info()).blades;
+  json["cutting"] = ordered_json::parse(FormatCuttingJson(s.cutting));
   if (!s.effects.on.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);
   if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, true);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "scene/scene.h"
+#include "session/cutting_energy.h"
 #include "session/run.h"
 #include "session/run_tap.h"
 #include "session/scene_material.h"
@@ -31,6 +32,7 @@ struct ForceSummary {
   double work_Nmm = 0;    // done by the hand against the force along the path
   double engaged_teeth_peak = 0;
   double cutting_time_s = 0;  // with a tooth engaged
+  double thrust_Ns = 0;       // integral of the sum of the teeth's thrusts
 };
 
 struct RunSummary {
@@ -43,6 +45,7 @@ struct RunSummary {
   MaterialTable materials;  // as used: uniform when the scene says so
   MaterialSummary material;
   ForceSummary force;
+  CuttingEnergy cutting;
   EffectRecord effects;  // without its rows
   std::vector<PieceSummary> pieces;
   std::size_t dust_count = 0;

@@ -9,6 +9,7 @@
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "files/files.h"
+#include "force/measured.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "mesh/meshfile.h"
@@ -167,6 +168,11 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   return summary;
 }
 
+std::string DescribeSlabLaw() {
+  const ForceLaw paper("hertz_constant_bite");
+  return fmt::format("one tooth alone has the force of {}: {}", paper.name(), FindCaveat(paper.info()).accuracy);
+}
+
 std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
   ordered_json json;
   json["kerf"] = {{"version", VersionString()}, {"commit", CommitString()}, {"compiler", CompilerString()}};
@@ -190,6 +196,7 @@ std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
                   {"right_mm", s.end.right_mm},
                   {"layers", layers}};
   json["force"] = ForceJson(std::string(ToString(scene.slab.params.reading)), s.force);
+  json["force"]["accuracy"] = DescribeSlabLaw();
   json["energy_mJ"] = {{"hand_work", s.end.hand_work_mJ}, {"kinetic", s.end.kinetic_mJ},
                        {"elastic", s.end.elastic_mJ},     {"friction", s.end.friction_mJ},
                        {"cutting", s.end.cutting_mJ},     {"damping", s.end.damping_mJ},

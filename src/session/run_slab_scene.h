@@ -44,5 +44,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
                          const RunSession& session = {});
 
 std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& summary);
+/// How near the force on one tooth, the paper's in both readings, is to what was measured.
+std::string DescribeSlabLaw();
 
 }  // namespace kerf

@@ -101,12 +101,16 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
   for (std::size_t i = 0; i < met.cutting.size(); ++i) {
     const CuttingPoint& point = met.cutting[i];
     const Vec3 e_T(point.row[0], point.row[1], point.row[2]);
-    const double speed = std::max(0.0, glm::dot(e_T, v_T_mm_per_s));
+    const Vec3 along_T(point.along[0], point.along[1], point.along[2]);
+    const double outwards = glm::dot(e_T, v_T_mm_per_s);
+    const double speed = std::max(0.0, outwards);
     // Where the outward half of the edge ends within what the point stands for, a part of that.
-    const double outward = std::clamp(0.5 + glm::dot(e_T, v_T_mm_per_s) * inv_change, 0.0, 1.0);
+    const double outward = std::clamp(0.5 + outwards * inv_change, 0.0, 1.0);
     const double teeth = outward * point.teeth;
-    const double force = point.teeth * met.ToothForceAt(speed, point.E_star_MPa);
+    const ToothMean mean = met.MeanToothForce(point, outwards, glm::dot(along_T, v_T_mm_per_s));
+    const double force = point.teeth * mean.radial_N;
     load.f_T_N -= force * e_T;
+    if (mean.along_N != 0) load.f_T_N -= point.teeth * mean.along_N * along_T;
     load.thrust_sum_N += force;
     load.thrust_by_region_N[static_cast<std::size_t>(edge.met()[i].region)] += force;
     load.engaged_teeth += teeth;

@@ -114,6 +114,7 @@ struct HudState {
   bool show_plot = true;
   std::vector<PlotPoint> force;  // in order of time; the last 10 s are shown
   double now_s = 0;              // the plot's right end
+  std::string force_note;        // how near the force is to a measured one; below the plot
   std::optional<HudGauge> gauge;
   HudStatus status;
   std::vector<HudPiece> pieces;

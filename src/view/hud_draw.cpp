@@ -95,7 +95,14 @@ void DrawPlot(const HudState& state, const FlatBox& box, DrawList& list) {
   constexpr double kSpan_s = 10;
   list.Panel(box, ink::kGround, ink::kEdge);
   list.Text({"Force, N", box.left + S::kInset, box.top + 6, S::kSmall, true, false, Align::kLeft, ink::kText});
-  const FlatBox plot{box.left + 38, box.top + 28, box.width - 38 - S::kInset, box.height - 28 - 24};
+  const FlatBox plot{box.left + 38, box.top + 28, box.width - 38 - S::kInset, kPlotHeight - 28 - 24};
+  if (box.height > kPlotHeight) {
+    double y = box.top + kPlotHeight - 6;
+    for (const std::string& line : WrapForceNote(state)) {
+      list.Text({line, box.left + S::kInset, y, S::kSmall - 1, false, false, Align::kLeft, ink::kFaint});
+      y += kNoteLine;
+    }
+  }
   double largest = 0;
   for (const PlotPoint& p : state.force) {
     if (p.time_s >= state.now_s - kSpan_s && std::isfinite(p.force_N)) largest = std::max(largest, p.force_N);

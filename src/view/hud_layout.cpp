@@ -11,7 +11,6 @@ namespace {
 using S = HudSizes;
 
 constexpr double kValuesHeight = 2 * S::kInset + 7 * S::kRow - 4;
-constexpr double kPlotHeight = 138;
 constexpr double kGaugeHeight = 118;
 constexpr double kMenuRow = 28;
 constexpr double kMenuHead = 54;
@@ -80,6 +79,10 @@ std::vector<FlatBox> HudLayout::Panels() const {
   return all;
 }
 
+std::vector<std::string> WrapForceNote(const HudState& state) {
+  return WrapText(state.force_note, S::kSmall - 1, false, S::kColumn - 2 * S::kInset);
+}
+
 HudLayout CalcHudLayout(double width, double height, const HudState& state, const HudExtras& extras) {
   HudLayout layout;
   layout.width = width;
@@ -107,7 +110,9 @@ HudLayout CalcHudLayout(double width, double height, const HudState& state, cons
     };
     if (state.show_values && fits(kValuesHeight)) layout.values = take(kValuesHeight);
     if (state.gauge && fits(kGaugeHeight)) layout.gauge = take(kGaugeHeight);
-    if (state.show_plot && fits(kPlotHeight)) layout.plot = take(kPlotHeight);
+    const double note = kNoteLine * static_cast<double>(WrapForceNote(state).size());
+    if (state.show_plot && fits(kPlotHeight))
+      layout.plot = take(fits(kPlotHeight + note) ? kPlotHeight + note : kPlotHeight);
     if (!state.pieces.empty() && fits(PiecesHeight(1))) {
       const auto room = static_cast<std::size_t>(std::floor((bottom - y - PiecesHeight(0)) / S::kRow));
       layout.piece_rows = std::min({state.pieces.size(), room, std::size_t{10}});

@@ -53,6 +53,12 @@ struct HudLayout {
 /// `width`, `height`: of the window in points (pixels by scale).
 HudLayout CalcHudLayout(double width, double height, const HudState& state, const HudExtras& extras);
 
+/// Of the plot of the force without its note, and of a line of the note; points.
+inline constexpr double kPlotHeight = 138;
+inline constexpr double kNoteLine = 15;
+/// The note below the plot, in lines that fit.
+std::vector<std::string> WrapForceNote(const HudState& state);
+
 /// Columns of the help's groups, in order, each as low as it gets: for a modal box this wide and high.
 struct HelpPlace {
   std::size_t group = 0;

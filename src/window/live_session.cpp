@@ -1,9 +1,12 @@
 #include "window/live_session.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <exception>
 #include <utility>
 
+#include "force/measured.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -141,6 +144,11 @@ std::pair<std::string, double> LiveSession::progress() const {
 LiveFigures LiveSession::figures() const {
   const std::lock_guard lock(mutex_);
   return figures_;
+}
+
+std::string LiveSession::MakeForceNote() const {
+  const ForceLawInfo& law = scene_.force.info();
+  return fmt::format("{}: {}", law.name, FindCaveat(law).accuracy);
 }
 
 std::vector<ForceMoment> LiveSession::TakeForces() {

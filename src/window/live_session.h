@@ -89,6 +89,8 @@ class LiveSession final : private LoopPeer {
   /// A copy of the bone as it is now.
   std::future<Bone> AskBone();
   const Scene& scene() const { return scene_; }
+  /// How near its force law is to what was measured.
+  std::string MakeForceNote() const;
 
   /// The loop ends; stage() says when it has.
   void Stop() { stop_.store(true); }

@@ -455,6 +455,7 @@ HudState Theatre::MakeHud() {
   hud.values.rpm = figures_.rpm;
   hud.values.force_N = glm::length(figures_.f_hand_N);
   hud.now_s = figures_.time_s;
+  if (session_) hud.force_note = session_->MakeForceNote();
   const auto recent = std::lower_bound(forces_.begin(), forces_.end(), figures_.time_s - 10.5,
                                        [](const PlotPoint& p, double t) { return p.time_s < t; });
   hud.force.assign(recent, forces_.end());

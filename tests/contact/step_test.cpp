@@ -58,8 +58,12 @@ class ProblemMaker {
     for (int i = 0; i < teeth; ++i) {
       const double a = Uniform(0, 6.28);
       const Vec3 e(std::cos(a), std::sin(a), 0);
-      problem.cutting.push_back({MakeRow(e, kReach_mm * e), Uniform(0.01, 0.2), E_star * Uniform(0.5, 1)});
+      const double teeth_here = Uniform(0.01, 0.2);
+      problem.cutting.push_back({MakeRow(e, kReach_mm * e), teeth_here, E_star * Uniform(0.5, 1),
+                                 MakeRow({-e.y, e.x, 0}, kReach_mm * e), std::fmod(10 * teeth_here, 1)});
     }
+    // In every other problem a law that jumps is averaged over arcs, from tiny ones to a tenth of the turn.
+    if (law != 0 && teeth % 2 == 0) problem.arc_rad = std::pow(10.0, -0.2 - 0.1 * teeth);
     const int flats = static_cast<int>(Uniform(0, 80));
     for (int i = 0; i < flats; ++i) {
       const double side = Uniform(0, 1) < 0.5 ? -1 : 1;

@@ -26,7 +26,7 @@ ReferenceParams Params(const char* law) {
 double ToothForceByHand(std::string_view law, double bite, double E_star) {
   if (law == "hertz_chip") return 4.0 / 3 * E_star * std::sqrt(kR) * std::pow(bite, 1.5);
   if (law == "hertz_constant_bite") return 4.0 / 3 * E_star * std::pow(0.01 * kSaw.pitch_mm(), 3) / kR;
-  return (11.9 + 678 * bite) * kSaw.thickness_mm * E_star / 19140;
+  return (9.28 + 530 * bite) * kSaw.thickness_mm * E_star / 19140;
 }
 
 struct Form {

@@ -167,6 +167,23 @@ TEST(HudDraw, LabelsOfTheSceneKeepOffPanelsAndEachOther) {
   EXPECT_EQ(with.texts().size(), without.texts().size() + shown);
 }
 
+TEST(HudDraw, TheForcesNoteIsShownWholeBelowThePlotWhereThereIsRoom) {
+  HudState state = test::MakeFullHud();
+  state.pieces.clear();
+  const auto words_of = [&] {
+    DrawList list;
+    DrawHud(state, CalcHudLayout(1280, 720, state, {}), {}, {}, std::nullopt, list);
+    std::string words;
+    for (const auto& text : list.texts()) words += text.text + " ";
+    return words;
+  };
+  EXPECT_NE(words_of().find(state.force_note), std::string::npos) << words_of();
+  const double with = CalcHudLayout(1280, 720, state, {}).plot.height;
+  state.force_note.clear();
+  EXPECT_EQ(CalcHudLayout(1280, 720, state, {}).plot.height, kPlotHeight);
+  EXPECT_GT(with, kPlotHeight);
+}
+
 TEST(HudDraw, NumbersAreShortAndHonest) {
   EXPECT_EQ(FormatHudNumber(std::nullopt, 2), "-");
   EXPECT_EQ(FormatHudNumber(std::nan(""), 2), "-");

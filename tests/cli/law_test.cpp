@@ -1,0 +1,86 @@
+// What is said of a force law beside its forces: by kerf check and by a run's summary.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "force/measured.h"
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using Json = nlohmann::json;
+
+/// A slot 2 mm deep through a block, at a bite of 1 um for each 3 mm/s.
+std::string Slot(double feed_mm_per_s, const std::string& law) {
+  return "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 4.0\nsize_y_mm = 2.0\nsize_z_mm = 4.0\nvoxel_mm = 0.1\n"
+         "[[path.stroke]]\nstart_mm = [-9.0, 0.0, 11.0]\nend_mm = [9.0, 0.0, 11.0]\nfeed_mm_per_s = " +
+         std::to_string(feed_mm_per_s) + "\ndisc_normal = [0.0, 1.0, 0.0]\n[force]\nlaw = \"" + law +
+         "\"\n[output]\npictures = false\nbone = false\npieces = false\n";
+}
+
+class Law : public test::ProgramTest {};
+
+TEST_F(Law, CheckSaysWhatTheLawIsGoodForAndWarnsOutside) {
+  for (const ForceLawInfo* law : ForceLaws()) {
+    Write("s.toml", Slot(6, law->name));
+    const ProgramResult text = Kerf("check s.toml");
+    EXPECT_EQ(text.code, 0) << text.err;
+    EXPECT_THAT(text.out, HasSubstr(FindCaveat(*law).accuracy));
+    EXPECT_THAT(text.out, HasSubstr(FindCaveat(*law).blades));
+    EXPECT_THAT(text.out, HasSubstr("published tests: 0.8 to 6 J/mm3, none at bites below 2 um"));
+    const Json json = Json::parse(Kerf("check s.toml --json").out);
+    EXPECT_EQ(json["force"]["accuracy"], FindCaveat(*law).accuracy);
+    EXPECT_EQ(json["force"]["blades"], FindCaveat(*law).blades);
+  }
+  // 10 um: by hand 84.6 N and, by 1.6, 0.25 mm and 10 um, 21.2 J/mm3.
+  Write("s.toml", Slot(30, "hertz_chip"));
+  const ProgramResult deep = Kerf("check s.toml");
+  EXPECT_THAT(deep.out, HasSubstr("at that bite 84.6 N of thrust on a tooth in cortical bone, 21.2 J/mm3; published "
+                                  "tests: 0.8 to 6 J/mm3\n"));
+  EXPECT_THAT(deep.err, HasSubstr("warning: the bite reaches 10 um: hertz_chip holds up to about 3 um"));
+  Write("s.toml", Slot(3, "hertz_constant_bite"));
+  EXPECT_THAT(Kerf("check s.toml").err, HasSubstr("warning: hertz_constant_bite gives 120 to 170 times less thrust"));
+  Write("s.toml", Slot(3, "hertz_chip"));
+  EXPECT_EQ(Kerf("check s.toml").err, "");
+}
+
+TEST_F(Law, RunGivesTheEnergyAndWarnsOutsideThePublishedRange) {
+  Write("s.toml", Slot(12, "hertz_chip"));
+  const ProgramResult high = Kerf("run s.toml -o out");
+  ASSERT_EQ(high.code, 0) << high.err;
+  EXPECT_THAT(high.out, HasSubstr(FindCaveat(ForceLaw().info()).accuracy));
+  EXPECT_THAT(high.out, testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3, [0-9.]+ mJ a tooth pass; cutting "
+                                               "force = thrust / 1.6; published tests: 0.8 to 6 J/mm3"));
+  EXPECT_THAT(high.err, HasSubstr("kerf: warning: the specific cutting energy is "));
+  Write("s.toml", Slot(12, "edge_plus_chip"));
+  const ProgramResult within = Kerf("run s.toml -o out --json");
+  ASSERT_EQ(within.code, 0) << within.err;
+  EXPECT_THAT(within.err, Not(HasSubstr("specific cutting energy")));
+  EXPECT_TRUE(Json::parse(within.out)["cutting"]["within_published"]);
+}
+
+TEST_F(Law, SlabModeSaysThatOneToothIsThePapers) {
+  std::string scene = Slot(6, "hertz_chip") + "[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0.0, 0.0, -1.0]\n";
+  scene.replace(scene.find("start_mm = [-9.0, 0.0, 11.0]"), 28, "start_mm = [0.0, 0.0, 14.0]");
+  scene.replace(scene.find("end_mm = [9.0, 0.0, 11.0]"), 25, "end_mm = [0.0, 0.0, 12.0]");
+  Write("s.toml", scene);
+  const std::string said = "one tooth alone has the force of hertz_constant_bite: thrust 120 to 170 times below";
+  EXPECT_THAT(Kerf("check s.toml").out, HasSubstr(said));
+  EXPECT_THAT(Kerf("run s.toml -o out").out, HasSubstr(said));
+}
+
+TEST_F(Law, LoopGivesThemToo) {
+  Write("s.toml", Slot(6, "hertz_chip"));
+  const ProgramResult text = Kerf("loop s.toml --seconds 1 --virtual --hand H3");
+  ASSERT_EQ(text.code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr(FindCaveat(ForceLaw().info()).accuracy));
+  EXPECT_THAT(text.out, testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3"));
+}
+
+}  // namespace
+}  // namespace kerf
