@@ -13,6 +13,8 @@
 
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
+#include "cli/frame_option.h"
+#include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
 #include "core/volume_text.h"
@@ -20,7 +22,6 @@
 #include "files/markups.h"
 #include "import/dicom.h"
 #include "import/import.h"
-#include "import/patient_frame.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
 
@@ -206,21 +207,19 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
 void WarnOfError(const ImportReport& r, double iso_hu) {
   const SurfaceError& e = r.surface_error;
   if (e.points == 0 || e.CalcExpected() <= kSurfaceErrorToWarn_mm) return;
-  fmt::print(
-      stderr,
-      "kerf: the surface has an expected error of {:.2f} mm (rms), above {} mm: {:.0f} HU lies {:.2f} mm {} the "
+  Say("the surface has an expected error of {:.2f} mm (rms), above {} mm: {:.0f} HU lies {:.2f} mm {} the "
       "half height of the bone's edge ({:.0f} HU), and the spacing of {:.4g} x {:.4g} x {:.4g} mm scatters it by "
-      "{:.2f} mm\n",
+      "{:.2f} mm",
       e.CalcExpected(), kSurfaceErrorToWarn_mm, iso_hu, std::abs(e.offset_mm), e.offset_mm < 0 ? "inside" : "outside",
       e.half_height_hu, r.spacing_mm.x, r.spacing_mm.y, r.spacing_mm.z, e.scatter_mm);
 }
 
 void Warn(const ImportReport& r) {
-  for (const std::string& warning : r.warnings) fmt::print(stderr, "kerf: {}\n", warning);
-  if (r.cut_by_scan) fmt::print(stderr, "kerf: the bone reaches the edge of the scan and is cut off there\n");
+  for (const std::string& warning : r.warnings) Say("{}", warning);
+  if (r.cut_by_scan) Say("the bone reaches the edge of the scan and is cut off there");
   if (!r.mandible) {
-    fmt::print(stderr, "kerf: all cortex is one region, since this is no mandible as the atlas knows it{}{}\n",
-               r.shape_objection.empty() ? "" : ": ", r.shape_objection);
+    Say("all cortex is one region, since this is no mandible as the atlas knows it{}{}",
+        r.shape_objection.empty() ? "" : ": ", r.shape_objection);
   }
 }
 
@@ -307,17 +306,7 @@ void AddImportCommand(CLI::App& app) {
   c->add_flag("--json", o->json, "Print the report as JSON.");
   c->add_option("--voxel", o->import.voxel_mm, "Edge of a voxel of the bone, mm, 0.05 to 2; default 0.1.");
 
-  c->add_option("--frame", o->import.frame,
-                "Where x, y and z of the file's coordinates point to in the patient, whatever its header says: three "
-                "letters, as LPS (left, posterior, superior) or RAS.")
-      ->check([](const std::string& frame) {
-        try {
-          LpsFromFrame(frame);
-        } catch (const Error& e) {
-          return std::string(e.what());
-        }
-        return std::string();
-      });
+  AddFrameOption(*c, o->import.frame);
 
   const std::string which = "Which bone";
   c->add_option("--keep", o->keep, "A point x,y,z in the bone wanted, patient coordinates LPS in mm; may be repeated.")

@@ -12,6 +12,7 @@
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
 #include "cli/ct_sheet.h"
+#include "cli/frame_option.h"
 #include "cli/numbers.h"
 #include "files/files.h"
 #include "import/image_header.h"
@@ -94,7 +95,7 @@ void Run(const CLI::App& command, const Options& options) {
   for (const char* name : {"--view", "--colour", "--dark"}) {
     if (ct && command.count(name) > 0) throw CLI::ValidationError(name, "is for a bone; a CT is drawn in slices");
   }
-  for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--series"}) {
+  for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--series", "--frame"}) {
     if (!ct && command.count(name) > 0) throw CLI::ValidationError(name, "is for a CT, not for a bone");
   }
   CheckWritable(options.output);
@@ -157,6 +158,7 @@ void AddPictureCommand(CLI::App& app) {
       ->add_option("--series", o->ct.import.series,
                    "UID, or its end, of the DICOM series; default: the only CT series.")
       ->group(ct);
+  AddFrameOption(*command, o->ct.import.frame)->group(ct);
   command->callback([o, command] { Run(*command, *o); });
 }
 

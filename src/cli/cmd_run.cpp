@@ -179,7 +179,7 @@ void Run(const Options& options) {
                summary.ticks_with_status);
   }
   for (const std::string& warning : FindEnergyWarnings(scene, summary.cutting)) {
-    fmt::print(stderr, "kerf: warning: {}\n", warning);
+    SayWarning("{}", warning);
   }
   for (const std::string& warning : FindEffectWarnings(scene, summary.effects)) {
     SayWarning("{}", warning);
