@@ -55,7 +55,10 @@ double FindContact(const StudyPath& path, Holding holding, double from_s, bool t
 StudyPath CutOut(const StudyPath& path, double from_s, double to_s) {
   StudyPath part = path;
   part.duration_s = to_s - from_s;
-  part.pose = [pose = path.pose, from_s](Holding holding, double t_s) { return pose(holding, from_s + t_s); };
+  // Ticks may end a little later than the stretch, where the next stroke may have begun elsewhere.
+  part.pose = [pose = path.pose, from_s, to_s](Holding holding, double t_s) {
+    return pose(holding, std::min(from_s + t_s, to_s));
+  };
   part.lifts_s.clear();
   for (const double lift_s : path.lifts_s) {
     if (lift_s >= from_s && lift_s < to_s) part.lifts_s.push_back(lift_s - from_s);
