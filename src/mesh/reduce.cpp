@@ -30,8 +30,10 @@ constexpr int kMostSweeps = 24;
 // where distances between points can be several times those at them, to the smaller one.
 constexpr double kShareWhereFlat = 0.4;
 constexpr double kShareWhereRough = 0.3;
-// Cosine between a new triangle and the full surface near it, below which more than points is compared.
-constexpr double kRough = 0.95;
+// It is rough where a new triangle is tilted against the full surface near it so much that over an edge of the full one
+// this many times the error comes together; never below an angle of 18 degrees.
+constexpr double kRoughErrors = 2;
+constexpr double kMostRoughSine = 0.31;
 // And below which a point does not count as near: the triangle is folded over, or of another wall.
 constexpr double kLeastCosineToFull = 0.2;
 
@@ -97,17 +99,18 @@ struct Surface {
   std::vector<Id> next_near;       // by point of the full surface
   std::vector<Vec3> full_normals;  // by point of the full surface
   const std::vector<std::array<Id, 3>>& full_triangles;
-  std::vector<Id> full_first_corner;   // by point of the full surface
-  std::vector<Id> full_next_corner;    // by corner of the full surface
-  std::vector<Id> within;              // by point of the full surface beyond its own: the triangle that it lies in
-  double mean_area_mm2 = 0;            // of a triangle of the full surface
-  std::vector<Quadric> quadrics;       // by point
-  std::vector<std::uint8_t> frozen;    // by point
+  std::vector<Id> full_first_corner;  // by point of the full surface
+  std::vector<Id> full_next_corner;   // by corner of the full surface
+  std::vector<Id> within;             // by point of the full surface beyond its own: the triangle that it lies in
+  double mean_area_mm2 = 0;           // of a triangle of the full surface
+  double rough_cosine = 0;           // between a new triangle and the full surface: below, more than points is compared
+  std::vector<Quadric> quadrics;     // by point
+  std::vector<std::uint8_t> frozen;  // by point
   std::vector<std::uint8_t> moved_in;  // by point: the sweep that moved it last
   std::vector<std::uint8_t> failed;    // by point: nothing around it has changed since it could not be drawn anywhere
   std::vector<Id> block;               // by point, for one sweep
 
-  explicit Surface(const TriangleMesh& mesh)
+  Surface(const TriangleMesh& mesh, double error_mm)
       : full(mesh.points),
         points(mesh.points),
         triangles(mesh.triangles),
@@ -146,17 +149,21 @@ struct Surface {
     }
     full_first_corner = first_corner;
     full_next_corner = next_corner;
-    AddPointsWhereRough();
+    AddPointsWhereRough(error_mm);
   }
 
   /// At edges and in gaps distances between points may be larger than at them.
-  void AddPointsWhereRough() {
+  void AddPointsWhereRough(double error_mm) {
+    for (const auto& t : triangles)
+      mean_area_mm2 += 0.5 * glm::length(Normal(t)) / static_cast<double>(triangles.size());
+    const double edge_mm = std::sqrt(4 / std::sqrt(3.0) * mean_area_mm2);
+    const double sine = edge_mm > 0 ? std::min(kRoughErrors * error_mm / edge_mm, kMostRoughSine) : kMostRoughSine;
+    rough_cosine = std::sqrt(1 - sine * sine);
     for (Id t = 0; t < triangles.size(); ++t) {
       const auto& [i, j, k] = triangles[t];
       const Vec3 n = Normal(triangles[t]);
       const double length = glm::length(n);
-      mean_area_mm2 += 0.5 * length / static_cast<double>(triangles.size());
-      if (!(length > 0) || glm::dot(full_normals[i] + full_normals[j] + full_normals[k], n) > 3 * kRough * length)
+      if (!(length > 0) || glm::dot(full_normals[i] + full_normals[j] + full_normals[k], n) > 3 * rough_cosine * length)
         continue;
       const Vec3 middle = (points[i] + points[j] + points[k]) / 3.0;
       for (const Vec3& p :
@@ -340,7 +347,7 @@ class Worker {
           if (cosine < kLeastCosineToFull) continue;
           best2 = d2;
           best = &target;
-          rough = rough || cosine < kRough;
+          rough = rough || cosine < s_.rough_cosine;
         }
         if (best == nullptr) return false;
         best->has_points = true;
@@ -362,7 +369,7 @@ class Worker {
     const double off = glm::dot(c.place - s_.full[closest], s_.full_normals[closest]);
     farthest2 = std::max(farthest2, off * off);
     for (const Target& target : targets_) {
-      rough = rough || glm::dot(target.normal, s_.full_normals[closest]) < kRough;
+      rough = rough || glm::dot(target.normal, s_.full_normals[closest]) < s_.rough_cosine;
     }
     if (farthest2 > (rough ? rough_error2_ : error2_)) return false;
     // Flat enough, and points all over: then the new triangles are near the full surface because it is near them.
@@ -554,7 +561,9 @@ std::vector<ReducedMesh> ReduceInSteps(const TriangleMesh& mesh, std::span<const
   if (!labels.empty() && labels.size() != mesh.points.size()) {
     throw Error(fmt::format("a surface of {} points has {} labels", mesh.points.size(), labels.size()));
   }
-  Surface surface(mesh);
+  double last_mm = 0;
+  for (const double error_mm : errors_mm) last_mm = std::max(last_mm, error_mm);
+  Surface surface(mesh, last_mm);
   Freeze(labels, surface);
   Box3 box;
   for (const Vec3& p : mesh.points) box.Include(p);

@@ -9,8 +9,11 @@
 
 namespace kerf {
 
-/// What a run's pieces and pictures are reduced to when nothing else is asked for.
+/// What a run's pieces are reduced to when nothing else is asked for.
 inline constexpr double kSurfaceErrorMm = 0.02;
+/// Reduce() keeps its error where edges of the full surface are at most so many errors long; on coarser surfaces with
+/// corners up to twice the error has been measured.
+inline constexpr double kMostEdgeErrors = 8;
 
 struct ReducedMesh {
   TriangleMesh mesh;

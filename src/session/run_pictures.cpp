@@ -144,7 +144,8 @@ PieceSurface MakePieceSurface(const Bone& piece, double error_mm) {
   surface.shape = ShapeOf(piece, ExtractSurface(piece), &surface.legend);
   const TriangleMesh& full = surface.shape.mesh_W;
   surface.full_triangles = full.triangles.size();
-  if (!(error_mm > 0)) {
+  // A coarse surface is small as it is.
+  if (!(error_mm > 0) || piece.voxel_mm() > kMostEdgeErrors * error_mm) {
     surface.mesh_W = full;
     return surface;
   }

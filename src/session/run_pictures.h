@@ -22,7 +22,8 @@ struct PieceSurface {
   std::size_t full_triangles = 0;
 };
 
-/// Reduced to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that; 0: as it is.
+/// Reduced to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that. As it is for 0, and where a voxel
+/// is longer than kMostEdgeErrors errors.
 PieceSurface MakePieceSurface(const Bone& piece, double error_mm);
 
 /// What the pictures are made from.
