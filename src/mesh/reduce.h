@@ -11,7 +11,7 @@ namespace kerf {
 
 /// What a run's pieces are reduced to when nothing else is asked for.
 inline constexpr double kSurfaceErrorMm = 0.02;
-/// Reduce() keeps its error where edges of the full surface are at most so many errors long; on coarser surfaces with
+/// Reduce() keeps its error where edges of the full surface are at most 8 errors long; on coarser surfaces with
 /// corners up to twice the error has been measured.
 inline constexpr double kMostEdgeErrors = 8;
 
