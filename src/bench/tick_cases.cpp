@@ -69,8 +69,9 @@ const std::vector<Entry>& Entries() {
       BallCut(0.1, 10, false, 0, 500),
       BallCut(0.3, 10, false, 0, 0),
       Cut(MakeThickDiscCut(), 0, 300, 0),
-      Cut(MakeMandibleCut(false), 0, 0, 0),
-      Cut(MakeMandibleCut(true), 0, 0, 0),
+      // Made when it runs: the names alone, which the program's help asks for, must not take a tenth of a second.
+      {"mandible-block", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(false), options); }},
+      {"mandible", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(true), options); }},
       {"idle",
        [](const BenchOptions& options) {
          BenchResult r = RunIdle(options);

@@ -25,7 +25,20 @@ struct Options {
   bool costs = false;
   std::string record;
   bool records = false;
+  bool no_pictures = false;
+  bool full = false;
 };
+
+/// What the pieces' files hold.
+void PrintSurfaces(const RunSummary& s) {
+  std::size_t triangles = 0;
+  for (const std::size_t of_piece : s.piece_triangles) triangles += of_piece;
+  if (triangles == 0) return;
+  fmt::print("  surfaces  {} triangles, {}\n", triangles,
+             s.surface_error_mm > 0
+                 ? fmt::format("within {:g} mm of the full ones ('--full' writes those)", s.surface_error_mm)
+                 : "at full resolution");
+}
 
 void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& folder) {
   fmt::print("{}\n", scene.title.empty() ? scene.name : scene.title);
@@ -55,6 +68,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   }
   if (s.dust_count > 0) fmt::print("; {} crumbs of {:.3f} mm3 together", s.dust_count, s.dust_mm3);
   fmt::print("\n");
+  PrintSurfaces(s);
   if (s.heat) fmt::print("  heat      {}\n", DescribeHeat(*s.heat));
   if (s.fragments) fmt::print("  fragments {}\n", DescribeFragments(*s.fragments));
   fmt::print("  ticks     {} in {:.1f} s, {:.0f} a second; each p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us\n",
@@ -148,7 +162,8 @@ std::vector<std::string> FindEffectWarnings(const Scene& scene, const EffectReco
 }
 
 void Run(const Options& options) {
-  const Scene scene = ReadScene(options.scene);
+  Scene scene = ReadScene(options.scene);
+  if (options.no_pictures) scene.output.pictures = false;
   CheckInputsStay(scene, options.scene, options.folder);
   if (options.records) {
     CheckInputsStay(ListInputs(scene, options.scene), {options.record});
@@ -157,16 +172,18 @@ void Run(const Options& options) {
   }
   if (scene.simulation.mode == SceneMode::kSlab) {
     if (options.costs) throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));
+    if (options.full)
+      throw Error(fmt::format("{}: slab mode writes its parts at full resolution anyway", options.scene));
     RunSlabMode(scene, options);
     return;
   }
   RunSummary summary;
   {
     StageBars bars;
-    summary =
-        RunScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
-                 {options.costs, [&](const std::string& line) { bars.SetNote(line); }},
-                 {options.record, options.scene, nullptr});
+    summary = RunScene(
+        scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
+        {options.costs, [&](const std::string& line) { bars.SetNote(line); }}, {options.record, options.scene, nullptr},
+        options.full ? 0 : kSurfaceErrorMm);
   }
   for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) SayWarning("{}", doubt);
   for (const std::string& warning : summary.material.warnings) SayWarning("{}", warning);
@@ -205,6 +222,10 @@ void AddRunCommand(CLI::App& app) {
                     "Time each stage of the ticks and each effect: live behind the progress bar, and as a table");
   CLI::Option* record = command->add_option(
       "--record", options->record, "Record the run into this file, which must not be there yet (see 'kerf replay')");
+  command->add_flag("--no-pictures", options->no_pictures, "Draw no pictures, whatever the scene asks for");
+  command->add_flag("--full", options->full,
+                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, some 30 times smaller",
+                                kSurfaceErrorMm));
   command->add_flag("--json", options->json, "Print the summary as JSON");
   command->callback([options, record] {
     options->records = record->count() > 0;

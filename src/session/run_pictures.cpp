@@ -6,8 +6,10 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numeric>
 
 #include "bone/surface.h"
+#include "mesh/reduce.h"
 #include "render/colours.h"
 #include "render/picture.h"
 #include "report/plot.h"
@@ -43,13 +45,58 @@ Moments FindMoments(const std::vector<TickRecord>& ticks) {
   return m;
 }
 
-Shape ShapeOf(const Bone& bone, TriangleMesh mesh, ColourBy by, std::vector<LegendEntry>* legend) {
+Shape ShapeOf(const Bone& bone, TriangleMesh mesh, std::vector<LegendEntry>* legend) {
   Shape shape;
-  const SurfaceColours colours = CalcSurfaceColours(bone, mesh, by);
-  shape.point_colours = colours.points;
+  SurfaceColours colours = CalcSurfaceColours(bone, mesh, ColourBy::kTissue);
+  shape.point_colours = std::move(colours.points);
   shape.mesh_W = std::move(mesh);
-  if (legend) *legend = colours.legend;
+  if (legend) *legend = std::move(colours.legend);
   return shape;
+}
+
+/// The closed parts of a surface that enclose less than `volume_mm3`.
+TriangleMesh KeepSmallParts(const TriangleMesh& mesh, double volume_mm3) {
+  std::vector<std::uint32_t> part(mesh.points.size());
+  std::iota(part.begin(), part.end(), 0U);
+  const auto find = [&](std::uint32_t p) {
+    while (part[p] != p) p = part[p] = part[part[p]];
+    return p;
+  };
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t p : {t[1], t[2]}) part[find(p)] = find(t[0]);
+  }
+  std::vector<double> sums(mesh.points.size(), 0);
+  for (const auto& t : mesh.triangles) {
+    const Vec3& a = mesh.points[t[0]];
+    sums[find(t[0])] += glm::dot(a, glm::cross(mesh.points[t[1]], mesh.points[t[2]])) / 6;
+  }
+  TriangleMesh small;
+  std::map<std::uint32_t, std::uint32_t> ids;
+  for (auto t : mesh.triangles) {
+    const double enclosed = sums[find(t[0])];
+    if (enclosed <= 0 || enclosed >= volume_mm3) continue;
+    for (std::uint32_t& p : t) {
+      const auto [at, is_new] = ids.emplace(p, static_cast<std::uint32_t>(small.points.size()));
+      if (is_new) small.points.push_back(mesh.points[p]);
+      p = at->second;
+    }
+    small.triangles.push_back(t);
+  }
+  return small;
+}
+
+/// The bone after the cut: its pieces, and what is too small to be one.
+void AddAfter(const RunPictures& run, std::span<const PieceSurface> surfaces, PictureSpec& spec) {
+  for (const PieceSurface& piece : surfaces) {
+    spec.shapes.push_back(piece.shape);
+    for (const LegendEntry& entry : piece.legend) {
+      const bool listed = std::any_of(spec.legend.begin(), spec.legend.end(),
+                                      [&](const LegendEntry& other) { return other.text == entry.text; });
+      if (!listed) spec.legend.push_back(entry);
+    }
+  }
+  TriangleMesh dust = KeepSmallParts(ExtractSurface(run.after), run.scene.output.smallest_piece_mm3);
+  if (!dust.triangles.empty()) spec.shapes.push_back(ShapeOf(run.after, std::move(dust), nullptr));
 }
 
 Vec3 UpNotAlong(const Vec3& direction) {
@@ -92,6 +139,29 @@ bool IsOfPatient(const Scene& scene) {
   return scene.bone.source == BoneSource::kFile || scene.bone.source == BoneSource::kMandible;
 }
 
+PieceSurface MakePieceSurface(const Bone& piece, double error_mm) {
+  PieceSurface surface;
+  surface.shape = ShapeOf(piece, ExtractSurface(piece), &surface.legend);
+  const TriangleMesh& full = surface.shape.mesh_W;
+  surface.full_triangles = full.triangles.size();
+  // A coarse surface is small as it is.
+  if (!(error_mm > 0) || piece.voxel_mm() > kMostEdgeErrors * error_mm) {
+    surface.mesh_W = full;
+    return surface;
+  }
+  std::vector<std::uint32_t> colours;
+  colours.reserve(full.points.size());
+  for (const Rgb8& c : surface.shape.point_colours) colours.push_back(c[0] + 256U * c[1] + 65536U * c[2]);
+  const double errors_mm[] = {error_mm / 4, error_mm};
+  std::vector<ReducedMesh> steps = ReduceInSteps(full, errors_mm, colours);
+  std::vector<Rgb8> kept;
+  for (const std::uint32_t p : steps[0].from) kept.push_back(surface.shape.point_colours[p]);
+  surface.shape.mesh_W = std::move(steps[0].mesh);
+  surface.shape.point_colours = std::move(kept);
+  surface.mesh_W = std::move(steps[1].mesh);
+  return surface;
+}
+
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress) {
   std::vector<std::string> written;
   const Moments moments = FindMoments(run.ticks);
@@ -114,7 +184,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   };
 
   PictureSpec before = base(name + ": before the cut");
-  before.shapes.push_back(ShapeOf(run.before, ExtractSurface(run.before), ColourBy::kTissue, &before.legend));
+  before.shapes.push_back(ShapeOf(run.before, ExtractSurface(run.before), &before.legend));
   before.tools.push_back({tool, first.X_WT, 1});
   before.camera = overview;
   before.caption = fmt::format("{:.1f} cm3 of bone; {}, at first contact", run.before.CalcVolume() / 1000,
@@ -122,15 +192,20 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   write(before, "before.png");
   before = {};
 
-  const TriangleMesh after_mesh = ExtractSurface(run.after);
+  std::vector<PieceSurface> own;
+  if (run.surfaces.empty()) {
+    for (const Bone& piece : run.pieces) own.push_back(MakePieceSurface(piece, kSurfaceErrorMm));
+  }
+  const std::span<const PieceSurface> surfaces =
+      run.surfaces.empty() ? std::span<const PieceSurface>(own) : run.surfaces;
   PictureSpec after = base(name + ": after the cut");
-  after.shapes.push_back(ShapeOf(run.after, after_mesh, ColourBy::kTissue, &after.legend));
+  AddAfter(run, surfaces, after);
   after.caption = fmt::format("{} separate piece{}{}", run.pieces.size(), run.pieces.size() == 1 ? "" : "s",
                               run.out.empty() ? "" : " in place");
   for (const PieceOut& piece : run.out) {
     if (piece.id != kAllDust) after.caption += fmt::format(", 1 {}", ToString(piece.fate));
     if (piece.fate != PieceFate::kMoved) continue;
-    Shape shape = ShapeOf(piece.bone, ExtractSurface(piece.bone), ColourBy::kTissue, nullptr);
+    Shape shape = ShapeOf(piece.bone, ExtractSurface(piece.bone), nullptr);
     for (Vec3& p : shape.mesh_W.points) p += piece.move_mm;
     after.shapes.push_back(std::move(shape));
   }
@@ -168,10 +243,10 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   if (run.apart && run.pieces.size() > 1) {
     PictureSpec apart = base(name + ": the pieces moved apart");
     constexpr double kGapMm = 6;
-    for (const Bone& piece : run.pieces) {
-      TriangleMesh mesh = ExtractSurface(piece);
-      const double side = glm::dot(Centroid(mesh) - peak.X_WT.p_AB, normal);
-      Shape shape = ShapeOf(piece, std::move(mesh), ColourBy::kTissue, apart.legend.empty() ? &apart.legend : nullptr);
+    for (const PieceSurface& piece : surfaces) {
+      if (apart.legend.empty()) apart.legend = piece.legend;
+      Shape shape = piece.shape;
+      const double side = glm::dot(Centroid(shape.mesh_W) - peak.X_WT.p_AB, normal);
       for (Vec3& p : shape.mesh_W.points) p += (side < 0 ? -kGapMm : kGapMm) * normal;
       apart.shapes.push_back(std::move(shape));
     }

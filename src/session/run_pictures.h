@@ -7,13 +7,26 @@
 #include <vector>
 
 #include "kerf/bone.h"
+#include "render/picture.h"
 #include "report/plot.h"
 #include "scene/scene.h"
 #include "session/run.h"
 
 namespace kerf {
 
-/// What the pictures are made from. Surfaces are extracted once and shared.
+/// Of a piece, where it was cut off: for its file and for the pictures.
+struct PieceSurface {
+  TriangleMesh mesh_W;  // for the file
+  Shape shape;          // for the pictures: finer, with the tissues' colours
+  std::vector<LegendEntry> legend;
+  std::size_t full_triangles = 0;
+};
+
+/// Reduced to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that. As it is for 0, and where a voxel
+/// is longer than kMostEdgeErrors errors.
+PieceSurface MakePieceSurface(const Bone& piece, double error_mm);
+
+/// What the pictures are made from.
 struct RunPictures {
   const Scene& scene;
   const std::vector<TickRecord>& ticks;
@@ -24,6 +37,8 @@ struct RunPictures {
   bool force_plot = true;              // of force against depth
   bool apart = true;                   // the pieces apart from each other
   std::span<const PieceOut> out = {};  // taken out; those set aside are drawn there
+  // Of `pieces`, in their order; empty: made here.
+  std::span<const PieceSurface> surfaces = {};
 };
 
 /// Writes before.png and after.png; cut.png and, if asked for, force.png when the saw met bone; apart.png when there is

@@ -112,7 +112,7 @@ void CheckInputsStay(const Scene& scene, const std::string& scene_file, const st
 }
 
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
-                    const CostOptions& costs, const RunSession& session) {
+                    const CostOptions& costs, const RunSession& session, double surface_error_mm) {
   const auto stage = [&](const char* name) {
     return [&progress, name](double fraction) {
       if (progress) progress(name, fraction);
@@ -181,13 +181,23 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.dust_mm3 = split.dust_mm3;
   const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
   const std::vector<ResultPiece> pieces = ListPieces(split.pieces, out);
+  summary.surface_error_mm = surface_error_mm;
+  std::vector<PieceSurface> surfaces(split.pieces.size());  // of those in the bone, for the pictures too
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     PieceSummary piece = Summarize(pieces[i]);
-    if (scene.output.pieces) {
-      piece.file = fmt::format("piece_{}.stl", i + 1);
-      WriteMesh(pieces[i].out ? MakeSurfaceOut(*pieces[i].out) : ExtractSurface(*pieces[i].bone),
-                folder + "/" + piece.file);
-      add_file(piece.file);
+    if (scene.output.pieces || scene.output.pictures) {
+      PieceSurface surface = MakePieceSurface(*pieces[i].bone, surface_error_mm);
+      if (scene.output.pieces) {
+        piece.file = fmt::format("piece_{}.stl", i + 1);
+        summary.piece_triangles.push_back(surface.mesh_W.triangles.size());
+        for (Vec3& p : surface.mesh_W.points) p += piece.move_mm;
+        WriteMesh(surface.mesh_W, folder + "/" + piece.file);
+        add_file(piece.file);
+      }
+      surface.mesh_W = {};
+      if (pieces[i].out == nullptr) {
+        surfaces[static_cast<std::size_t>(pieces[i].bone - split.pieces.data())] = std::move(surface);
+      }
     }
     summary.pieces.push_back(piece);
     stage("taking the pieces apart")(static_cast<double>(i + 1) / static_cast<double>(pieces.size()));
@@ -195,6 +205,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   if (scene.output.pictures) {
     RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
     pictures.apart = !summary.fragments;  // fragments.png shows that
+    pictures.surfaces = surfaces;
     if (summary.fragments) pictures.out = summary.fragments->out;
     for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"))) add_file(name);
     if (summary.heat && summary.heat->section.columns > 0) {
@@ -268,9 +279,11 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
   if (s.heat) json["heat"] = HeatJson(*s.heat);
   if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, true);
   json["pieces"] = ordered_json::array();
-  for (const PieceSummary& piece : s.pieces) {
-    json["pieces"].push_back(PieceJson(piece));
+  for (std::size_t i = 0; i < s.pieces.size(); ++i) {
+    json["pieces"].push_back(PieceJson(s.pieces[i]));
+    if (i < s.piece_triangles.size()) json["pieces"].back()["triangles"] = s.piece_triangles[i];
   }
+  json["surface_error_mm"] = s.surface_error_mm;
   json["dust"] = {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}};
   json["ticks"] = TicksJson(s);
   if (s.costs) json["costs"] = CostsJson(*s.costs);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/reduce.h"
 #include "scene/scene.h"
 #include "session/cutting_energy.h"
 #include "session/run.h"
@@ -62,8 +63,10 @@ struct RunSummary {
   double bone_memory_MB = 0;
   std::optional<HeatReport> heat;
   std::optional<FragmentsReport> fragments;
-  double peak_memory_MB = 0;       // of the whole program
-  std::vector<std::string> files;  // written, relative to the output folder
+  double peak_memory_MB = 0;                 // of the whole program
+  std::vector<std::string> files;            // written, relative to the output folder
+  double surface_error_mm = 0;               // of the pieces' files, at most; 0: they have all triangles
+  std::vector<std::size_t> piece_triangles;  // in the file of each piece
 
   double CalcOut_mm3() const;  // taken out of the bone, not cut: set aside, hidden and deleted pieces, dust
 };
@@ -73,10 +76,12 @@ using RunProgress = std::function<void(const std::string& stage, double fraction
 
 /// Runs `scene` and writes into `folder` (made when missing): forces.csv, scene.toml (resolved), and, as the scene
 /// asks: bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png, heat.png, fragments.png; what its
-/// effects leave (EffectFiles); summary.json last. Results of an earlier run in the same folder, by the list in its
-/// summary.json, are replaced or removed. Throws Error.
+/// effects leave (EffectFiles); summary.json last. The pieces' surfaces are reduced to `surface_error_mm`; 0: not at
+/// all. Results of an earlier run in the same folder, by the list in its summary.json, are replaced or removed. Throws
+/// Error.
 RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
-                    const CostOptions& costs = {}, const RunSession& session = {});
+                    const CostOptions& costs = {}, const RunSession& session = {},
+                    double surface_error_mm = kSurfaceErrorMm);
 /// A run, in either mode, gone through again without writing anything. Throws Error.
 Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& progress);
 

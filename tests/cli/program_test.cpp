@@ -157,6 +157,25 @@ TEST_F(Program, RunsAScene) {
   EXPECT_NEAR(json["volume_mm3"].get<double>(), summary["bone"]["volume_after_mm3"].get<double>(), 1e-9 * 64);
 }
 
+TEST_F(Program, RunLeavesPicturesOutAndWritesFullPiecesWhenAsked) {
+  Write("scene.toml", std::string(kBlock) + kStroke);
+  const ProgramResult reduced = Kerf("run scene.toml -o reduced --no-pictures");
+  ASSERT_EQ(reduced.code, 0) << reduced.err;
+  EXPECT_THAT(reduced.out, HasSubstr("within 0.02 mm of the full ones"));
+  const ProgramResult full = Kerf("run scene.toml -o full --no-pictures --full");
+  ASSERT_EQ(full.code, 0) << full.err;
+  EXPECT_THAT(full.out, HasSubstr("at full resolution"));
+  for (const std::filesystem::path folder : {"reduced", "full"}) {
+    for (const auto& file : std::filesystem::directory_iterator(folder_ / folder)) {
+      EXPECT_NE(file.path().extension(), ".png") << file.path();
+    }
+  }
+  EXPECT_LT(5 * std::filesystem::file_size(folder_ / "reduced/piece_1.stl"),
+            std::filesystem::file_size(folder_ / "full/piece_1.stl"));
+  // No result but the surfaces depends on it.
+  EXPECT_EQ(test::Slurp(folder_ / "reduced/forces.csv"), test::Slurp(folder_ / "full/forces.csv"));
+}
+
 TEST_F(Program, JsonOnStdoutIsTheSummary) {
   Write("scene.toml", std::string(kBlock) + kStroke + kNoPictures);
   const ProgramResult result = Kerf("run scene.toml -o results --json");

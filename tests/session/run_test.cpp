@@ -17,6 +17,7 @@
 #include "session/make_bone.h"
 #include "session/run_scene.h"
 #include "session/spectrum_picture.h"
+#include "support/far_apart.h"
 #include "support/result_folder.h"
 
 namespace kerf {
@@ -222,6 +223,31 @@ TEST_F(Run, PicturesAreWrittenAndNamed) {
     EXPECT_EQ(std::count(summary.files.begin(), summary.files.end(), name), 1) << name;
     EXPECT_EQ(ReadTextFile(folder_ + "/" + name).substr(1, 3), "PNG");
   }
+}
+
+TEST_F(Run, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
+  const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\n", "scene.toml");
+  const RunSummary summary = RunScene(scene, folder_ + "/reduced", {});
+  const RunSummary full = RunScene(scene, folder_ + "/full", {}, {}, {}, 0);
+  EXPECT_EQ(summary.surface_error_mm, 0.02);
+  EXPECT_EQ(full.surface_error_mm, 0);
+  EXPECT_EQ(summary.hash_after, full.hash_after);
+  EXPECT_EQ(summary.force.impulse_Ns, full.force.impulse_Ns);
+  ASSERT_EQ(summary.pieces.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const TriangleMesh reduced_mesh = ReadMesh(folder_ + "/reduced/" + summary.pieces[i].file);
+    const TriangleMesh full_mesh = ReadMesh(folder_ + "/full/" + full.pieces[i].file);
+    EXPECT_EQ(reduced_mesh.triangles.size(), summary.piece_triangles[i]);
+    EXPECT_EQ(full_mesh.triangles.size(), full.piece_triangles[i]);
+    EXPECT_LT(summary.piece_triangles[i], full.piece_triangles[i] / 5);
+    EXPECT_EQ(CountOpenEdges(reduced_mesh), 0u);
+    // Files have floats: 1e-6 mm here.
+    EXPECT_LE(test::CalcLargestDistance(full_mesh, reduced_mesh, 0.05), 0.02 + 1e-5);
+    EXPECT_LE(test::CalcLargestDistance(reduced_mesh, full_mesh, 0.05), 0.02 + 1e-5);
+  }
+  const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/reduced/summary.json"));
+  EXPECT_EQ(json["surface_error_mm"], 0.02);
+  EXPECT_EQ(json["pieces"][0]["triangles"], summary.piece_triangles[0]);
 }
 
 TEST_F(Run, TellsOfTheFragmentsAndChangesNothing) {

@@ -1,0 +1,40 @@
+// The program `kerf` as it is started: answers --version and --help itself, and is replaced by kerf_program, which lies
+// beside it, for all else. That one loads a hundred shared libraries, which takes a tenth of a second and more.
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+#include "front_texts.h"  // generated: what kerf_program prints
+
+namespace {
+
+bool Print(const char* text) {
+  return std::fputs(text, stdout) >= 0 && std::fflush(stdout) == 0;
+}
+
+/// The folder of this program, with links followed; "" when the system doesn't say.
+std::string FindFolder() {
+  std::string path(4096, '\0');
+  const ssize_t length = readlink("/proc/self/exe", path.data(), path.size());
+  if (length <= 0 || static_cast<std::size_t>(length) == path.size()) return "";
+  path.resize(static_cast<std::size_t>(length));
+  return path.substr(0, path.rfind('/'));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // Output that can't be written is left to kerf_program, which says so.
+  if (argc == 2 && std::strcmp(argv[1], "--version") == 0 && Print(kFrontVersion)) return 0;
+  if (argc == 2 && (std::strcmp(argv[1], "--help") == 0 || std::strcmp(argv[1], "-h") == 0) && Print(kFrontHelp)) {
+    return 0;
+  }
+  const std::string program = FindFolder() + "/kerf_program";
+  execv(program.c_str(), argv);
+  std::fprintf(stderr, "kerf: %s can't be started, which belongs beside kerf: %s\n", program.c_str(),
+               std::strerror(errno));
+  return 1;
+}

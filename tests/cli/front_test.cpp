@@ -1,0 +1,59 @@
+// What is started is small: --version and --help come without the libraries of the whole program.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "support/program.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+class Front : public test::ProgramTest {
+ protected:
+  /// The output of a shell command in the test's folder.
+  std::string Shell(const std::string& command) const {
+    const std::string file = (folder_ / "shell.txt").string();
+    const int status = std::system(("cd '" + folder_.string() + "' && " + command + " >'" + file + "' 2>&1").c_str());
+    return test::Slurp(file) + (status == 0 ? "" : "failed");
+  }
+};
+
+TEST_F(Front, SaysWhatTheWholeProgramSays) {
+  for (const char* option : {"--version", "--help", "-h"}) {
+    const test::ProgramResult result = Kerf(option);
+    EXPECT_EQ(result.code, 0);
+    EXPECT_EQ(result.out, Shell(std::string(KERF_PROGRAM "_program ") + option)) << option;
+  }
+}
+
+TEST_F(Front, LoadsNoneOfTheLibraries) {
+  // The loader's list, instead of running. Loading is what takes the time: 0.1 s of 0.1 s.
+  const std::string loaded = Shell("LD_TRACE_LOADED_OBJECTS=1 '" KERF_PROGRAM "'");
+  EXPECT_THAT(loaded, HasSubstr("libc.so"));
+  for (const char* library : {"libvtk", "libITK", "libopenvdb", "libgdcm"}) {
+    EXPECT_THAT(loaded, Not(HasSubstr(library)));
+    EXPECT_THAT(Shell("LD_TRACE_LOADED_OBJECTS=1 '" KERF_PROGRAM "_program'"), HasSubstr(library));
+  }
+}
+
+TEST_F(Front, WorksThroughALink) {
+  fs::create_symlink(KERF_PROGRAM, folder_ / "saw");
+  EXPECT_EQ(Shell("./saw --version"), Kerf("--version").out);
+  EXPECT_EQ(Shell("./saw scene --defaults"), Kerf("scene --defaults").out);
+}
+
+TEST_F(Front, NamesTheProgramThatIsNotBesideIt) {
+  fs::copy(KERF_PROGRAM, folder_ / "kerf");
+  EXPECT_THAT(Shell("./kerf info x.vdb"), testing::MatchesRegex("kerf: .*/kerf_program can't be started, which belongs "
+                                                                "beside kerf: No such file or directory\nfailed"));
+}
+
+}  // namespace
+}  // namespace kerf

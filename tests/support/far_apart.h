@@ -1,0 +1,35 @@
+// How far one surface is from another.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "kerf/geometry.h"
+#include "pieces/surface_tree.h"
+
+namespace kerf::test {
+
+/// The largest distance from `to` of any corner of `from` and of points over its triangles, `spacing_mm` apart at most;
+/// 1 mm at most.
+inline double CalcLargestDistance(const TriangleMesh& from, const TriangleMesh& to, double spacing_mm) {
+  const SurfaceTree tree(to);
+  double largest = 0;
+  const auto ask = [&](const Vec3& p) {
+    const auto nearest = tree.FindNearest(p, 1);
+    largest = std::max(largest, nearest ? nearest->distance_mm : 1);
+  };
+  for (const auto& t : from.triangles) {
+    const Vec3& a = from.points[t[0]];
+    const Vec3 u = from.points[t[1]] - a;
+    const Vec3 v = from.points[t[2]] - a;
+    const double longest_mm = std::max(std::max(glm::length(u), glm::length(v)), glm::length(v - u));
+    const int n = std::max(1, static_cast<int>(std::ceil(longest_mm / spacing_mm)));
+    for (int i = 0; i <= n; ++i) {
+      for (int j = 0; j <= n - i; ++j) ask(a + u * (1.0 * i / n) + v * (1.0 * j / n));
+    }
+  }
+  return largest;
+}
+
+}  // namespace kerf::test
