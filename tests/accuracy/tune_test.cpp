@@ -1,11 +1,8 @@
 // What settings are chosen from what was measured, and that the choice keeps what was asked.
 #include "accuracy/tune.h"
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <cmath>
 
 #include <rapidcheck/gtest.h>
 
@@ -166,31 +163,6 @@ TEST_F(TuneTest, JudgesTheWholePath) {
               testing::HasSubstr("over 0.00 to 0.20 s of the path's 0.60 s (as asked)"));
   EXPECT_THAT(part.notes, testing::Contains(testing::HasSubstr("errors are those of 0.00 to 0.20 s")));
   for (const TunePhase& p : part.phases) EXPECT_LE(p.phase.to_s, 0.2 + 1e-9);
-}
-
-// The part ends with the first stroke, between two ticks: the reference's last one must not go over to the second
-// stroke, which would be a leap through the bone.
-TEST_F(TuneTest, APartEndsBeforeTheToolIsLifted) {
-  std::string text =
-      "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 8\nsize_y_mm = 3\nsize_z_mm = 3\nvoxel_mm = 0.25\n";
-  for (const double y_mm : {-0.8, 0.8}) {
-    text += fmt::format(
-        "[[path.stroke]]\nstart_mm = [0, {0}, 11.2]\nend_mm = [0, {0}, 10.1]\nfeed_mm_per_s = {1}\n"
-        "disc_normal = [0, 1, 0]\n",
-        y_mm, 1.1 / 0.2502);
-  }
-  WriteTextFile(file_, text);
-  TuneOptions options = Asked(1e6, 1);
-  options.holding = Holding::kPath;
-  options.ticks = 1000;
-  options.seconds = 0.2502;
-  options.voxels_mm = {0.25};
-  const TuneResult result = Tune(file_, options);
-  ASSERT_TRUE(result.keeps);
-  EXPECT_EQ(result.strokes, 2u);
-  EXPECT_EQ(result.measured, 1u);
-  // At a voxel of 0.25 mm the entry is off by some tenths; a leap makes it -0.9 and more.
-  EXPECT_LT(std::abs(*result.again->outcome.errors->impulse_signed), 0.5);
 }
 
 TEST(TuneExtentWords, SayWhichStrokesAreMeasured) {
