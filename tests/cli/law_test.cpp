@@ -11,6 +11,7 @@
 namespace kerf {
 namespace {
 
+using test::ProgramResult;
 using testing::HasSubstr;
 using testing::Not;
 using Json = nlohmann::json;
