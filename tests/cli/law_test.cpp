@@ -11,6 +11,7 @@
 namespace kerf {
 namespace {
 
+using test::ProgramResult;
 using testing::HasSubstr;
 using testing::Not;
 using Json = nlohmann::json;
@@ -18,7 +19,7 @@ using Json = nlohmann::json;
 /// A slot 2 mm deep through a block, at a bite of 1 um for each 3 mm/s.
 std::string Slot(double feed_mm_per_s, const std::string& law) {
   return "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 4.0\nsize_y_mm = 2.0\nsize_z_mm = 4.0\nvoxel_mm = 0.1\n"
-         "[[path.stroke]]\nstart_mm = [-9.0, 0.0, 11.0]\nend_mm = [9.0, 0.0, 11.0]\nfeed_mm_per_s = " +
+         "[[path.stroke]]\nstart_mm = [-9.0, 0.0, 9.0]\nend_mm = [9.0, 0.0, 9.0]\nfeed_mm_per_s = " +
          std::to_string(feed_mm_per_s) + "\ndisc_normal = [0.0, 1.0, 0.0]\n[force]\nlaw = \"" + law +
          "\"\n[output]\npictures = false\nbone = false\npieces = false\n";
 }
@@ -66,8 +67,8 @@ TEST_F(Law, RunGivesTheEnergyAndWarnsOutsideThePublishedRange) {
 
 TEST_F(Law, SlabModeSaysThatOneToothIsThePapers) {
   std::string scene = Slot(6, "hertz_chip") + "[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0.0, 0.0, -1.0]\n";
-  scene.replace(scene.find("start_mm = [-9.0, 0.0, 11.0]"), 28, "start_mm = [0.0, 0.0, 14.0]");
-  scene.replace(scene.find("end_mm = [9.0, 0.0, 11.0]"), 25, "end_mm = [0.0, 0.0, 12.0]");
+  scene.replace(scene.find("start_mm = [-9.0, 0.0, 9.0]"), 27, "start_mm = [0.0, 0.0, 12.0]");
+  scene.replace(scene.find("end_mm = [9.0, 0.0, 9.0]"), 24, "end_mm = [0.0, 0.0, 10.0]");
   Write("s.toml", scene);
   const std::string said = "one tooth alone has the force of hertz_constant_bite: thrust 120 to 170 times below";
   EXPECT_THAT(Kerf("check s.toml").out, HasSubstr(said));
