@@ -96,13 +96,15 @@ TEST_F(Compare, BadUseIsRefusedInOneSentence) {
   result = Kerf("compare small.toml -o out --laws hertz");
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.err, HasSubstr("--laws: there is no force law \"hertz\"; there are hertz_chip, "
-                                    "hertz_constant_bite, edge_plus_chip\n"));
+                                    "hertz_constant_bite, edge_plus_chip; see 'kerf compare --help'\n"));
   result = Kerf("compare small.toml -o out --depth-step 0");
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.err, HasSubstr("--depth-step: a depth step of 0 mm is out of range; valid range 0.005 to 5 mm\n"));
+  EXPECT_THAT(result.err, HasSubstr("--depth-step: a depth step of 0 mm is out of range; valid range 0.005 to 5 mm; "
+                                    "see 'kerf compare --help'\n"));
   result = Kerf("compare small.toml -o out --repeat 0");
   EXPECT_EQ(result.code, 2);
-  EXPECT_THAT(result.err, HasSubstr("--repeat: 0 repetitions are out of range; valid range 1 to 100\n"));
+  EXPECT_THAT(result.err,
+              HasSubstr("--repeat: 0 repetitions are out of range; valid range 1 to 100; see 'kerf compare --help'\n"));
   EXPECT_EQ(Kerf("compare").code, 2);
   EXPECT_FALSE(Exists("out/report.md"));
 }

@@ -129,10 +129,10 @@ TEST_F(Paper, BadUseIsRefused) {
 TEST_F(Paper, FigureThatIsNoPictureOrTheOutputItselfIsBadUse) {
   const ProgramResult text = Kerf("paper --figure a.txt");
   EXPECT_EQ(text.code, 2);
-  EXPECT_THAT(text.err, HasSubstr("--figure: 'a.txt' must end in .png\n"));
+  EXPECT_THAT(text.err, HasSubstr("--figure: 'a.txt' must end in .png; see 'kerf paper --help'\n"));
   const ProgramResult same = Kerf("paper --figure a.png -o ./a.png");
   EXPECT_EQ(same.code, 2);
-  EXPECT_THAT(same.err, HasSubstr("--figure: 'a.png' is the same file as that of -o\n"));
+  EXPECT_THAT(same.err, HasSubstr("--figure: 'a.png' is the same file as that of -o; see 'kerf paper --help'\n"));
   EXPECT_FALSE(Exists("a.png"));
 }
 

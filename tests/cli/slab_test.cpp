@@ -223,12 +223,12 @@ TEST_F(Slab, WhatIsNoNumberIsSaidToBeNone) {
                                             {"60", "60 mm is out of range; give 0.02 to 50 mm"}}) {
     const ProgramResult result = Kerf(cut + "0,0,-5,1,0,0 --thickness " + thickness);
     EXPECT_EQ(result.code, 2);
-    EXPECT_THAT(result.err, HasSubstr(fmt::format("--thickness: {}\n", sentence)));
+    EXPECT_THAT(result.err, HasSubstr(fmt::format("--thickness: {}; see 'kerf slab --help'\n", sentence)));
   }
   const ProgramResult far = Kerf(cut + "0,0,-5,1,0,0 --near 1e200,0,0");
   EXPECT_EQ(far.code, 2);
-  EXPECT_THAT(far.err,
-              HasSubstr("--near: '1e200,0,0' lies outside the world; coordinates go from -1000000 to 1000000 mm\n"));
+  EXPECT_THAT(far.err, HasSubstr("--near: '1e200,0,0' lies outside the world; coordinates go from -1000000 to 1000000 "
+                                 "mm; see 'kerf slab --help'\n"));
   ExpectRefusal(Kerf(cut + "1e308,0,-5,1,0,0"),
                 "the plane's point (1e+308, 0, -5) lies outside the world; coordinates go from -1000000 to 1000000 mm");
   EXPECT_FALSE(Exists("out"));
