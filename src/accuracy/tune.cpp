@@ -29,14 +29,16 @@ constexpr double kLongest_s = 120;  // of a path of which errors are measured wh
 constexpr double kHandLag_s = 3;    // the tool follows a handle that is out of the bone within this time
 constexpr int kMostAgain = 3;
 
-/// Whether the tool, led along the path, touches the uncut bone: by points of its rim and its middle.
+/// Whether the tool, led along the path, touches the uncut bone: by points of circles about its axis, close
+/// enough for a wall to lie between none of them.
 bool IsInContact(const StudyPath& path, Holding holding, double t_s) {
-  constexpr int kPoints = 48;
+  constexpr int kPoints = 48, kCircles = 10;
   const Pose X_WT = path.pose(holding, t_s);
   for (int i = 0; i < kPoints; ++i) {
     const double angle = 2 * 3.14159265358979323846 * i / kPoints;
     const Vec3 rim_T = path.saw.radius_mm() * Vec3(std::cos(angle), std::sin(angle), 0);
-    for (const double share : {1.0, 0.5, 0.0}) {
+    for (int circle = kCircles; circle >= 0; --circle) {
+      const double share = static_cast<double>(circle) / kCircles;
       if (path.solid.distance_mm(X_WT.Point(share * rim_T)) < 0) return true;
     }
   }
@@ -50,6 +52,15 @@ double FindContact(const StudyPath& path, Holding holding, double from_s, bool t
     if (IsInContact(path, holding, t_s) == touches) return t_s;
   }
   return path.duration_s;
+}
+
+/// The last time at which the tool touches the bone; `from_s` where it never does after it.
+double FindLastContact(const StudyPath& path, Holding holding, double from_s) {
+  constexpr double kStep_s = 0.002;
+  for (double t_s = path.duration_s; t_s > from_s; t_s -= kStep_s) {
+    if (IsInContact(path, holding, t_s)) return t_s;
+  }
+  return from_s;
 }
 
 StudyPath CutOut(const StudyPath& path, double from_s, double to_s) {
@@ -72,16 +83,19 @@ void SetExtent(const StudyPath& path, const TuneOptions& options, TuneResult& re
   if (contact_s >= path.duration_s) throw Error(fmt::format("{}: the tool meets no bone on its path", result.scene));
   result.path_s = path.duration_s;
   result.from_s = std::max(0.0, contact_s - kBeforeContact_s);
-  result.to_s = path.duration_s;
+  const double lag_s = options.holding == Holding::kHand ? kHandLag_s : kBeforeContact_s;
+  // Air after the cut would only make errors and times look smaller.
+  result.to_s = std::min(path.duration_s, FindLastContact(path, options.holding, contact_s) + lag_s);
   if (options.seconds) {
-    result.to_s = std::min(path.duration_s, result.from_s + *options.seconds);
-    if (result.to_s < path.duration_s) result.extent = TuneExtent::kSeconds;
+    const double whole_s = result.to_s;
+    result.to_s = std::min(whole_s, result.from_s + *options.seconds);
+    if (result.to_s < whole_s) result.extent = TuneExtent::kSeconds;
   } else if (result.to_s - result.from_s > kLongest_s) {
     const double out_s = FindContact(path, options.holding, contact_s, false);
-    const double lag_s = options.holding == Holding::kHand ? kHandLag_s : kBeforeContact_s;
     const auto lift = std::upper_bound(path.lifts_s.begin(), path.lifts_s.end(), contact_s);
-    result.to_s = std::min(lift == path.lifts_s.end() ? path.duration_s : *lift, out_s + lag_s);
-    if (result.to_s < path.duration_s) result.extent = TuneExtent::kFirstPassage;
+    const double whole_s = result.to_s;
+    result.to_s = std::min({lift == path.lifts_s.end() ? whole_s : *lift, out_s + lag_s, whole_s});
+    if (result.to_s < whole_s) result.extent = TuneExtent::kFirstPassage;
   }
   const auto lifted = std::upper_bound(path.lifts_s.begin(), path.lifts_s.end(), result.to_s - 1e-9);
   result.strokes = path.lifts_s.size() + 1;
@@ -310,8 +324,8 @@ TuneResult Tune(const std::string& scene_file, const TuneOptions& options) {
   SetExtent(path, options, result);
   AddNotes(scene, options, result);
   const StudyPath stretch = CutOut(path, result.from_s, result.to_s);
-  // Times are of all of the path, unless that is too long.
-  const StudyPath timed = result.extent == TuneExtent::kFirstPassage ? stretch : path;
+  // Times are of what errors are judged in, or of the whole path where that is only a part of it as asked.
+  const StudyPath timed = result.extent == TuneExtent::kSeconds ? path : stretch;
   show("working out the reference", 0);
   const StudyReference reference =
       MakeStudyReference(stretch, options.holding, own, kReferenceTolerance, "", options.stop);

@@ -58,7 +58,8 @@ std::string DescribeExtent(const TuneResult& r) {
                               : r.measured == r.strokes ? fmt::format(", all {} strokes", r.strokes)
                                                         : fmt::format(", {} of its {} strokes", r.measured, r.strokes);
   if (r.extent == TuneExtent::kWhole) {
-    return fmt::format("the whole path from the first contact on ({:.2f} to {:.2f} s{})", r.from_s, r.to_s, strokes);
+    return fmt::format("the whole path from the first contact {} ({:.2f} to {:.2f} s{})",
+                       r.to_s < r.path_s ? "to the last" : "on", r.from_s, r.to_s, strokes);
   }
   return fmt::format("{:.2f} to {:.2f} s of the path's {:.2f} s ({}{})", r.from_s, r.to_s, r.path_s,
                      r.extent == TuneExtent::kSeconds ? "as asked" : "the first passage through the bone", strokes);

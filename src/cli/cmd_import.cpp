@@ -204,16 +204,6 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   fmt::print("written    {}\n", options.output);
 }
 
-void WarnOfError(const ImportReport& r, double iso_hu) {
-  const SurfaceError& e = r.surface_error;
-  if (e.points == 0 || e.CalcExpected() <= kSurfaceErrorToWarn_mm) return;
-  Say("the surface has an expected error of {:.2f} mm (rms), above {} mm: {:.0f} HU lies {:.2f} mm {} the "
-      "half height of the bone's edge ({:.0f} HU), and the spacing of {:.4g} x {:.4g} x {:.4g} mm scatters it by "
-      "{:.2f} mm",
-      e.CalcExpected(), kSurfaceErrorToWarn_mm, iso_hu, std::abs(e.offset_mm), e.offset_mm < 0 ? "inside" : "outside",
-      e.half_height_hu, r.spacing_mm.x, r.spacing_mm.y, r.spacing_mm.z, e.scatter_mm);
-}
-
 void Warn(const ImportReport& r) {
   for (const std::string& warning : r.warnings) Say("{}", warning);
   if (r.cut_by_scan) Say("the bone reaches the edge of the scan and is cut off there");
@@ -282,7 +272,6 @@ void Run(Options& options) {
   write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 Warn(result.report);
-WarnOfError(result.report, import.isolate.iso_hu);
 if (options.json) {
   PrintJson(options, result.report, result.bone, write_s);
 } else {

@@ -35,7 +35,7 @@ void PrintSurfaces(const RunSummary& s) {
   for (const std::size_t of_piece : s.piece_triangles) triangles += of_piece;
   if (triangles == 0) return;
   fmt::print("  surfaces  {} triangles, {}\n", triangles,
-             s.surface_error_mm > 0
+             s.surface_error_mm > 0 && s.voxel_mm <= kMostEdgeErrors * s.surface_error_mm
                  ? fmt::format("within {:g} mm of the full ones ('--full' writes those)", s.surface_error_mm)
                  : "at full resolution");
 }

@@ -19,7 +19,8 @@ std::string FormatMessage(std::string_view message) {
 }
 
 void PrintMessage(std::string_view message) {
-  fmt::print(stderr, "{}\n", FormatMessage(message));
+  // A closed or full stderr is no reason to end: what it should have shown is lost, the exit code stays.
+  std::fputs((FormatMessage(message) + '\n').c_str(), stderr);
 }
 
 }  // namespace kerf::cli

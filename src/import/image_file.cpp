@@ -4,6 +4,10 @@
 #include <itkMetaImageIO.h>
 #include <itkNrrdImageIO.h>
 
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+
 #include "import/image_fields.h"
 #include "import/image_header.h"
 #include "import/itk_read.h"
@@ -20,13 +24,34 @@ bool IsNrrd(const std::string& path) {
   return EndsWith(Lower(path), ".nrrd") || EndsWith(Lower(path), ".nhdr");
 }
 
-void PlaceMeta(const itk::ImageIOBase& io, const ImageFields& fields, const std::string& path, Volume& volume) {
+void PlaceMeta(const itk::ImageIOBase& io, const ImageFields& fields, const std::string& path, bool frame_stated,
+               Volume& volume) {
   const double unit_mm = CheckMetaSpacing(fields, path);
   for (unsigned a = 0; a < 3; ++a) {
     volume.spacing_mm[a] = io.GetSpacing(a) * unit_mm;
     volume.origin_W[a] = io.GetOrigin(a) * unit_mm;
     const std::vector<double> axis = io.GetDirection(a);
     for (unsigned c = 0; c < 3; ++c) volume.axes_W[a][c] = axis[c];
+  }
+  for (int a = 0; a < 3; ++a) {
+    const double length = glm::length(volume.axes_W[a]);
+    if (std::abs(length - 1) > 1e-3) {
+      throw Error(
+          fmt::format("{}: an axis of the header's TransformMatrix has the length {:.4g} instead of 1, so the "
+                      "size of a voxel is unclear",
+                      path, length));
+    }
+  }
+  const auto has_none = [&](std::initializer_list<const char*> names) {
+    return std::none_of(names.begin(), names.end(), [&](const char* name) { return fields.Contains(name); });
+  };
+  if (has_none({"transformmatrix", "rotation", "orientation"}) && !frame_stated) {
+    volume.warnings.emplace_back(
+        "the MetaImage header has no TransformMatrix: its axes were taken to point left, posterior and superior; check "
+        "that left is left");
+  }
+  if (has_none({"offset", "position", "origin"})) {
+    volume.warnings.emplace_back("the MetaImage header has no Offset: the first voxel was taken to lie at 0, 0, 0");
   }
   StateFrame(volume.frame, volume);
 }
@@ -64,7 +89,7 @@ Volume ReadByItk(const std::string& path, const std::string& frame, std::uint64_
   if (IsNrrd(path)) {
     PlaceNrrd(fields, path, volume);
   } else {
-    PlaceMeta(*io, fields, path, volume);
+    PlaceMeta(*io, fields, path, !frame.empty(), volume);
   }
   CheckLattice(volume, path);
   const Overflow overflow = AppendPixels(*io, path, volume.hu);

@@ -55,7 +55,9 @@ double CountUnpackedBytes(const std::string& path, std::uint64_t offset, double 
       z.avail_out = static_cast<uInt>(unpacked.size());
       state = inflate(&z, Z_NO_FLUSH);
       total += static_cast<double>(unpacked.size() - z.avail_out);
-    } while (state == Z_OK && z.avail_out == 0 && total < enough);
+      // A gzip file may have several members, one after the other.
+      if (state == Z_STREAM_END && z.avail_in > 0) state = inflateReset(&z);
+    } while (state == Z_OK && (z.avail_out == 0 || z.avail_in > 0) && total < enough);
   }
   inflateEnd(&z);
   return total;
@@ -143,6 +145,12 @@ Promise ParseMeta(const std::string& path, const std::string& head) {
   if (!fields.complete) throw Error(fmt::format("{}: not a MetaImage file although its name says so", path));
   Promise promise;
   promise.sizes = ParseNumbers(fields.Get("dimsize"));
+  // ITK would count up to a negative or huge number of dimensions.
+  const std::vector<double> dimensions = ParseNumbers(fields.Get("ndims"));
+  if (dimensions.size() != 1 || dimensions[0] != static_cast<double>(promise.sizes.size())) {
+    throw Error(fmt::format("{}: the header names {} dimensions by NDims and {} sizes by DimSize", path,
+                            fields.Contains("ndims") ? fields.Get("ndims") : "no", promise.sizes.size()));
+  }
   const std::vector<double> channels = ParseNumbers(fields.Get("elementnumberofchannels"));
   const std::string data_file = fields.Get("elementdatafile");
   const bool local = Lower(data_file) == "local";
@@ -219,7 +227,7 @@ ImageCheck CheckImageHeader(const std::string& path) {
   }
   if (voxels > static_cast<double>(kMaxVoxels)) {
     throw Error(fmt::format(
-        "{}: the header names {} voxels, more than the 2^31 that kerf reads; crop the scan or mend the header", path,
+        "{}: the header names {} voxels, more than the 2^31 that kerf reads; crop the scan or correct the header", path,
         shape));
   }
   std::error_code failed;

@@ -213,6 +213,17 @@ Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const Impo
   }
 }
 
+void WarnOfSurface(double iso_hu, ImportReport& report) {
+  const SurfaceError& e = report.surface_error;
+  if (e.points == 0 || e.CalcExpected() <= kSurfaceErrorToWarn_mm) return;
+  report.warnings.push_back(fmt::format(
+      "the surface has an expected error of {:.2f} mm (rms), above {} mm: {:.0f} HU lies {:.2f} mm {} the half height "
+      "of the bone's edge ({:.0f} HU), and the spacing of {:.4g} x {:.4g} x {:.4g} mm scatters it by {:.2f} mm; a "
+      "sharper CT places it better, while another --iso may lose thin bone",
+      e.CalcExpected(), kSurfaceErrorToWarn_mm, iso_hu, std::abs(e.offset_mm), e.offset_mm < 0 ? "inside" : "outside",
+      e.half_height_hu, report.spacing_mm.x, report.spacing_mm.y, report.spacing_mm.z, e.scatter_mm));
+}
+
 ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   ImportResult result;
   ImportReport& report = result.report;
@@ -247,6 +258,7 @@ ImportResult ImportCt(const std::string& path, const ImportOptions& options) {
   const CtSolid solid(isolation, cavities, iso, iso + std::max(0.5 * (options.tissue.cortical_hu - iso), 1.0));
   stages.Done("fill");
   report.surface_error = CalcSurfaceError(solid, isolation, cavities);
+  WarnOfSurface(options.isolate.iso_hu, report);
   stages.Done("surface error");
   if (options.progress) options.progress(0.35);
 
@@ -372,6 +384,12 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
       ChooseTable(options, report.mandible));
   stages.Done("level set");
   DropDust(result.bone, false, report);
+  if (report.pieces == 0) {
+    throw Error(
+        fmt::format("{}: at voxels of {:g} mm the surface encloses no piece of {:g} mm3 or more; check its unit "
+                    "(--units) or take finer voxels (--voxel)",
+                    path, options.voxel_mm, kSmallestPiece_mm3));
+  }
   Measure(result.bone, report);
   AddNotes(result.bone, options, report);
   stages.Done("measure");

@@ -48,7 +48,8 @@ std::string OneLine(const itk::ExceptionObject& e) {
   std::string text = e.GetDescription();
   // "ITK ERROR: GDCMImageIO(0x55d0): what is wrong": the class and its address help nobody.
   const std::size_t end = text.find("): ");
-  if (text.rfind("ITK ERROR: ", 0) == 0 && end != std::string::npos) text.erase(0, end + 3);
+  const bool names_class = text.rfind("ITK ERROR: ", 0) == 0 || text.rfind("itk::ERROR: ", 0) == 0;
+  if (names_class && end != std::string::npos) text.erase(0, end + 3);
   std::replace(text.begin(), text.end(), '\n', ' ');
   while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
   return text;

@@ -142,6 +142,9 @@ void PlaceNrrd(const ImageFields& fields, const std::string& path, Volume& volum
         path));
   }
   const std::vector<std::optional<Vec3>> origin = ParseVectors(fields.Get("spaceorigin"), path);
+  if (origin.empty() && fields.Contains("space")) {
+    volume.warnings.emplace_back("the NRRD header has no space origin: the first voxel was taken to lie at 0, 0, 0");
+  }
   PlaceLattice(origin.empty() ? Vec3(0) : origin[0].value_or(Vec3(0)), steps, UnitLength(ParseUnit(units, path), path),
                volume);
 }

@@ -165,6 +165,30 @@ TEST_F(TuneTest, JudgesTheWholePath) {
   for (const TunePhase& p : part.phases) EXPECT_LE(p.phase.to_s, 0.2 + 1e-9);
 }
 
+// Air after the cut must not make errors smaller: the way out to 100 mm is left out, and the part before is the same.
+TEST_F(TuneTest, LeavesOutTheAirAfterTheCut) {
+  std::string scene = kPlate;
+  const auto with_end = [&](const char* end) {
+    std::string text = scene;
+    const std::string before = "end_mm = [0, 0, 6.6]";
+    WriteTextFile(file_, text.replace(text.find(before), before.size(), end));
+  };
+  TuneOptions options = Asked(1e6, 1);
+  options.holding = Holding::kPath;
+  options.ticks = 1000;
+  options.voxels_mm = {0.1};
+  with_end("end_mm = [0, 0, -100]");
+  const TuneResult result = Tune(file_, options);
+  ASSERT_TRUE(result.keeps);
+  EXPECT_EQ(result.extent, TuneExtent::kWhole);
+  EXPECT_NEAR(result.path_s, 111.1 / 7.5, 1e-9);
+  // The plate reaches from z = -3 to 0 and the disc 11 mm about its middle, so the last contact is at z = -14; the
+  // disc's points are 48, and the step of the search 2 ms.
+  EXPECT_NEAR(result.to_s, (11.1 + 14) / 7.5 + 0.05, 0.02);
+  EXPECT_THAT(DescribeEvidence(result, options),
+              testing::HasSubstr("over the whole path from the first contact to the last"));
+}
+
 TEST(TuneExtentWords, SayWhichStrokesAreMeasured) {
   TuneResult result;
   result.from_s = 0.5;
@@ -172,7 +196,8 @@ TEST(TuneExtentWords, SayWhichStrokesAreMeasured) {
   result.path_s = 270.1;
   result.strokes = 20;
   result.measured = 20;
-  EXPECT_EQ(DescribeExtent(result), "the whole path from the first contact on (0.50 to 10.00 s, all 20 strokes)");
+  EXPECT_EQ(DescribeExtent(result),
+            "the whole path from the first contact to the last (0.50 to 10.00 s, all 20 strokes)");
   result.extent = TuneExtent::kFirstPassage;
   result.measured = 1;
   EXPECT_EQ(DescribeExtent(result),

@@ -71,6 +71,10 @@ TEST_F(ImportMesh, UnitsAreAskedForAndTinyVolumesReadWell) {
   ASSERT_EQ(tiny.code, 0) << tiny.err;
   EXPECT_THAT(tiny.out, HasSubstr("volume     0.12"));
   EXPECT_THAT(tiny.out, HasSubstr(" mm3\n"));
+  const ProgramResult none = Kerf("import a.obj -o none.vdb --units um");
+  EXPECT_EQ(none.code, 1);
+  EXPECT_THAT(none.err, HasSubstr("the surface encloses no piece of 0.001 mm3 or more; check its unit (--units)"));
+  EXPECT_FALSE(Exists("none.vdb"));
 }
 
 }  // namespace

@@ -2,10 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <utility>
 
 #include "support/program.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {
@@ -36,6 +39,15 @@ TEST_F(Messages, BadUseNamesTheHelpOfItsCommand) {
   EXPECT_EQ(Kerf("").err, "kerf: A subcommand is required; see 'kerf --help'\n");
   EXPECT_EQ(Kerf("info").err, "kerf: BONE is required; see 'kerf info --help'\n");
   EXPECT_THAT(Kerf("model block --colour red").err, HasSubstr("; see 'kerf model block --help'\n"));
+}
+
+TEST_F(Messages, LostOnesLeaveTheExitCodeAsItIs) {
+  for (const char* lost : {"2>&-", "2>/dev/full"}) {
+    for (const auto& [arguments, code] : {std::pair("nosuch", 2), std::pair("info none.vdb", 1)}) {
+      const int status = std::system((std::string(KERF_PROGRAM " ") + arguments + " " + lost).c_str());
+      EXPECT_EQ(WEXITSTATUS(status), code) << arguments << " " << lost;
+    }
+  }
 }
 
 // A program that filters stderr by the prefix misses nothing.

@@ -421,6 +421,38 @@ TEST(MetaFrames, TheSizeOfAVoxelMustBeGivenAndItsUnitIsHonoured) {
   EXPECT_EQ(stated.origin_W, Vec3(-1, -1, 1) * ct.origin_W);
 }
 
+TEST(MetaFrames, WhatTheHeaderLeavesOutIsSaidAndWhatIsNoRotationIsRefused) {
+  const Folder folder;
+  test::WriteMeta(StraightCt(), folder.file("a.mha"));
+  const std::string whole = test::ReadBytes(folder.file("a.mha"));
+  EXPECT_THAT(ReadImageFile(folder.file("a.mha")).warnings, testing::IsEmpty());
+  const auto with = [&](const std::string& key, const std::string& line) {
+    const std::size_t at = whole.find(key + " =");
+    std::string changed = whole;
+    WriteBytes(folder.file("a.mha"), changed.replace(at, whole.find('\n', at) + 1 - at, line));
+    return folder.file("a.mha");
+  };
+  EXPECT_THAT(ReadImageFile(with("TransformMatrix", "")).warnings,
+              testing::ElementsAre(HasSubstr("has no TransformMatrix: its axes were taken to point left")));
+  EXPECT_THAT(ReadImageFile(with("Offset", "")).warnings, testing::ElementsAre(HasSubstr("has no Offset")));
+  EXPECT_THAT(MessageOf([&] { ReadImageFile(with("TransformMatrix", "TransformMatrix = 2 0 0 0 2 0 0 0 2\n")); }),
+              HasSubstr("an axis of the header's TransformMatrix has the length 2 instead of 1"));
+}
+
+TEST(MetaFrames, NDimsThatIsNotThatOfTheSizesIsRefused) {
+  const Folder folder;
+  test::WriteMeta(StraightCt(), folder.file("a.mha"));
+  const std::string whole = test::ReadBytes(folder.file("a.mha"));
+  const std::size_t at = whole.find("NDims = 3");
+  ASSERT_NE(at, std::string::npos);
+  for (const char* dimensions : {"-3", "2147483647", "99999999999", "4", "x"}) {
+    std::string changed = whole;
+    WriteBytes(folder.file("a.mha"), changed.replace(at, 9, std::string("NDims = ") + dimensions));
+    EXPECT_THAT(MessageOf([&] { ReadImageFile(folder.file("a.mha")); }), HasSubstr("dimensions by NDims and 3 sizes"))
+        << dimensions;
+  }
+}
+
 TEST(Provenance, WhatWasAssumedStandsInTheReportAndInTheBone) {
   const Volume ball =
       test::MakeCt({30, 30, 30}, {1, 1, 1}, {-15, -15, -15}, glm::dmat3(1), test::Ball(Vec3(3.2, 4.3, -0.1), 9));

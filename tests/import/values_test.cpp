@@ -140,5 +140,17 @@ TEST(Values, MoreSlicesThanTheHeaderNamesAreWarnedOf) {
               ElementsAre(HasSubstr("data of at least 2 slices more")));
 }
 
+TEST(Values, GzipOfSeveralMembersIsReadWhole) {
+  const Folder folder;
+  const Volume ct = Head();
+  test::WriteNifti(ct, folder.file("a.nii"));
+  const std::string whole = test::ReadBytes(folder.file("a.nii"));
+  WriteBytes(folder.file("1"), whole.substr(0, whole.size() / 3));
+  WriteBytes(folder.file("2"), whole.substr(whole.size() / 3));
+  const std::string pack = "cd '" + folder.file("") + "' && gzip 1 2 && cat 1.gz 2.gz > b.nii.gz";
+  ASSERT_EQ(std::system(pack.c_str()), 0);
+  EXPECT_EQ(ReadImageFile(folder.file("b.nii.gz")).hu, ct.hu);
+}
+
 }  // namespace
 }  // namespace kerf
