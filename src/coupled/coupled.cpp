@@ -216,16 +216,18 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     if (!(speed > 0) && !(mean.radial_N > 0)) continue;
     const double force = p.teeth * mean.radial_N;
     f_edge_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
+    double magnitude = force, work_mJ = time_s * force * speed;
     if (mean.along_N != 0) {
+      magnitude = p.teeth * std::hypot(mean.radial_N, mean.along_N);
       f_edge_T -= p.teeth * mean.along_N * Vec3(p.along[0], p.along[1], p.along[2]);
-      out.cut_mJ += time_s * p.teeth * mean.along_N * along;
+      work_mJ += time_s * p.teeth * mean.along_N * along;
     }
-    sums.thrust += time_s * force;
+    sums.thrust += time_s * magnitude;
     const auto region = static_cast<std::size_t>(edge.met()[i].region);
-    sums.thrust_by_region[region] += time_s * force;
+    sums.thrust_by_region[region] += time_s * magnitude;
     out.regions_cut[region / 64] |= std::uint64_t{1} << (region % 64);
     sums.bite += time_s * p.teeth * std::max(speed, 0.0) / problem.passes_per_s;
-    out.cut_mJ += time_s * force * speed;
+    out.cut_mJ += std::max(0.0, work_mJ);  // below 0 by rounding only: the potential is convex and least at rest
   }
   for (const FlatPoint& p : problem.flats) {
     const double depth = p.depth_mm + problem.tau_s * p.side * (u[2] + u[3] * p.y - u[4] * p.x);

@@ -107,9 +107,13 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
     // Where the outward half of the edge ends within what the point stands for, a part of that.
     const double outward = std::clamp(0.5 + outwards * inv_change, 0.0, 1.0);
     const double teeth = outward * point.teeth;
-    // Along -e, as each tooth's; what a hand's step has along the edge for its potential is 3e-5 of the force.
-    const double force = point.teeth * met.MeanToothForce(point, outwards, glm::dot(along_T, v_T_mm_per_s)).radial_N;
+    const ToothMean mean = met.MeanToothForce(point, outwards, glm::dot(along_T, v_T_mm_per_s));
+    double force = point.teeth * mean.radial_N;
     load.f_T_N -= force * e_T;
+    if (mean.along_N != 0) {
+      load.f_T_N -= point.teeth * mean.along_N * along_T;
+      force = point.teeth * std::hypot(mean.radial_N, mean.along_N);
+    }
     load.thrust_sum_N += force;
     load.thrust_by_region_N[static_cast<std::size_t>(edge.met()[i].region)] += force;
     load.engaged_teeth += teeth;
