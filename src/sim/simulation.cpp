@@ -55,7 +55,8 @@ struct Simulation::State {
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   TickOutput Repeat() const;
   void CutRest(const Pose& X_to);
-  EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
+  // Not inlined, so that its loop compiles the same whatever else is in the tick (tools/off_is_free).
+  [[gnu::noinline]] EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
   void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s, EdgeLoad& load);
 
   Bone bone;
