@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -52,6 +53,15 @@ struct CuttingPoint {
   double E_star_MPa = 0;
   Twist along{};             // along the edge; of a ring only
   double after_share = 0.5;  // of the teeth: those that lie further along the edge than the point
+
+  /// Unit vector against which the teeth's force acts on a tool with these speeds at the point: outwards there. Where
+  /// the point itself moves inwards and only a part of its arc outwards, outwards at the end of that part, so that no
+  /// tooth pulls the tool.
+  Vec3 FindOutwards(double speed_mm_per_s, double along_mm_per_s) const {
+    const Vec3 e(row[0], row[1], row[2]);
+    if (speed_mm_per_s >= 0 || !(std::abs(speed_mm_per_s) < std::abs(along_mm_per_s))) return e;
+    return glm::normalize(e - speed_mm_per_s / along_mm_per_s * Vec3(along[0], along[1], along[2]));
+  }
 };
 
 /// Force on a tooth, N: along minus CuttingPoint::row, and along minus CuttingPoint::along.

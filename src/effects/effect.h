@@ -59,7 +59,7 @@ struct EffectStep {
 
 /// Teeth at a point of the edge, in the step that was made.
 struct ToothLoad {
-  Vec3 p_T{0};                // of the edge's point, mm
+  Vec3 p_T{0};                // on the edge, mm
   Vec3 e_T{0};                // outwards
   double teeth = 0;           // a real number
   double thrust_N = 0;        // of them all, along -e

@@ -1,6 +1,7 @@
 #include "effects/plan.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "kerf/error.h"
 
@@ -48,12 +49,12 @@ void EffectPlan::FindTeeth(EffectSolved& solved) {
     const Edge::Met& met = solved.edge.met()[i];
     const EdgePoint& place = shape_->edge[static_cast<std::size_t>(met.point)];
     ToothLoad load;
-    load.p_T = place.p_T;
-    load.e_T = place.e_T;
+    const double speed = Dot(point.row, solved.u), along_speed = Dot(point.along, solved.u);
+    load.e_T = point.FindOutwards(speed, along_speed);
+    load.p_T = place.p_T + std::hypot(place.p_T.x, place.p_T.y) * (load.e_T - place.e_T);
     load.teeth = point.teeth;
-    const double speed = Dot(point.row, solved.u);
     load.speed_mm_per_s = std::max(0.0, speed);
-    load.thrust_N = point.teeth * problem.MeanToothForce(point, speed, Dot(point.along, solved.u)).radial_N;
+    load.thrust_N = point.teeth * problem.MeanToothForce(point, speed, along_speed).radial_N;
     load.E_star_MPa = point.E_star_MPa;
     load.region = met.region;
     teeth_.push_back(load);

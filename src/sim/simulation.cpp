@@ -101,20 +101,14 @@ EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, do
   const double inv_change = 1 / (feed * angle_between_points);
   for (std::size_t i = 0; i < met.cutting.size(); ++i) {
     const CuttingPoint& point = met.cutting[i];
-    const Vec3 e_T(point.row[0], point.row[1], point.row[2]);
-    const Vec3 along_T(point.along[0], point.along[1], point.along[2]);
-    const double outwards = glm::dot(e_T, v_T_mm_per_s);
+    const double outwards = glm::dot(Vec3(point.row[0], point.row[1], point.row[2]), v_T_mm_per_s);
+    const double along = glm::dot(Vec3(point.along[0], point.along[1], point.along[2]), v_T_mm_per_s);
     const double speed = std::max(0.0, outwards);
     // Where the outward half of the edge ends within what the point stands for, a part of that.
     const double outward = std::clamp(0.5 + outwards * inv_change, 0.0, 1.0);
     const double teeth = outward * point.teeth;
-    const ToothMean mean = met.MeanToothForce(point, outwards, glm::dot(along_T, v_T_mm_per_s));
-    double force = point.teeth * mean.radial_N;
-    load.f_T_N -= force * e_T;
-    if (mean.along_N != 0) {
-      load.f_T_N -= point.teeth * mean.along_N * along_T;
-      force = point.teeth * std::hypot(mean.radial_N, mean.along_N);
-    }
+    const double force = point.teeth * met.MeanToothForce(point, outwards, along).radial_N;
+    load.f_T_N -= force * point.FindOutwards(outwards, along);
     load.thrust_sum_N += force;
     load.thrust_by_region_N[static_cast<std::size_t>(edge.met()[i].region)] += force;
     load.engaged_teeth += teeth;
