@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
@@ -26,14 +27,14 @@ std::string Count(std::size_t count, const char* one, const char* many) {
 }
 
 struct Cell {
-  std::int64_t x, y, z;
+  double x, y, z;  // whole numbers, of any size
   bool operator==(const Cell&) const = default;
 };
 struct CellHash {
   std::size_t operator()(const Cell& c) const {
     std::uint64_t h = 0;
-    for (const std::int64_t i : {c.x, c.y, c.z}) {
-      h = (h ^ static_cast<std::uint64_t>(i)) * 0x9e3779b97f4a7c15u;
+    for (const double i : {c.x, c.y, c.z}) {
+      h = (h ^ std::bit_cast<std::uint64_t>(i + 0.0)) * 0x9e3779b97f4a7c15u;  // + 0.0: -0 is 0
       h ^= h >> 29;
     }
     return h;
@@ -47,8 +48,7 @@ std::size_t Weld(TriangleMesh& mesh, double distance_mm) {
   TriangleMesh welded;
   for (std::size_t n = 0; n < mesh.points.size(); ++n) {
     const Vec3& p = mesh.points[n];
-    const Cell cell{std::llround(std::floor(p.x / distance_mm)), std::llround(std::floor(p.y / distance_mm)),
-                    std::llround(std::floor(p.z / distance_mm))};
+    const Cell cell{std::floor(p.x / distance_mm), std::floor(p.y / distance_mm), std::floor(p.z / distance_mm)};
     const auto same = [&]() -> const std::uint32_t* {
       for (int beside = 0; beside < 27; ++beside) {
         const auto found = kept.find({cell.x + beside / 9 - 1, cell.y + beside / 3 % 3 - 1, cell.z + beside % 3 - 1});

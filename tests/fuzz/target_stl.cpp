@@ -1,11 +1,20 @@
 #include "check_mesh.h"
+#include "import/closed_surface.h"
+#include "import/shells.h"
 #include "mesh/read.h"
 #include "target.h"
 
 namespace kerf::fuzz {
 
 KERF_FUZZ_TARGET(stl) {
-  Takes([&] { CheckMesh(ReadStl(bytes, "fuzz.stl")); });
+  Takes([&] {
+    TriangleMesh mesh = ReadStl(bytes, "fuzz.stl");
+    CheckMesh(mesh);
+    for (const TriangleMesh& layer : CloseSurface(std::move(mesh), false, "fuzz.stl").layers) {
+      const EdgeCounts edges = CountEdges(layer);
+      if (edges.open > 0 || edges.crowded > 0) Finding("a closed surface that is not closed");
+    }
+  });
 }
 
 }  // namespace kerf::fuzz
