@@ -14,9 +14,11 @@
 #include <map>
 #include <sstream>
 
+#include "files/child.h"
 #include "import/dicom_header.h"
 #include "import/itk_read.h"
 #include "import/limits.h"
+#include "import/volume_bytes.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -295,7 +297,9 @@ Overflow ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
 
 }  // namespace
 
-std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
+namespace {
+
+std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& report) {
   const QuietItk quiet;
   std::error_code failed;
   if (!fs::is_directory(folder, failed)) throw Error(fmt::format("{}: no such folder", folder));
@@ -312,7 +316,9 @@ std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
   std::map<std::string, DicomSeries> by_uid;
   for (const fs::path& path : paths) {
     if (IsDicom(path)) {
+      report.SetName(path.string());
       AddFile(path, by_uid);
+      report.SetProgress(0);  // of a kind: the child is alive
     } else if (ClaimsToBeDicom(path)) {
       throw Error(fmt::format("{}: not a DICOM file although its name says so; take it out of the folder or mend it",
                               path.string()));
@@ -328,6 +334,13 @@ std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.slices.size() > b.slices.size(); });
   return all;
+}
+
+}  // namespace
+
+std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
+  return DecodeSeries(
+      RunInChild(folder, {}, [&folder](ChildReport& report) { return Encode(ListInChild(folder, report)); }, {}));
 }
 
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid,
@@ -384,14 +397,18 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
                             volume.size[0], volume.size[1], volume.size[2]));
   }
   for (const DicomSlice& slice : series.slices) CheckFileSize(slice);
-  volume.hu.reserve(volume.count());
-  Overflow overflow;
-  for (int k = 0; k < n; ++k) {
-    overflow.Add(ReadSlice(series.slices[k], volume.hu));
-    if (progress) progress(static_cast<double>(k + 1) / n);
-  }
-  if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
-  return volume;
+  const auto read = [&](ChildReport& report) {
+    volume.hu.reserve(volume.count());
+    Overflow overflow;
+    for (int k = 0; k < n; ++k) {
+      report.SetName(series.slices[k].path);
+      overflow.Add(ReadSlice(series.slices[k], volume.hu));
+      report.SetProgress(static_cast<double>(k + 1) / n);
+    }
+    if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
+    return Encode(volume);
+  };
+  return DecodeVolume(RunInChild(first.path, {}, read, progress));
 }
 
 }  // namespace kerf

@@ -8,12 +8,14 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "files/child.h"
 #include "import/image_fields.h"
 #include "import/image_header.h"
 #include "import/itk_read.h"
 #include "import/nifti.h"
 #include "import/nrrd_lattice.h"
 #include "import/patient_frame.h"
+#include "import/volume_bytes.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -105,7 +107,8 @@ Volume ReadByItk(const std::string& path, const std::string& frame, std::uint64_
 
 Volume ReadImageFile(const std::string& path, const std::string& frame) {
   const ImageCheck check = CheckImageHeader(path);
-  Volume volume = HasNiftiExtension(path) ? ReadNifti(path, frame) : ReadByItk(path, frame, check.bytes);
+  const auto read = [&](ChildReport&) { return Encode(ReadByItk(path, frame, check.bytes)); };
+  Volume volume = HasNiftiExtension(path) ? ReadNifti(path, frame) : DecodeVolume(RunInChild(path, {}, read, {}));
   volume.warnings.insert(volume.warnings.end(), check.warnings.begin(), check.warnings.end());
   return volume;
 }
