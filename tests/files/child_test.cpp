@@ -21,14 +21,14 @@
 namespace kerf {
 namespace {
 
-std::string Run(const std::function<std::string(ChildReport&)>& work, const ChildLimits& limits = {},
+std::string InChild(const std::function<std::string(ChildReport&)>& work, const ChildLimits& limits = {},
                 const std::function<void(double)>& progress = {}) {
   return RunInChild("scan.dcm", limits, work, progress);
 }
 
 std::string Refusal(const std::function<std::string(ChildReport&)>& work, const ChildLimits& limits = {}) {
   try {
-    Run(work, limits);
+    InChild(work, limits);
   } catch (const Error& e) {
     return e.what();
   }
@@ -44,13 +44,13 @@ TEST(Child, GivesBackEveryByte) {
   std::string bytes(3'000'001, '\0');
   std::uint32_t state = 1;
   for (char& c : bytes) c = static_cast<char>((state = state * 1664525u + 1013904223u) >> 24);
-  EXPECT_EQ(Run([&bytes](ChildReport&) { return bytes; }), bytes);
-  EXPECT_EQ(Run([](ChildReport&) { return std::string(); }), "");
+  EXPECT_EQ(InChild([&bytes](ChildReport&) { return bytes; }), bytes);
+  EXPECT_EQ(InChild([](ChildReport&) { return std::string(); }), "");
 }
 
 TEST(Child, ChangesNothingInThisProcess) {
   int here = 1;
-  Run([&here](ChildReport&) {
+  InChild([&here](ChildReport&) {
     here = 2;
     return std::string();
   });
@@ -59,7 +59,7 @@ TEST(Child, ChangesNothingInThisProcess) {
 
 TEST(Child, HandsOnProgressInOrder) {
   std::vector<double> seen;
-  Run(
+  InChild(
       [](ChildReport& report) {
         for (int i = 1; i <= 1000; ++i) report.SetProgress(i / 1000.0);
         return std::string();
@@ -104,7 +104,7 @@ TEST(Child, ExcessiveMemoryIsRefused) {
   };
   EXPECT_EQ(Refusal(ask, {std::uint64_t{256} << 20, 120}),
             "scan.dcm: reading needs more than 256 MB of memory; the file is too large or damaged");
-  EXPECT_EQ(Run(ask), std::string(1, 1));
+  EXPECT_EQ(InChild(ask), std::string(1, 1));
 }
 
 TEST(Child, OneThatMakesNoProgressIsStopped) {
@@ -117,13 +117,13 @@ TEST(Child, OneThatMakesNoProgressIsStopped) {
 
 TEST(Child, LeavesNoProcessAndNoOpenFile) {
   const std::size_t before = CountOpenFiles();
-  Run([](ChildReport&) { return std::string("x"); });
+  InChild([](ChildReport&) { return std::string("x"); });
   Refusal([](ChildReport&) -> std::string { std::abort(); });
   const auto cancel = [](ChildReport& report) -> std::string {
     report.SetProgress(0.5);
     for (;;) pause();
   };
-  EXPECT_THROW(Run(cancel, {}, [](double) { throw std::runtime_error("cancelled"); }), std::runtime_error);
+  EXPECT_THROW(InChild(cancel, {}, [](double) { throw std::runtime_error("cancelled"); }), std::runtime_error);
   EXPECT_EQ(CountOpenFiles(), before);
   EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
   EXPECT_EQ(errno, ECHILD);

@@ -59,7 +59,7 @@ void Print(const char* format, const Counts& c) {
 }
 
 TEST(DamagedFiles, ImagesAreReadOrRefused) {
-  const test::Folder folder("damaged_images");
+  const test::Folder folder;
   const Volume ct = SmallCt();
   test::WriteNrrd(ct, folder.path() + "/a.nrrd");
   test::WriteMeta(ct, folder.path() + "/a.mha");
@@ -79,7 +79,7 @@ TEST(DamagedFiles, ImagesAreReadOrRefused) {
 }
 
 TEST(DamagedFiles, SlicesAreReadOrRefused) {
-  const test::Folder folder("damaged_slices");
+  const test::Folder folder;
   const Volume ct = SmallCt();
   std::vector<std::string> slices;
   for (int k = 0; k < ct.size[2]; ++k) slices.push_back(test::DicomSlice(ct, k, {}));
