@@ -31,7 +31,7 @@ struct CuttingEnergy {
   std::optional<double> specific_J_per_mm3;  // none where hardly anything was removed
   std::optional<double> pass_mJ;             // mean over the passages of a tooth while any is engaged
 
-  /// Within what published tests of cutting bone give (src/force/measured.h); true where there is no figure.
+  /// Within the range derived from published tests (src/force/measured.h); true where there is no figure.
   bool IsAsMeasured() const;
 };
 
