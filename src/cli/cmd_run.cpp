@@ -57,8 +57,8 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print(
       "  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth engaged\n",
       s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
-  const LawCaveat& caveat = FindCaveat(scene.force.info());
-  fmt::print("            {}: {}\n            {}\n", caveat.law, caveat.accuracy, caveat.blades);
+  fmt::print("            {}: {}\n            {}\n", scene.force.name(), DescribeAccuracy(scene.force, MakeTool(scene)),
+             DescribeBlades(scene.force));
   fmt::print("  cutting   {}\n", DescribeCuttingEnergy(s.cutting));
   for (const std::string& effect : DescribeEffects(s.effects)) fmt::print("  effect    {}\n", effect);
   fmt::print("  pieces    {}", s.pieces.size());
@@ -91,7 +91,7 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
              s.free_at_s ? fmt::format("; the slice came free at {:.2f} s", *s.free_at_s) : std::string());
   fmt::print("  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth\n",
              s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
-  fmt::print("            {}\n", DescribeSlabLaw());
+  fmt::print("            {}\n", DescribeSlabLaw(scene));
   fmt::print(
       "  energy    hand {:.3g} mJ: cutting {:.3g}, friction {:.3g}, damping {:.3g}, in springs and motion {:.3g}, "
       "released {:.3g}, time step {:.2g}\n",

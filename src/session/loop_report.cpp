@@ -312,8 +312,8 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"warnings", s.warnings},
       {"files", s.files}};
   json["force"]["law"] = scene.force.name();
-  json["force"]["accuracy"] = FindCaveat(scene.force.info()).accuracy;
-  json["force"]["blades"] = FindCaveat(scene.force.info()).blades;
+  json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
+  json["force"]["blades"] = DescribeBlades(scene.force);
   if (s.cutting) json["cutting"] = ordered_json::parse(FormatCuttingJson(*s.cutting));
   if (s.recorded) {
     json["recording"] = {{"file", s.recorded->path},
@@ -361,7 +361,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
       "- Largest force on the device {:.3f} N, in the simulation {:.3f} N; largest step from tick to tick {:.4f} N, "
       "where the slew limit is {:.4g} N a tick.\n",
       s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
-  text += fmt::format("- Force law {}.\n", DescribeLaw(scene.force.info()));
+  text += fmt::format("- Force law {}.\n", DescribeLaw(scene));
   if (s.cutting) text += fmt::format("- Cutting: {}.\n", DescribeCuttingEnergy(*s.cutting));
   text += fmt::format("- Trembling of the device's force (above 20 Hz, RMS): {}.\n", DescribeNoise(s));
   text +=

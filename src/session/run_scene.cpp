@@ -272,8 +272,8 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
                       s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3() - s.volume_before_mm3},
                      {"by_region", regions}};
   json["force"] = ForceJson(scene.force.name(), s.force);
-  json["force"]["accuracy"] = FindCaveat(scene.force.info()).accuracy;
-  json["force"]["blades"] = FindCaveat(scene.force.info()).blades;
+  json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
+  json["force"]["blades"] = DescribeBlades(scene.force);
   json["cutting"] = ordered_json::parse(FormatCuttingJson(s.cutting));
   if (!s.effects.on.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);

@@ -168,9 +168,10 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   return summary;
 }
 
-std::string DescribeSlabLaw() {
-  const ForceLaw paper("hertz_constant_bite");
-  return fmt::format("one tooth alone has the force of {}: {}", paper.name(), FindCaveat(paper.info()).accuracy);
+std::string DescribeSlabLaw(const Scene& scene) {
+  ForceLaw paper("hertz_constant_bite");
+  paper.Set("contact_share_of_pitch", scene.slab.params.contact_share_of_pitch);
+  return fmt::format("one tooth alone has the force of {}: {}", paper.name(), DescribeAccuracy(paper, MakeTool(scene)));
 }
 
 std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
@@ -196,7 +197,7 @@ std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
                   {"right_mm", s.end.right_mm},
                   {"layers", layers}};
   json["force"] = ForceJson(std::string(ToString(scene.slab.params.reading)), s.force);
-  json["force"]["accuracy"] = DescribeSlabLaw();
+  json["force"]["accuracy"] = DescribeSlabLaw(scene);
   json["energy_mJ"] = {{"hand_work", s.end.hand_work_mJ}, {"kinetic", s.end.kinetic_mJ},
                        {"elastic", s.end.elastic_mJ},     {"friction", s.end.friction_mJ},
                        {"cutting", s.end.cutting_mJ},     {"damping", s.end.damping_mJ},

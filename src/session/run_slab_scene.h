@@ -45,6 +45,6 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
 
 std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& summary);
 /// How near the force on one tooth, the paper's in both readings, is to what was measured.
-std::string DescribeSlabLaw();
+std::string DescribeSlabLaw(const Scene& scene);
 
 }  // namespace kerf
