@@ -117,7 +117,7 @@ void AddPictureCommand(CLI::App& app) {
                     "Patient coordinates (LPS) in mm along the edges, and a grid. A CT always has them.");
   command
       ->add_option("--size", o->size,
-                   "Width and height in pixels, each 64 to 8192; default 1280x720, of a CT 2400x1800.")
+                   "Width and height in pixels, each 64 to 8192, of a CT 200 to 8192; default 1280x720, of a CT 2400x1800.")
       ->check(CLI::Validator(CheckSize, ""));
   command->add_option("--title", o->title, "The line at the top; by default the file's name.");
 

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/volume_text.h"
 #include "import/image_fields.h"
 #include "import/limits.h"
 #include "import/nifti.h"
@@ -327,9 +328,10 @@ ImageCheck CheckImageHeader(const std::string& path) {
   const bool is_counted = layout.packing == VoxelPacking::kRaw || layout.packing == VoxelPacking::kGzip;
   if (is_counted && more_slices >= 1) {
     check.warnings.push_back(
-        fmt::format("the header names {} voxels, but the file holds data of {}{:.0f} {} more; {} left out", shape,
-                    layout.packing == VoxelPacking::kRaw ? "" : "at least ", more_slices,
-                    more_slices == 1 ? "slice" : "slices", more_slices == 1 ? "it was" : "they were"));
+        fmt::format("the header names {} voxels, but the file holds data of {}{} more; {} left out", shape,
+                    layout.packing == VoxelPacking::kRaw ? "" : "at least ",
+                    FormatCount(static_cast<std::size_t>(more_slices), "slice", "slices"),
+                    more_slices == 1 ? "it was" : "they were"));
   }
   return check;
 }

@@ -158,7 +158,7 @@ class SpoiltSeries : public ::testing::Test {
 
 TEST_F(SpoiltSeries, MissingSliceIsNamedWithItsPlace) {
   const std::string message = Message(3, "");
-  EXPECT_THAT(message, HasSubstr("1 slice(s) missing between"));
+  EXPECT_THAT(message, HasSubstr("1 slice is missing between"));
   EXPECT_THAT(message, HasSubstr("slices elsewhere are 1.25 mm apart"));
 }
 
