@@ -209,7 +209,8 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
 void Warn(const Options& options, const ImportReport& r) {
   for (const std::string& warning : r.warnings) Say("{}", warning);
   if (r.kind != "surface" && r.tooth_mm3 == 0 && (r.mandible || options.teeth_asked)) {
-    Say("no teeth were found: no part of the bone is as bright as enamel, {:.0f} HU and more; where the CT shows teeth, "
+    Say("no teeth were found: no part of the bone is as bright as enamel, {:.0f} HU and more; where the CT shows "
+        "teeth, "
         "lower --tooth-hu",
         options.import.tissue.tooth_hu);
   }

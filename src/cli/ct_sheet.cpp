@@ -54,9 +54,9 @@ std::vector<Slice> ChooseSlices(const CtSheetOptions& options, const std::vector
   for (const Slice& slice : slices) {
     const int a = static_cast<int>(slice.axis);
     if (slice.at_mm >= box_W.lower[a] && slice.at_mm <= box_W.upper[a]) continue;
-    throw CLI::ValidationError("--slice",
-                               fmt::format("{}={:g} meets no bone, which lies from {} to {} there", "xyz"[a],
-                                           slice.at_mm, FormatLength(box_W.lower[a]), FormatLength(box_W.upper[a])));
+    throw CLI::ValidationError(
+        "--slice", fmt::format("{}={:g} meets no bone, which lies from {} to {} there", "xyz"[a], slice.at_mm,
+                               FormatLength(box_W.lower[a]), FormatLength(box_W.upper[a])));
   }
   if (slices.empty()) {
     std::vector<double> levels;

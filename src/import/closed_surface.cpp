@@ -106,14 +106,16 @@ std::vector<Shell> Repair(TriangleMesh& mesh, std::vector<std::string>& repairs,
   if (edges.open > 0) {
     if (const std::size_t welded = Weld(mesh, kWeld_mm); welded > 0) {
       repairs.push_back(fmt::format("{} nearer than {} mm to another and {} welded to it",
-                                    FormatCount(welded, "point lay", "points lay"), kWeld_mm, welded == 1 ? "was" : "were"));
+                                    FormatCount(welded, "point lay", "points lay"), kWeld_mm,
+                                    welded == 1 ? "was" : "were"));
       edges = CountEdges(mesh);
     }
   }
   if (edges.crowded > 0) {
     if (const std::size_t doubles = DropDoubles(mesh); doubles > 0) {
       repairs.push_back(fmt::format("{} in the file more than once and {} left out",
-                                    FormatCount(doubles, "triangle was", "triangles were"), doubles == 1 ? "was" : "were"));
+                                    FormatCount(doubles, "triangle was", "triangles were"),
+                                    doubles == 1 ? "was" : "were"));
       edges = CountEdges(mesh);
     }
   }
@@ -128,8 +130,8 @@ std::vector<Shell> Repair(TriangleMesh& mesh, std::vector<std::string>& repairs,
   std::vector<Shell> shells = OrientShells(mesh, turned, path);
   if (turned > 0) {
     repairs.push_back(fmt::format("{} the other way than most of {} shell and {} turned",
-                                  FormatCount(turned, "triangle faced", "triangles faced"), turned == 1 ? "its" : "their",
-                                  turned == 1 ? "was" : "were"));
+                                  FormatCount(turned, "triangle faced", "triangles faced"),
+                                  turned == 1 ? "its" : "their", turned == 1 ? "was" : "were"));
   }
   return shells;
 }
@@ -162,8 +164,8 @@ std::string Describe(const SurfaceReport& r, bool hollow_inner_shells) {
   if (r.inner_solid_shells > 0 && !hollow_inner_shells) {
     const bool one = r.inner_solid_shells == 1;
     text += fmt::format("; {} filled, because {} outward (--no-fill leaves {} hollow)",
-                        FormatCount(r.inner_solid_shells, "inner shell", "inner shells"), one ? "it faces" : "they face",
-                        one ? "it" : "them");
+                        FormatCount(r.inner_solid_shells, "inner shell", "inner shells"),
+                        one ? "it faces" : "they face", one ? "it" : "them");
   }
   return text;
 }

@@ -29,8 +29,8 @@ constexpr double kMostSide_mm = 1000;
 constexpr double kMostSkull_cm = 26;
 constexpr double kSkullThickness = 0.5;
 
-/// Voxels within a surface. 4 litres at 0.1 mm, as a whole head; 1 litre takes a core one minute.
-constexpr double kMostVoxels = 4e9;
+/// Voxels within a surface: 2 litres at 0.1 mm, which take a core two minutes. No bone encloses as much.
+constexpr double kMostVoxels = 2e9;
 /// Tissues are found on no finer voxels, which cost eight times as much each.
 constexpr double kTissueVoxel_mm = 0.2;
 
@@ -67,7 +67,8 @@ std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::st
     const double thickness = std::min({box.size().x, box.size().y, box.size().z});
     if (side > kMostSkull_cm || thickness < kSkullThickness * side) return "";
     return fmt::format(
-        "the largest side of the surface is {}, which was taken as mm: a small piece; if it is a skull in cm, import it "
+        "the largest side of the surface is {}, which was taken as mm: a small piece; if it is a skull in cm, import "
+        "it "
         "with --units cm, and if not, --units mm states that",
         ShowSide(side));
   }
@@ -81,10 +82,10 @@ std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::st
     throw Error(fmt::format("{}: the largest side of the surface is {}; kerf imports up to {}", path,
                             FormatLength(side), FormatLength(kMostSide_mm)));
   }
-  throw Error(fmt::format(
-      "{}: the largest side of the surface is {}, which is unlikely for a bone in mm; say in which unit "
-      "its coordinates are: {}",
-      path, ShowSide(side), fmt::join(choices, " or ")));
+  throw Error(
+      fmt::format("{}: the largest side of the surface is {}, which is unlikely for a bone in mm; say in which unit "
+                  "its coordinates are: {}",
+                  path, ShowSide(side), fmt::join(choices, " or ")));
 }
 
 void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string& path) {
@@ -101,9 +102,9 @@ void CheckEnclosed(const TriangleMesh& mesh, double voxel_mm, const std::string&
     break;
   }
   throw Error(
-      fmt::format("{}: the surface encloses {}, and with voxels of {:g} mm kerf imports up to {}: check its unit "
-                  "(--units){}",
-                  path, FormatVolume(mm3), voxel_mm, FormatVolume(MostEnclosed_mm3(voxel_mm)), larger));
+      fmt::format("{}: the surface encloses {:.1f} litres, and with voxels of {:g} mm kerf imports up to {:.1f}: "
+                  "check its unit (--units){}",
+                  path, mm3 / 1e6, voxel_mm, MostEnclosed_mm3(voxel_mm) / 1e6, larger));
 }
 
 }  // namespace kerf

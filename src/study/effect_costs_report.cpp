@@ -160,7 +160,8 @@ std::string FormatEffectCosts(const EffectCosts& c) {
   for (const EffectCost* cost : Rows(c)) {
     const auto both = [](const Percentiles& p) { return fmt::format("{:.1f} / {:.1f}", p.p50_us, p.p99_us); };
     text += fmt::format("  {:<18} {:>15} {:>15} {:>15} {:>13} {:>10}  {}\n", cost->name, both(cost->without_it.cutting),
-                        both(cost->with_it.cutting), fmt::format("{} / {}", ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost))),
+                        both(cost->with_it.cutting),
+                        fmt::format("{} / {}", ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost))),
                         fmt::format("{:.2f}, {:.2f}", cost->with_it.air.p50_us, cost->with_it.air_after.p50_us),
                         Memory(cost->memory_MB), cost->only_observes() ? "nothing" : "forces");
   }
@@ -186,18 +187,18 @@ std::string FormatEffectCostsMarkdown(const EffectCosts& c) {
   for (const EffectCost* cost : Rows(c)) {
     const TickCosts& with = cost->with_it;
     const TickCosts& without = cost->without_it;
-    text +=
-        fmt::format("| {}{} | {:.1f} / {:.1f} | {:.1f} / {:.1f} | {} / {} | {:.2f}, {:.2f}{} | {} | {} |\n",
-                    cost->name, cost->with.empty() ? "" : fmt::format(" (with {})", fmt::join(cost->with, ", ")),
-                    without.cutting.p50_us, without.cutting.p99_us, with.cutting.p50_us, with.cutting.p99_us,
-                    ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost)), with.air.p50_us, with.air_after.p50_us,
-                    std::max(with.air.p50_us, with.air_after.p50_us) > kMostAsleep_us ? " **above 5**" : "",
-                    Memory(cost->memory_MB),
-                    cost->only_observes() ? "as without, bit for bit"
-                                          : fmt::format("`{:016x}`, `{:016x}`", with.bone_hash, with.force_hash));
+    text += fmt::format("| {}{} | {:.1f} / {:.1f} | {:.1f} / {:.1f} | {} / {} | {:.2f}, {:.2f}{} | {} | {} |\n",
+                        cost->name, cost->with.empty() ? "" : fmt::format(" (with {})", fmt::join(cost->with, ", ")),
+                        without.cutting.p50_us, without.cutting.p99_us, with.cutting.p50_us, with.cutting.p99_us,
+                        ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost)), with.air.p50_us, with.air_after.p50_us,
+                        std::max(with.air.p50_us, with.air_after.p50_us) > kMostAsleep_us ? " **above 5**" : "",
+                        Memory(cost->memory_MB),
+                        cost->only_observes() ? "as without, bit for bit"
+                                              : fmt::format("`{:016x}`, `{:016x}`", with.bone_hash, with.force_hash));
   }
-  text += fmt::format("\n`{}`: {}. {}; commit {}. All together fit into {}. Adds 0: below the noise of the measurement.\n", c.scene, DescribeStretch(c),
-                      DescribeMachine(c), CommitString(), DescribeFit(c));
+  text +=
+      fmt::format("\n`{}`: {}. {}; commit {}. All together fit into {}. Adds 0: below the noise of the measurement.\n",
+                  c.scene, DescribeStretch(c), DescribeMachine(c), CommitString(), DescribeFit(c));
   for (const EffectLeftOut& left_out : c.left_out)
     text += fmt::format("\nNot on: {}: {}.\n", left_out.name, left_out.why);
   return text;
