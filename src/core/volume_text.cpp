@@ -13,7 +13,7 @@ std::string FormatVolume(double mm3) {
 
 std::string FormatLength(double mm) {
   if (std::abs(mm) > 1e6) return mm > 0 ? "more than 1 km" : "less than -1 km";
-  return fmt::format("{:.0f} mm", std::round(mm) + 0.0);  // + 0.0: a zero without a sign
+  return fmt::format("{:.0f} mm", std::nearbyint(mm) + 0.0);  // + 0.0: a zero without a sign
 }
 
 std::string FormatCount(std::size_t count, const std::string& one, const std::string& many) {

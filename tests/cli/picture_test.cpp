@@ -74,7 +74,7 @@ TEST_F(PictureCommand, RefusesWhatItCanNotDraw) {
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --slice q=3").err,
             "kerf: --slice: 'q=3' must be x=MM, y=MM or z=MM; see 'kerf picture --help'\n");
   EXPECT_THAT(Kerf("picture ball.mha -o a.png --slice z=99").err,
-              HasSubstr("z=99 meets no bone, which lies from 14 to 46 mm there"));
+              HasSubstr("z=99 meets no bone, which lies from 14 mm to 46 mm there"));
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --slice z=30,31").code, 2);
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --view front").code, 2);
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --keep 1,2").code, 2);

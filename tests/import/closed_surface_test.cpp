@@ -260,7 +260,8 @@ TEST(SurfaceSize, WhatEnclosesTooMuchIsRefusedBeforeItIsMade) {
               HasSubstr("a.stl: the surface encloses 125.0 litres, and with voxels of 0.1 mm kerf imports up to 2.0: "
                         "check its unit (--units) or take --voxel 1 or more"));
   EXPECT_THAT(message(130, 0.1), HasSubstr("or take --voxel 0.3 or more"));  // 2.2 litres
-  EXPECT_THAT(message(2e30, 0.1), HasSubstr("the largest side of the surface is more than 1 km; kerf imports up to 1000 mm"));
+  EXPECT_THAT(message(2e30, 0.1),
+              HasSubstr("the largest side of the surface is more than 1 km; kerf imports up to 1000 mm"));
 }
 
 TEST(SurfaceOptions, ThoseOfACtAreRefused) {
