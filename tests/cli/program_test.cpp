@@ -318,5 +318,12 @@ TEST_F(Program, LostOutputIsAFailure) {
   }
 }
 
+TEST_F(Program, CheckOfAStudySaysWhatItIs) {
+  const ProgramResult result = Kerf("check " KERF_SOURCE_DIR "/scenes/study_quick.toml");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("this is a study, not a scene; 'kerf study "));
+  EXPECT_EQ(result.err.find("unknown key"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace kerf
