@@ -13,8 +13,10 @@
 #include "devices/profiles.h"
 #include "files/files.h"
 #include "kerf/error.h"
+#include "mesh/meshfile.h"
 #include "session/hand_motion.h"
 #include "session/run_loop.h"
+#include "support/far_apart.h"
 #include "support/motion.h"
 #include "support/result_folder.h"
 
@@ -265,6 +267,16 @@ TEST_F(LoopReport, FilesAgreeWithTheSummary) {
   EXPECT_EQ(json["ticks"]["count"], 6000);
   EXPECT_EQ(json["pieces"].size(), 2U);
   EXPECT_EQ(json["removed_mm3"], s.removed_mm3);
+  // Reduced unless asked otherwise, and what the file holds is what is said of it.
+  EXPECT_EQ(json["surface_error_mm"], 0.02);
+  const TriangleMesh reduced = ReadMesh(folder_ + "/piece_1.stl");
+  EXPECT_EQ(json["pieces"][0]["triangles"], reduced.triangles.size());
+  WriteLoopReport(scene, s, folder_, {}, 0);
+  const TriangleMesh full = ReadMesh(folder_ + "/piece_1.stl");
+  EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/loop.json"))["surface_error_mm"], 0);
+  EXPECT_LT(reduced.triangles.size(), full.triangles.size());
+  EXPECT_LE(test::CalcLargestDistance(full, reduced, 0.05), 0.02 + 1e-5);
+  EXPECT_LE(test::CalcLargestDistance(reduced, full, 0.05), 0.02 + 1e-5);
   EXPECT_TRUE(json["published"]["copy_is_bit_identical"]);
   for (const char* key : {"tick", "lateness", "stages", "tick_bars_us", "lateness_bars_us"}) {
     EXPECT_TRUE(json[key].is_null()) << key;  // without the clock
