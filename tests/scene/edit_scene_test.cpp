@@ -41,7 +41,8 @@ TEST(EditScene, SetsAddsAndKeepsTheRest) {
   EXPECT_EQ(scene.simulation.rim_samples_per_pitch, 4);
   EXPECT_EQ(scene.simulation.substeps, 2);
   EXPECT_THAT(edited, testing::HasSubstr("# my scene\ntitle = \"a cut\"   # keep\n"));
-  EXPECT_THAT(edited, testing::HasSubstr("# kerf tune: p99 40 us\nvoxel_mm = 0.125  # coarse\nsize_y_mm = 4\n"));
+  EXPECT_THAT(edited, testing::HasSubstr("[bone.block]\n# kerf tune: p99 40 us\nsize_z_mm = 7\nsize_x_mm = 12\n"
+                                         "voxel_mm = 0.125  # coarse\nsize_y_mm = 4\n"));
 }
 
 TEST(EditScene, TheNoteStandsAboveAllTheLinesItSpeaksOf) {
