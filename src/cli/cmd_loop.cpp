@@ -34,6 +34,7 @@ struct Options {
   DeviceOption device;
   LoopOptions loop;
   bool json = false;
+  bool full = false;
 };
 
 void PrintTimes(const LoopTimeSummary& t) {
@@ -190,7 +191,8 @@ void Run(Options& options) {
       if (now == "cutting") bars.SetNote(*note);
     };
     summary = RunLoop(scene, options.loop, show);
-    if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder, show);
+    if (!options.folder.empty())
+      WriteLoopReport(scene, summary, options.folder, show, options.full ? 0 : kSurfaceErrorMm);
   }
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {
@@ -252,6 +254,9 @@ void AddLoopCommand(CLI::App& app) {
       "-o,--output", options->folder,
       "Folder for report, JSON, forces, and as [output] asks bone, pieces and pictures; made when missing; without "
       "it none are written");
+  command->add_flag("--full", options->full,
+                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, with fewer triangles",
+                                kSurfaceErrorMm));
   CLI::Option* without_clock =
       command->add_flag("--virtual", options->loop.virtual_time,
                         "Without the clock and without threads, as fast as it goes: the same bits each time");
