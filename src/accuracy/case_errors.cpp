@@ -1,6 +1,7 @@
 // How far a case is from its reference.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "accuracy/case_run.h"
 #include "accuracy/errors.h"
@@ -28,11 +29,11 @@ double CalcTemperatureError(const std::vector<double>& a_C, const std::vector<do
 }
 
 CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings& settings,
-                    const StudyReference& reference) {
+                    const StudyReference& reference, CasePass* keep) {
   // What heat needs, the teeth's tangential force, is felt: forces are compared without it.
   StudySettings plain = settings;
   plain.heat_grid_mm = 0;
-  const CasePass pass = RunCasePass(path, holding, plain);
+  CasePass pass = RunCasePass(path, holding, plain);
   CaseOutcome outcome;
   outcome.force_hash = pass.force_hash;
   outcome.bone_hash = pass.bone_hash;
@@ -62,6 +63,7 @@ CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings&
     outcome.bone_hash = warm.bone_hash;
   }
   outcome.errors = errors;
+  if (keep != nullptr) *keep = std::move(pass);
   return outcome;
 }
 
@@ -69,10 +71,15 @@ CaseOutcome Compare(const StudyPath& path, Holding holding, const StudySettings&
 
 CaseOutcome RunForErrors(const StudyPath& path, Holding holding, const StudySettings& settings,
                          const StudyReference& reference) {
+  return RunForErrors(path, holding, settings, reference, nullptr);
+}
+
+CaseOutcome RunForErrors(const StudyPath& path, Holding holding, const StudySettings& settings,
+                         const StudyReference& reference, CasePass* pass) {
   CaseOutcome outcome;
   try {
     outcome.why = FindOmission(path, holding, settings);
-    if (outcome.why.empty()) return Compare(path, holding, settings, reference);
+    if (outcome.why.empty()) return Compare(path, holding, settings, reference, pass);
     outcome.state = CaseState::kOmitted;
   } catch (const Omission& omission) {
     outcome = {};

@@ -70,8 +70,10 @@ class HandSubject final : public CaseSubject {
     input.rpm = rpm_;
     const CoupledOutput out = simulation_.Tick(input);
     status_ |= out.status;
+    contact_ = out.engaged_teeth > 0;
     return out.f_H_W_N;
   }
+  bool has_contact() const override { return contact_; }
   void SetDown(const Pose& X_W) override {
     if (!simulation_.SetDown(X_W)) throw Error("the handle's pose was refused");
   }
@@ -109,6 +111,7 @@ class HandSubject final : public CaseSubject {
   double dt_s_;
   double rpm_;
   std::uint32_t status_ = 0;
+  bool contact_ = false;
 };
 
 class LedSubject final : public CaseSubject {
@@ -119,8 +122,10 @@ class LedSubject final : public CaseSubject {
   Vec3 Tick(const CaseInput& in) override {
     const TickOutput out = simulation_.Tick({in.X_W, dt_s_, rpm_});
     status_ |= out.status;
+    contact_ = out.engaged_teeth > 0;
     return out.f_T_W_N;
   }
+  bool has_contact() const override { return contact_; }
   void SetDown(const Pose& X_W) override {
     if (!simulation_.SetDown(X_W)) throw Error("the tool's pose was refused");
   }
@@ -153,6 +158,7 @@ class LedSubject final : public CaseSubject {
   double rpm_;
   std::uint32_t status_ = 0;
   std::size_t ticks_ = 0;
+  bool contact_ = false;
 };
 
 /// The rail that a path goes along; none when it leaves its plane or its line.
@@ -182,7 +188,12 @@ class SlabSubject final : public CaseSubject {
   SlabSubject(const StudyPath& path, Holding holding, const StudySettings& settings, const Bone& bone)
       : simulation_(MakeSimulation(path, holding, bone)), dt_s_(1 / settings.rate_hz), rpm_(path.rpm) {}
 
-  Vec3 Tick(const CaseInput& in) override { return simulation_.Tick({in.X_W, dt_s_, rpm_}).f_T_W_N; }
+  Vec3 Tick(const CaseInput& in) override {
+    const TickOutput out = simulation_.Tick({in.X_W, dt_s_, rpm_});
+    contact_ = out.engaged_teeth > 0;
+    return out.f_T_W_N;
+  }
+  bool has_contact() const override { return contact_; }
   void SetDown(const Pose& X_W) override {
     if (!simulation_.SetDown(X_W)) throw Error("the tool's pose was refused");
   }
@@ -213,6 +224,7 @@ class SlabSubject final : public CaseSubject {
   SlabSimulation simulation_;
   double dt_s_;
   double rpm_;
+  bool contact_ = false;
 };
 
 }  // namespace
@@ -329,6 +341,7 @@ CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings
   for (const CaseInput& in : inputs) {
     if (in.set_down) subject->SetDown(in.X_W);
     pass.f_W_N.push_back(in.set_down ? Vec3(0) : subject->Tick(in));
+    pass.contact.push_back(!in.set_down && subject->has_contact());
     subject->BetweenTicks();
     pass.force_hash = MixForce(pass.force_hash, pass.f_W_N.back());
   }

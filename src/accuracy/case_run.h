@@ -37,6 +37,8 @@ class CaseSubject {
   virtual ~CaseSubject() = default;
   /// The force on the hand or on the tool, N. This alone is timed.
   virtual Vec3 Tick(const CaseInput& in) = 0;
+  /// Whether a tooth met bone in the last tick.
+  virtual bool has_contact() const = 0;
   virtual void SetDown(const Pose& X_W) = 0;
   virtual void BetweenTicks() {}
   /// Of the bone at a point, C; NaN without bone there or without heat. Throws Error when the heat had no room.
@@ -71,6 +73,7 @@ std::vector<Vec3> MakeHeatProbes(const StudyPath& path, Holding holding);
 /// All of a pass, as it was.
 struct CasePass {
   std::vector<Vec3> f_W_N;       // by tick
+  std::vector<bool> contact;     // by tick: a tooth met bone
   std::vector<double> beside_C;  // at the end, at MakeHeatProbes(); empty without heat
   double removed_mm3 = 0;
   std::optional<Bone> bone;
@@ -78,6 +81,9 @@ struct CasePass {
   std::uint64_t bone_hash = 0;
 };
 CasePass RunCasePass(const StudyPath& path, Holding holding, const StudySettings& settings);
+/// RunForErrors() that leaves what the pass without heat gave in `pass` as well; null: it does not.
+CaseOutcome RunForErrors(const StudyPath& path, Holding holding, const StudySettings& settings,
+                         const StudyReference& reference, CasePass* pass);
 
 /// In the order of the ticks.
 std::uint64_t MixForce(std::uint64_t hash, const Vec3& f_W_N);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <span>
 #include <tuple>
@@ -102,6 +103,32 @@ void SetExtent(const StudyPath& path, const TuneOptions& options, TuneResult& re
   result.measured = static_cast<std::size_t>(lifted - path.lifts_s.begin()) + 1;
 }
 
+/// By tick of `rate_hz`: whether the reference has a tooth in bone at any moment of it.
+std::vector<bool> FindReferenceContact(const StudyReference& reference, double rate_hz, std::size_t count) {
+  std::vector<bool> contact(count, false);
+  for (std::size_t i = 0; i < reference.ticks.size(); ++i) {
+    if (!(reference.ticks[i].engaged_teeth > 0)) continue;
+    const double middle_s = (static_cast<double>(i) + 0.5) * reference.tick_s;
+    const auto tick = static_cast<std::size_t>(middle_s * rate_hz);
+    if (tick < count) contact[tick] = true;
+  }
+  return contact;
+}
+
+/// Over the ticks from `first` on, `count` of them.
+double MeasureContactError(const CasePass& pass, const StudyReference& reference, Holding holding, double rate_hz,
+                           std::size_t first, std::size_t count) {
+  const std::size_t n = pass.f_W_N.size();
+  const std::vector<Vec3> expected = SampleReference(reference, holding, rate_hz, n);
+  const std::vector<bool> expected_contact = FindReferenceContact(reference, rate_hz, n);
+  const auto part = [&](const std::vector<bool>& all) {
+    const auto from = all.begin() + static_cast<std::ptrdiff_t>(first);
+    return std::vector<bool>(from, from + static_cast<std::ptrdiff_t>(count));
+  };
+  return CalcContactError(std::span(pass.f_W_N).subspan(first, count), std::span(expected).subspan(first, count),
+                          part(pass.contact), part(expected_contact));
+}
+
 /// How exact settings are in each phase of the cut.
 std::vector<TunePhase> MeasurePhases(const StudyPath& stretch, double from_s, Holding holding,
                                      const StudySettings& settings, const StudyReference& reference) {
@@ -120,7 +147,8 @@ std::vector<TunePhase> MeasurePhases(const StudyPath& stretch, double from_s, Ho
                     1 / settings.rate_hz, errors);
     phase.from_s += from_s;
     phase.to_s += from_s;
-    phases.push_back({std::move(phase), errors.force_p95, errors.impulse_signed.value_or(0)});
+    const double p95 = MeasureContactError(pass, reference, holding, settings.rate_hz, first, count);
+    phases.push_back({std::move(phase), p95, errors.impulse_signed.value_or(0)});
   }
   return phases;
 }
@@ -143,8 +171,11 @@ class Measuring {
 
   TuneCandidate Measure(const StudySettings& settings) const {
     if (options_.stop != nullptr && options_.stop->load()) throw Error("stopped; the scene is as it was");
-    TuneCandidate candidate{settings, RunForErrors(stretch_, result_.holding, settings, reference_)};
+    CasePass pass;
+    TuneCandidate candidate{settings, RunForErrors(stretch_, result_.holding, settings, reference_, &pass), 0};
     if (candidate.outcome.state != CaseState::kDone) return candidate;
+    candidate.force_p95 =
+        MeasureContactError(pass, reference_, result_.holding, settings.rate_hz, 0, pass.f_W_N.size());
     CaseOutcome costs = RunForCosts(timed_, result_.holding, settings, options_.ticks, options_.core);
     if (costs.state != CaseState::kDone) {
       candidate.outcome.state = costs.state;
@@ -258,7 +289,17 @@ void TryAll(const Scene& scene, const StudySettings& own, const TuneOptions& opt
 }  // namespace
 
 double TuneCandidate::CalcError(double reference_bar) const {
-  return outcome.errors ? std::max(outcome.errors->force_p95, reference_bar) : std::numeric_limits<double>::infinity();
+  return outcome.errors ? std::max(force_p95, reference_bar) : std::numeric_limits<double>::infinity();
+}
+
+double CalcContactError(std::span<const Vec3> f_N, std::span<const Vec3> reference_N, const std::vector<bool>& contact,
+                        const std::vector<bool>& reference_contact) {
+  std::vector<double> relative;
+  for (std::size_t i = 0; i < f_N.size(); ++i) {
+    if (!contact[i] && !reference_contact[i]) continue;
+    relative.push_back(glm::length(f_N[i] - reference_N[i]) / std::max(glm::length(reference_N[i]), kLeastForce_N));
+  }
+  return CalcPercentile(std::move(relative), 0.95);
 }
 
 StudySettings SettingsOf(const Scene& scene, Holding holding) {

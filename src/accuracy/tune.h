@@ -5,6 +5,7 @@
 #include <atomic>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,7 @@ namespace kerf {
 struct TuneOptions {
   Holding holding = Holding::kHand;
   std::optional<double> budget_us;  // of a tick's p99
-  std::optional<double> error;      // of force_p95: 0.035
+  std::optional<double> error;      // of TuneCandidate::force_p95: 0.035
   std::optional<double> seconds;    // of the path from the first contact on, in which errors are measured, 0.2 to 3600;
                                     // none: see TuneExtent
   std::uint64_t ticks = 20000;      // that a candidate's times are measured over, at least
@@ -30,7 +31,8 @@ struct TuneOptions {
 
 struct TuneCandidate {
   StudySettings settings;
-  CaseOutcome outcome;  // errors and costs
+  CaseOutcome outcome;   // errors and costs
+  double force_p95 = 0;  // as ErrorFigures::force_p95, over the ticks with contact (CalcContactError)
   /// Errors below what the reference itself may be off by are all the same.
   double CalcError(double reference_bar) const;
   double p99_us() const { return outcome.costs ? outcome.costs->tick.p99_us : 0; }
@@ -70,6 +72,11 @@ struct TuneResult {
   std::vector<TunePhase> phases;          // of `again`
   std::vector<std::string> notes;
 };
+
+/// 95th percentile of |F - R| / max(|R|, kLeastForce_N) over the ticks in which a tooth meets bone in either run. Air
+/// between strokes, where both are without force, does not make it smaller. 0 where there is no such tick.
+double CalcContactError(std::span<const Vec3> f_N, std::span<const Vec3> reference_N, const std::vector<bool>& contact,
+                        const std::vector<bool>& reference_contact);
 
 /// The settings that the scene has now.
 StudySettings SettingsOf(const Scene& scene, Holding holding);

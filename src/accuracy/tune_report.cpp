@@ -34,7 +34,7 @@ ordered_json CandidateJson(const TuneCandidate& c) {
   }
   const ErrorFigures& e = *c.outcome.errors;
   const Percentiles& t = c.outcome.costs->tick;
-  json["force_p95"] = e.force_p95;
+  json["force_p95"] = c.force_p95;
   json["impulse_signed"] = e.impulse_signed.value_or(0);
   json["force_worst"] = e.force_worst;
   json["force_l2"] = e.force_l2;
@@ -75,11 +75,13 @@ std::string DescribeEvidence(const TuneResult& r, const TuneOptions& options) {
                           DescribeError(p.force_p95, r.reference.error_bar));
   }
   return fmt::format(
-      "asked {}; measured p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us over {} ticks; force within {} (p95, of "
-      "the reference's force, at least {:g} N) and impulse {:+.2f} % over {}{}; {} on {} ({} cores, load {:.1f}), "
+      "asked {}; measured p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us over {} ticks; force within {} (p95 of "
+      "the "
+      "ticks with tooth contact in it or in the reference, of the reference's force, at least {:g} N) and impulse "
+      "{:+.2f} % over {}{}; {} on {} ({} cores, load {:.1f}), "
       "commit {}",
       DescribeAsked(options), t.p50_us, t.p99_us, t.p999_us, t.max_us, t.count,
-      DescribeError(e.force_p95, r.reference.error_bar), kLeastForce_N, 100 * e.impulse_signed.value_or(0),
+      DescribeError(r.again->force_p95, r.reference.error_bar), kLeastForce_N, 100 * e.impulse_signed.value_or(0),
       DescribeExtent(r), phases, r.holding == Holding::kHand ? "in a hand" : "led along the path", r.machine.cpu,
       r.machine.cores, r.machine.load, CommitString());
 }
@@ -100,9 +102,9 @@ std::string FormatTuneTable(const TuneResult& r) {
     }
     const ErrorFigures& e = *c.outcome.errors;
     const Percentiles& t = c.outcome.costs->tick;
-    const bool below = e.force_p95 < r.reference.error_bar;
+    const bool below = c.force_p95 < r.reference.error_bar;
     fmt::format_to(out, "{:>11} {:>+8.2f} {:>11.2f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f}\n",
-                   fmt::format("{}{:.2f}", below ? "< " : "", 100 * (below ? r.reference.error_bar : e.force_p95)),
+                   fmt::format("{}{:.2f}", below ? "< " : "", 100 * (below ? r.reference.error_bar : c.force_p95)),
                    100 * e.impulse_signed.value_or(0), e.direction_p95_deg, t.p50_us, t.p99_us, t.p999_us, t.max_us,
                    c.outcome.costs->memory_MB);
   };
@@ -117,8 +119,8 @@ std::string FormatTuneTable(const TuneResult& r) {
   }
   text += fmt::format(
       "  errors are over {};\n"
-      "  force p95: of |F - R| / max(|R|, {:g} N), R the reference; impulse: too much (+) or too little (-) force in "
-      "all\n",
+      "  force p95: of |F - R| / max(|R|, {:g} N), R the reference, over the ticks in which a tooth meets bone in\n"
+      "  either; impulse: too much (+) or too little (-) force in all\n",
       DescribeExtent(r), kLeastForce_N);
   return text;
 }

@@ -283,6 +283,78 @@ std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<
   };
 }
 
+namespace {
+
+void FillRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
+                 const std::function<void(double)>& report) {
+  Bone::Grids& grids = bone.grids();
+  const double h = grids.voxel_mm();
+  const double hr = region_voxel_mm;
+  grids.region = MakeRegionGrid(hr);
+
+  std::vector<Coord> blocks;
+  const auto add_blocks = [&](const openvdb::CoordBBox& box) {
+    const Vec3 lower = h * Vec3(box.min().x(), box.min().y(), box.min().z()) / hr;
+    const Vec3 upper = h * Vec3(box.max().x(), box.max().y(), box.max().z()) / hr;
+    const Coord first = FloorToBlock(lower - 0.5, kLeafEdge);
+    const Coord last = FloorToBlock(upper + 0.5, kLeafEdge);
+    for (int x = first.x(); x <= last.x(); x += kLeafEdge) {
+      for (int y = first.y(); y <= last.y(); y += kLeafEdge) {
+        for (int z = first.z(); z <= last.z(); z += kLeafEdge) blocks.emplace_back(x, y, z);
+      }
+    }
+  };
+  for (auto leaf = grids.phi->tree().cbeginLeaf(); leaf; ++leaf) add_blocks(leaf->getNodeBoundingBox());
+  auto tile = grids.phi->tree().cbeginValueAll();
+  tile.setMaxDepth(FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; tile; ++tile) {
+    openvdb::CoordBBox box;
+    if (*tile < 0 && tile.getBoundingBox(box)) add_blocks(box);
+  }
+  std::sort(blocks.begin(), blocks.end());
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+
+  // A block of one region never becomes a leaf: most are, and a leaf of each would be all of the memory.
+  std::vector<std::unique_ptr<RegionLeaf>> leaves(blocks.size());
+  std::vector<std::uint8_t> uniform(blocks.size(), 0);
+  std::atomic<int> bad_id{0};
+  Progress progress(report, 0.75, 0.98, blocks.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
+    openvdb::tree::ValueAccessor<const FloatTree> phi(grids.phi->constTree());
+    for (std::size_t n = range.begin(); n < range.end(); ++n) {
+      auto leaf = std::make_unique<RegionLeaf>(blocks[n], 0, false);
+      bool any = false;
+      for (openvdb::Index i = 0; i < RegionLeaf::SIZE; ++i) {
+        const Coord ijk = leaf->offsetToGlobalCoord(i);
+        const Vec3 p_W = hr * Vec3(ijk.x(), ijk.y(), ijk.z());
+        if (!IsNear(phi, p_W, h, hr)) continue;
+        const int id = region(p_W);
+        if (id < 0 || id > 255) bad_id = id;
+        if (id == 0) continue;
+        leaf->setValueOn(i, id);
+        any = true;
+      }
+      if (!any) continue;
+      RegionLeaf::ValueType id = 0;
+      bool active = false;
+      if (leaf->isConstant(id, active) && active) {
+        uniform[n] = static_cast<std::uint8_t>(id);
+      } else {
+        leaves[n] = std::move(leaf);
+      }
+    }
+    progress.Done(range.size());
+  });
+  if (bad_id != 0) throw Error(fmt::format("region {} is out of range; valid range 0 to 255", bad_id.load()));
+  for (std::size_t n = 0; n < blocks.size(); ++n) {
+    if (leaves[n]) grids.region->tree().addLeaf(leaves[n].release());
+    if (uniform[n] != 0) grids.region->tree().addTile(1, blocks[n], uniform[n], true);
+  }
+  openvdb::tools::prune(grids.region->tree());
+}
+
+}  // namespace
+
 Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials) {
   const double h = options.voxel_mm;
   CheckBox(box, options);
@@ -318,7 +390,7 @@ Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& opti
   FinishLevelSet(*grids.phi);
   if (bone.empty()) throw Error("the bone has no inside: nothing was found within the box");
   if (options.progress) options.progress(0.75);
-  SetRegions(bone, solid.region, options.region_voxel_mm);
+  FillRegions(bone, solid.region, options.region_voxel_mm, options.progress);
   if (options.progress) options.progress(1.0);
   return bone;
 }
@@ -349,7 +421,7 @@ Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<
   FinishLevelSet(*grids.phi);
   if (bone.empty()) throw Error("the surface encloses nothing at this voxel size");
   if (options.progress) options.progress(0.75);
-  SetRegions(bone, region, options.region_voxel_mm);
+  FillRegions(bone, region, options.region_voxel_mm, options.progress);
   if (options.progress) options.progress(1.0);
   return bone;
 }
@@ -374,68 +446,7 @@ void RoundDistances(Bone& bone, int precision_bits) {
 }
 
 void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm) {
-  Bone::Grids& grids = bone.grids();
-  const double h = grids.voxel_mm();
-  const double hr = region_voxel_mm;
-  grids.region = MakeRegionGrid(hr);
-
-  std::vector<Coord> blocks;
-  const auto add_blocks = [&](const openvdb::CoordBBox& box) {
-    const Vec3 lower = h * Vec3(box.min().x(), box.min().y(), box.min().z()) / hr;
-    const Vec3 upper = h * Vec3(box.max().x(), box.max().y(), box.max().z()) / hr;
-    const Coord first = FloorToBlock(lower - 0.5, kLeafEdge);
-    const Coord last = FloorToBlock(upper + 0.5, kLeafEdge);
-    for (int x = first.x(); x <= last.x(); x += kLeafEdge) {
-      for (int y = first.y(); y <= last.y(); y += kLeafEdge) {
-        for (int z = first.z(); z <= last.z(); z += kLeafEdge) blocks.emplace_back(x, y, z);
-      }
-    }
-  };
-  for (auto leaf = grids.phi->tree().cbeginLeaf(); leaf; ++leaf) add_blocks(leaf->getNodeBoundingBox());
-  auto tile = grids.phi->tree().cbeginValueAll();
-  tile.setMaxDepth(FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
-  for (; tile; ++tile) {
-    openvdb::CoordBBox box;
-    if (*tile < 0 && tile.getBoundingBox(box)) add_blocks(box);
-  }
-  std::sort(blocks.begin(), blocks.end());
-  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
-
-  // A block of one region never becomes a leaf: most are, and a leaf of each would be all of the memory.
-  std::vector<std::unique_ptr<RegionLeaf>> leaves(blocks.size());
-  std::vector<std::uint8_t> uniform(blocks.size(), 0);
-  std::atomic<int> bad_id{0};
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
-    openvdb::tree::ValueAccessor<const FloatTree> phi(grids.phi->constTree());
-    for (std::size_t n = range.begin(); n < range.end(); ++n) {
-      auto leaf = std::make_unique<RegionLeaf>(blocks[n], 0, false);
-      bool any = false;
-      for (openvdb::Index i = 0; i < RegionLeaf::SIZE; ++i) {
-        const Coord ijk = leaf->offsetToGlobalCoord(i);
-        const Vec3 p_W = hr * Vec3(ijk.x(), ijk.y(), ijk.z());
-        if (!IsNear(phi, p_W, h, hr)) continue;
-        const int id = region(p_W);
-        if (id < 0 || id > 255) bad_id = id;
-        if (id == 0) continue;
-        leaf->setValueOn(i, id);
-        any = true;
-      }
-      if (!any) continue;
-      RegionLeaf::ValueType id = 0;
-      bool active = false;
-      if (leaf->isConstant(id, active) && active) {
-        uniform[n] = static_cast<std::uint8_t>(id);
-      } else {
-        leaves[n] = std::move(leaf);
-      }
-    }
-  });
-  if (bad_id != 0) throw Error(fmt::format("region {} is out of range; valid range 0 to 255", bad_id.load()));
-  for (std::size_t n = 0; n < blocks.size(); ++n) {
-    if (leaves[n]) grids.region->tree().addLeaf(leaves[n].release());
-    if (uniform[n] != 0) grids.region->tree().addTile(1, blocks[n], uniform[n], true);
-  }
-  openvdb::tools::prune(grids.region->tree());
+  FillRegions(bone, region, region_voxel_mm, {});
 }
 
 }  // namespace kerf

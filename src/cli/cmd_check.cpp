@@ -135,12 +135,13 @@ void Run(const Options& options) {
     for (std::size_t i = 0; i < law.parameters.size(); ++i) {
       json["force"]["parameters"][law.parameters[i].key] = scene.force.values()[i];
     }
-    json["force"]["valid_bite_um"] = {1000 * law.validity.from_mm,
-                                      std::isfinite(law.validity.to_mm)
-                                          ? nlohmann::ordered_json(1000 * law.validity.to_mm)
-                                          : nlohmann::ordered_json(nullptr)};
-    json["force"]["accuracy"] = FindCaveat(law).accuracy;
-    json["force"]["blades"] = FindCaveat(law).blades;
+    const double to_mm = FindTopValidBite(scene.force, MakeTool(scene));
+    json["force"]["valid_bite_um"] = {1000 * law.validity.from_mm, std::isfinite(to_mm)
+                                                                       ? nlohmann::ordered_json(1000 * to_mm)
+                                                                       : nlohmann::ordered_json(nullptr)};
+    json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
+    json["force"]["blades"] = DescribeBlades(scene.force);
+    json["force"]["good_for"] = FindCaveat(law).good_for;
     json["force"]["measured_bite_um"] = {1000 * kMeasuredThrust.front().bite_mm, 1000 * kMeasuredThrust.back().bite_mm};
     json["force"]["published_J_per_mm3"] = {kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3};
     if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
@@ -176,19 +177,20 @@ void Run(const Options& options) {
   if (slab) {
     fmt::print("  force  slab mode, law {}, at up to {:.3g} mm/s\n", ToString(scene.slab.params.reading),
                path.CalcTopSpeed());
-    fmt::print("         {}\n", DescribeSlabLaw());
+    fmt::print("         {}\n", DescribeSlabLaw(scene));
     return;
   }
   fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law.name, bite_um, path.CalcTopSpeed());
   fmt::print("         {}\n", law.summary);
   fmt::print("         from: {}\n", law.source);
-  fmt::print("         {}\n         {}\n", FindCaveat(law).accuracy, FindCaveat(law).blades);
+  fmt::print("         {}\n         {}\n         {}\n", DescribeAccuracy(scene.force, MakeTool(scene)),
+             DescribeBlades(scene.force), FindCaveat(law).good_for);
   if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
     fmt::print(
-        "         at that bite {:.3g} N of thrust on a tooth in cortical bone, {:.3g} J/mm3; published tests: "
-        "{:g} to {:g} J/mm3{}\n",
+        "         at that bite {:.3g} N of thrust on a tooth in cortical bone, {:.3g} J/mm3; range {:g} to {:g} "
+        "J/mm3 ({}{})\n",
         tooth->thrust_N, tooth->J_per_mm3, kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3,
-        tooth->bite_mm < kMeasuredThrust.front().bite_mm ? ", none at bites below 2 um" : "");
+        kSpecificEnergySource, tooth->bite_mm < kMeasuredThrust.front().bite_mm ? "; none at bites below 2 um" : "");
   }
   if (!loop) return;
   fmt::print("  hand   {} on {}, {:.3g} N on the device for 1 N in the simulation\n", loop->hand.name,

@@ -38,6 +38,7 @@ struct Options {
   bool no_isolate = false;
   bool any_shape = false;
   bool no_fill = false;
+  bool teeth_asked = false;  // by an option about them
   std::vector<std::string> keep, drop, keep_markups, drop_markups;
   std::string materials;
   ImportOptions import;
@@ -174,8 +175,9 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   }
   fmt::print("volume     {}", FormatVolume(r.solid_mm3));
   if (r.kind != "surface") {
-    fmt::print(" ({} above {:.0f} HU, {} of marrow and canals filled{}, {} of teeth)", FormatVolume(r.iso_mm3),
-               options.import.isolate.iso_hu, FormatVolume(r.filled_mm3), VoidsText(r), FormatVolume(r.tooth_mm3));
+    fmt::print(" ({} above {:.0f} HU, {} of marrow and canals filled{}, {})", FormatVolume(r.iso_mm3),
+               options.import.isolate.iso_hu, FormatVolume(r.filled_mm3), VoidsText(r),
+               r.tooth_mm3 > 0 ? FormatVolume(r.tooth_mm3) + " of teeth" : "no teeth");
   } else {
     fmt::print("\nsurface    {} triangles in {}", r.surface.triangles, r.surface.how);
   }
@@ -204,8 +206,14 @@ void PrintText(const Options& options, const ImportReport& r, const Bone& bone, 
   fmt::print("written    {}\n", options.output);
 }
 
-void Warn(const ImportReport& r) {
+void Warn(const Options& options, const ImportReport& r) {
   for (const std::string& warning : r.warnings) Say("{}", warning);
+  if (r.kind != "surface" && r.tooth_mm3 == 0 && (r.mandible || options.teeth_asked)) {
+    Say("no teeth were found: no part of the bone is as bright as enamel, {:.0f} HU and more; where the CT shows "
+        "teeth, "
+        "lower --tooth-hu",
+        options.import.tissue.tooth_hu);
+  }
   if (r.cut_by_scan) Say("the bone reaches the edge of the scan and is cut off there");
   if (!r.mandible) {
     Say("all cortex is one region, since this is no mandible as the atlas knows it{}{}",
@@ -271,7 +279,7 @@ void Run(Options& options) {
   WriteBone(result.bone, options.output);
   write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
-Warn(result.report);
+Warn(options, result.report);
 if (options.json) {
   PrintJson(options, result.report, result.bone, write_s);
 } else {
@@ -360,6 +368,7 @@ void AddImportCommand(CLI::App& app) {
       ->group(surface);
   c->callback([o, c] {
     CheckOptionsAct(*c, o->input);
+    o->teeth_asked = c->count("--tooth-hu") + c->count("--tooth-body-hu") + c->count("--tooth-reach") > 0;
     Run(*o);
   });
 }

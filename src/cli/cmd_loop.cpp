@@ -34,6 +34,7 @@ struct Options {
   DeviceOption device;
   LoopOptions loop;
   bool json = false;
+  bool full = false;
 };
 
 void PrintTimes(const LoopTimeSummary& t) {
@@ -62,8 +63,8 @@ void PrintSummary(const Scene& scene, const LoopSummary& s) {
   fmt::print(
       "  force     up to {:.2f} N on the device ({:.2f} N simulated); steps up to {:.4f} N a tick, limit {:.4g}\n",
       s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
-  const LawCaveat& caveat = FindCaveat(scene.force.info());
-  fmt::print("            {}: {}\n            {}\n", caveat.law, caveat.accuracy, caveat.blades);
+  fmt::print("            {}: {}\n            {}\n", scene.force.name(), DescribeAccuracy(scene.force, MakeTool(scene)),
+             DescribeBlades(scene.force));
   if (s.cutting) fmt::print("  cutting   {}\n", DescribeCuttingEnergy(*s.cutting));
   fmt::print("  noise     force on the device above 20 Hz: {}\n", DescribeNoise(s));
   fmt::print("  faults    {} not finite, {} bad poses, {} ticks limited or faulty, {} watchdog trips, {} ramps\n",
@@ -190,7 +191,8 @@ void Run(Options& options) {
       if (now == "cutting") bars.SetNote(*note);
     };
     summary = RunLoop(scene, options.loop, show);
-    if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder, show);
+    if (!options.folder.empty())
+      WriteLoopReport(scene, summary, options.folder, show, options.full ? 0 : kSurfaceErrorMm);
   }
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {
@@ -252,6 +254,9 @@ void AddLoopCommand(CLI::App& app) {
       "-o,--output", options->folder,
       "Folder for report, JSON, forces, and as [output] asks bone, pieces and pictures; made when missing; without "
       "it none are written");
+  command->add_flag("--full", options->full,
+                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, with fewer triangles",
+                                kSurfaceErrorMm));
   CLI::Option* without_clock =
       command->add_flag("--virtual", options->loop.virtual_time,
                         "Without the clock and without threads, as fast as it goes: the same bits each time");

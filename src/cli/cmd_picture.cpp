@@ -116,8 +116,9 @@ void AddPictureCommand(CLI::App& app) {
   command->add_flag("--axes", o->axes,
                     "Patient coordinates (LPS) in mm along the edges, and a grid. A CT always has them.");
   command
-      ->add_option("--size", o->size,
-                   "Width and height in pixels, each 64 to 8192; default 1280x720, of a CT 2400x1800.")
+      ->add_option(
+          "--size", o->size,
+          "Width and height in pixels, each 64 to 8192, of a CT 200 to 8192; default 1280x720, of a CT 2400x1800.")
       ->check(CLI::Validator(CheckSize, ""));
   command->add_option("--title", o->title, "The line at the top; by default the file's name.");
 

@@ -29,6 +29,7 @@ struct Options {
   std::optional<double> until_s;
   double speed = 0;
   bool verify = false;
+  bool full = false;
   bool json = false;
 };
 
@@ -70,6 +71,11 @@ std::string FormatJson(const RecordingReader& recording, const Replayed& replaye
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
+/// Of the surfaces that are written.
+double ErrorOf(const Options& options) {
+  return options.full ? 0 : kSurfaceErrorMm;
+}
+
 Replayed ReplayLoop(const Options& options, RecordingReader& recording, const RecordedScene& recorded) {
   const Scene& scene = recorded.scene;
   LoopOptions loop;
@@ -91,7 +97,7 @@ Replayed ReplayLoop(const Options& options, RecordingReader& recording, const Re
   StageBars bars;
   const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
   LoopSummary summary = RunLoop(scene, loop, show);
-  if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder, show);
+  if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder, show, ErrorOf(options));
   return *summary.replayed;
 }
 
@@ -102,10 +108,10 @@ Replayed ReplayRun(const Options& options, RecordingReader& recording, const Rec
   if (options.folder.empty()) return ReplayScene(recorded.scene, replay, show);
   CheckInputsStay(recorded.scene, options.file, options.folder);
   if (recording.head().kind == RecordedKind::kSlab) {
-    RunSlabScene(recorded.scene, options.folder, show, {"", "", &replay});
+    RunSlabScene(recorded.scene, options.folder, show, {"", "", &replay}, ErrorOf(options));
     return replay.MakeReport(recording.end() ? recording.end()->bone_hash.value_or(0) : 0);
   }
-  const RunSummary summary = RunScene(recorded.scene, options.folder, show, {}, {"", "", &replay});
+  const RunSummary summary = RunScene(recorded.scene, options.folder, show, {}, {"", "", &replay}, ErrorOf(options));
   return replay.MakeReport(summary.hash_after);
 }
 
@@ -160,6 +166,9 @@ void AddReplayCommand(CLI::App& app) {
   command->add_option("--until", options->until_s, "Only as far as this moment, s")->check(CLI::Range(0.0, 1e9));
   command->add_option("-o,--output", options->folder,
                       "Folder for what the run itself would have written there; made when missing");
+  command->add_flag("--full", options->full,
+                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, with fewer triangles",
+                                kSurfaceErrorMm));
   command->add_option("--bone", options->bone_file, "The bone, where it is not where it was (.vdb)");
   command->add_flag("--json", options->json, "Print what came of it as JSON");
   command->callback([options] { Run(*options); });

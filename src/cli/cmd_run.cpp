@@ -10,7 +10,6 @@
 #include "cli/progress.h"
 #include "files/files.h"
 #include "force/measured.h"
-#include "scene/doubts.h"
 #include "scene/scene.h"
 #include "session/run_scene.h"
 #include "session/run_slab_scene.h"
@@ -29,15 +28,15 @@ struct Options {
   bool full = false;
 };
 
-/// What the pieces' files hold.
-void PrintSurfaces(const RunSummary& s) {
+/// What the files of the pieces or parts hold.
+template <typename Pieces>
+void PrintSurfaces(const Pieces& pieces, double error_mm) {
   std::size_t triangles = 0;
-  for (const std::size_t of_piece : s.piece_triangles) triangles += of_piece;
+  for (const auto& piece : pieces) triangles += piece.triangles;
   if (triangles == 0) return;
   fmt::print("  surfaces  {} triangles, {}\n", triangles,
-             s.surface_error_mm > 0 && s.voxel_mm <= kMostEdgeErrors * s.surface_error_mm
-                 ? fmt::format("within {:g} mm of the full ones ('--full' writes those)", s.surface_error_mm)
-                 : "at full resolution");
+             error_mm > 0 ? fmt::format("within {:g} mm of the full ones ('--full' writes those)", error_mm)
+                          : "at full resolution");
 }
 
 void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& folder) {
@@ -57,8 +56,8 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   fmt::print(
       "  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth engaged\n",
       s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
-  const LawCaveat& caveat = FindCaveat(scene.force.info());
-  fmt::print("            {}: {}\n            {}\n", caveat.law, caveat.accuracy, caveat.blades);
+  fmt::print("            {}: {}\n            {}\n", scene.force.name(), DescribeAccuracy(scene.force, MakeTool(scene)),
+             DescribeBlades(scene.force));
   fmt::print("  cutting   {}\n", DescribeCuttingEnergy(s.cutting));
   for (const std::string& effect : DescribeEffects(s.effects)) fmt::print("  effect    {}\n", effect);
   fmt::print("  pieces    {}", s.pieces.size());
@@ -68,7 +67,7 @@ void PrintSummary(const Scene& scene, const RunSummary& s, const std::string& fo
   }
   if (s.dust_count > 0) fmt::print("; {} crumbs of {:.3f} mm3 together", s.dust_count, s.dust_mm3);
   fmt::print("\n");
-  PrintSurfaces(s);
+  PrintSurfaces(s.pieces, s.surface_error_mm);
   if (s.heat) fmt::print("  heat      {}\n", DescribeHeat(*s.heat));
   if (s.fragments) fmt::print("  fragments {}\n", DescribeFragments(*s.fragments));
   fmt::print("  ticks     {} in {:.1f} s, {:.0f} a second; each p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us\n",
@@ -91,7 +90,7 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
              s.free_at_s ? fmt::format("; the slice came free at {:.2f} s", *s.free_at_s) : std::string());
   fmt::print("  force     peak {:.2f} N at {:.2f} s, mean {:.2f} N over {:.2f} s of cutting; up to {:.1f} teeth\n",
              s.force.peak_N, s.force.peak_time_s, s.force.mean_N, s.force.cutting_time_s, s.force.engaged_teeth_peak);
-  fmt::print("            {}\n", DescribeSlabLaw());
+  fmt::print("            {}\n", DescribeSlabLaw(scene));
   fmt::print(
       "  energy    hand {:.3g} mJ: cutting {:.3g}, friction {:.3g}, damping {:.3g}, in springs and motion {:.3g}, "
       "released {:.3g}, time step {:.2g}\n",
@@ -102,6 +101,7 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
     for (const SlabPartSummary& part : s.parts) fmt::print(" {} {:.2f} mm3;", part.name, part.volume_mm3);
     fmt::print(" before the run\n");
   }
+  PrintSurfaces(s.parts, s.surface_error_mm);
   fmt::print("  ticks     {} in {:.2g} s; each p50 {:.2f}, p99 {:.2f}, p99.9 {:.2f}, max {:.0f} us; {:.1f} kB\n",
              s.ticks, s.ticks_wall_s, s.times.p50_us, s.times.p99_us, s.times.p999_us, s.times.max_us,
              static_cast<double>(s.memory_bytes) / 1000);
@@ -114,51 +114,17 @@ void RunSlabMode(const Scene& scene, const Options& options) {
   SlabSummary summary;
   {
     StageBars bars;
-    summary =
-        RunSlabScene(scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
-                     {options.record, options.scene, nullptr});
+    summary = RunSlabScene(
+        scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
+        {options.record, options.scene, nullptr}, options.full ? 0 : kSurfaceErrorMm);
   }
-  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) SayWarning("{}", doubt);
-  for (const std::string& warning : summary.material.warnings) SayWarning("{}", warning);
-  if (summary.end.deepest_mm <= 0 && scene.tool.rpm > 0 && scene.slab.hold == SlabBody::kSlice) {
-    SayWarning("the blade met no bone on its path");
-  }
-  if (summary.starts_in_bone) {
-    SayWarning(
-        "the blade was set down inside the bone; its slice's spring is slack there, and what lies "
-        "above counts as cut");
-  }
+  for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {
     fmt::print("{}", FormatSlabSummaryJson(scene, summary));
   } else {
     PrintSlabSummary(scene, summary, options.folder);
     if (options.records) fmt::print("  recorded  {}\n", options.record);
   }
-}
-
-/// What a tool on a path does not let the effects do.
-std::vector<std::string> FindEffectWarnings(const Scene& scene, const EffectRecord& record) {
-  std::vector<std::string> warnings;
-  const EffectChoice* guide = FindChoice(scene.effects, "guide");
-  for (const EffectFigure& figure : record.figures) {
-    const std::string column = figure.column();
-    if (column == "spindle_stalled" && figure.largest > 0) {
-      warnings.emplace_back(
-          "the spindle stalled, and the tool went on along its path without cutting; see spindle_stalled in "
-          "forces.csv");
-    }
-    const auto beyond = [&](const char* what, double limit_mm) {
-      if (figure.largest <= limit_mm + 1e-3) return;
-      warnings.push_back(fmt::format(
-          "the path goes {:.3g} mm {} of the guide, which can't hold a tool on a path; 'kerf loop' has one in a hand",
-          figure.largest - limit_mm, what));
-    };
-    if (column == "guide_deviation_mm") beyond("beyond the tolerance", guide->GetNumber("tolerance_mm"));
-    if (column == "guide_depth_mm" && guide->GetNumber("depth_mm") > 0) {
-      beyond("past the depth stop", guide->GetNumber("depth_mm"));
-    }
-  }
-  return warnings;
 }
 
 void Run(const Options& options) {
@@ -172,8 +138,6 @@ void Run(const Options& options) {
   }
   if (scene.simulation.mode == SceneMode::kSlab) {
     if (options.costs) throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));
-    if (options.full)
-      throw Error(fmt::format("{}: slab mode writes its parts at full resolution anyway", options.scene));
     RunSlabMode(scene, options);
     return;
   }
@@ -185,22 +149,7 @@ void Run(const Options& options) {
         {options.costs, [&](const std::string& line) { bars.SetNote(line); }}, {options.record, options.scene, nullptr},
         options.full ? 0 : kSurfaceErrorMm);
   }
-  for (const std::string& doubt : FindDoubts(scene, summary.voxel_mm)) SayWarning("{}", doubt);
-  for (const std::string& warning : summary.material.warnings) SayWarning("{}", warning);
-  if (!summary.touched) SayWarning("the saw met no bone on its path");
-  if (summary.starts_in_bone) {
-    SayWarning("the saw was set down inside the bone; what the disc held there went at once");
-  }
-  if (summary.ticks_with_status > 0) {
-    SayWarning("{} ticks report that something was not done as asked; see the status column",
-               summary.ticks_with_status);
-  }
-  for (const std::string& warning : FindEnergyWarnings(scene, summary.cutting)) {
-    SayWarning("{}", warning);
-  }
-  for (const std::string& warning : FindEffectWarnings(scene, summary.effects)) {
-    SayWarning("{}", warning);
-  }
+  for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {
     fmt::print("{}", FormatSummaryJson(scene, summary));
   } else {
@@ -224,7 +173,7 @@ void AddRunCommand(CLI::App& app) {
       "--record", options->record, "Record the run into this file, which must not be there yet (see 'kerf replay')");
   command->add_flag("--no-pictures", options->no_pictures, "Draw no pictures, whatever the scene asks for");
   command->add_flag("--full", options->full,
-                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, some 30 times smaller",
+                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, with fewer triangles",
                                 kSurfaceErrorMm));
   command->add_flag("--json", options->json, "Print the summary as JSON");
   command->callback([options, record] {

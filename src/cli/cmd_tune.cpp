@@ -51,17 +51,6 @@ std::string EvidenceFile(const std::string& scene) {
   return (toml ? scene.substr(0, scene.size() - ending.size()) : scene) + ".tune.json";
 }
 
-/// Before all the measuring: whether what is to be written can be.
-void CheckOutputs(const Options& options, const std::string& target) {
-  const std::string evidence = EvidenceFile(target);
-  CheckInputsStay({options.scene}, {evidence});
-  if (!options.in_place && IsSameFile(options.scene, target)) {
-    throw Error(fmt::format("{}: -o names the scene itself; give --in-place to change it, with a backup", target));
-  }
-  CheckWritable(target);
-  CheckWritable(evidence);
-}
-
 /// A name for the backup that no file has.
 std::string BackupFile(const std::string& scene) {
   std::string name = scene + ".bak";
@@ -69,6 +58,20 @@ std::string BackupFile(const std::string& scene) {
     name = fmt::format("{}.bak.{}", scene, i);
   }
   return name;
+}
+
+/// Before all the measuring: whether what is to be written can be.
+void CheckOutputs(const Options& options, const std::string& target) {
+  const std::string evidence = EvidenceFile(target);
+  CheckInputsStay({options.scene}, {evidence});
+  if (!options.in_place && IsSameFile(options.scene, target)) {
+    throw Error(fmt::format("{}: -o names the scene itself; give --in-place to change it, with a backup", target));
+  }
+  // Made for a moment, and nothing is left of them: permissions, a read-only file system and long names all show.
+  const GrowingFile scene_file(target);
+  const GrowingFile evidence_file(evidence);
+  std::optional<GrowingFile> backup_file;
+  if (options.in_place) backup_file.emplace(BackupFile(options.scene));
 }
 
 /// Scene, evidence and, in place, the scene as it was; all of them are on the disk before the first gets its name. What

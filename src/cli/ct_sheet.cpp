@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cli/numbers.h"
+#include "core/volume_text.h"
 #include "import/ct_view.h"
 #include "render/mm_grid.h"
 #include "render/panel_sheet.h"
@@ -20,6 +21,7 @@ namespace {
 
 constexpr std::size_t kMostSlices = 24;
 constexpr int kSpreadSlices = 10;
+constexpr int kLeastSheet_pixels = 200;
 constexpr Rgb8 kKeepColour{0, 158, 115};
 constexpr Rgb8 kDropColour{213, 94, 0};
 
@@ -52,9 +54,9 @@ std::vector<Slice> ChooseSlices(const CtSheetOptions& options, const std::vector
   for (const Slice& slice : slices) {
     const int a = static_cast<int>(slice.axis);
     if (slice.at_mm >= box_W.lower[a] && slice.at_mm <= box_W.upper[a]) continue;
-    throw CLI::ValidationError("--slice",
-                               fmt::format("{}={:g} meets no bone, which lies from {:.0f} to {:.0f} mm there", "xyz"[a],
-                                           slice.at_mm, box_W.lower[a], box_W.upper[a]));
+    throw CLI::ValidationError(
+        "--slice", fmt::format("{}={:g} meets no bone, which lies from {} to {} there", "xyz"[a], slice.at_mm,
+                               FormatLength(box_W.lower[a]), FormatLength(box_W.upper[a])));
   }
   if (slices.empty()) {
     std::vector<double> levels;
@@ -120,6 +122,11 @@ std::vector<SheetPoint> ReadPoints(const CtSheetOptions& options) {
 void DrawCtSheet(const CtSheetOptions& options) {
   const std::vector<SheetPoint> points = ReadPoints(options);
   for (const std::string& text : options.slices) ParseSlice(text);  // before the CT is read
+  if (std::min(options.width, options.height) < kLeastSheet_pixels) {
+    throw CLI::ValidationError("--size", fmt::format("a CT is drawn in several pictures; give each side {} to 8192 "
+                                                     "pixels",
+                                                     kLeastSheet_pixels));
+  }
   ImportReport report;
   const Volume ct = ReadCt(options.input, options.import, report);
   CtViewOptions draw;

@@ -22,10 +22,6 @@ constexpr double kWideGap_mm = 0.1;
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-std::string Count(std::size_t count, const char* one, const char* many) {
-  return count == 1 ? fmt::format("1 {}", one) : fmt::format("{} {}", count, many);
-}
-
 struct Cell {
   double x, y, z;  // whole numbers, of any size
   bool operator==(const Cell&) const = default;
@@ -96,12 +92,12 @@ std::size_t DropDoubles(TriangleMesh& mesh) {
     throw Error(fmt::format(
         "{}: the surface is not closed: {} to one triangle only, because the triangles are not joined: corners that "
         "should coincide lie up to {} mm apart, and kerf welds what is nearer than {} mm; weld them in a mesh program",
-        path, Count(edges.open, "edge belongs", "of its edges belong"), kWideGap_mm, kWeld_mm));
+        path, FormatCount(edges.open, "edge belongs", "of its edges belong"), kWideGap_mm, kWeld_mm));
   }
   throw Error(
       fmt::format("{}: the surface is not closed: {} to one triangle only, which is the rim of a hole or of a "
                   "gap wider than {} mm; close the holes in a mesh program",
-                  path, Count(edges.open, "edge belongs", "of its edges belong"), kWeld_mm));
+                  path, FormatCount(edges.open, "edge belongs", "of its edges belong"), kWeld_mm));
 }
 
 /// Points welded, doubles left out, all facing one way.
@@ -110,14 +106,16 @@ std::vector<Shell> Repair(TriangleMesh& mesh, std::vector<std::string>& repairs,
   if (edges.open > 0) {
     if (const std::size_t welded = Weld(mesh, kWeld_mm); welded > 0) {
       repairs.push_back(fmt::format("{} nearer than {} mm to another and {} welded to it",
-                                    Count(welded, "point lay", "points lay"), kWeld_mm, welded == 1 ? "was" : "were"));
+                                    FormatCount(welded, "point lay", "points lay"), kWeld_mm,
+                                    welded == 1 ? "was" : "were"));
       edges = CountEdges(mesh);
     }
   }
   if (edges.crowded > 0) {
     if (const std::size_t doubles = DropDoubles(mesh); doubles > 0) {
       repairs.push_back(fmt::format("{} in the file more than once and {} left out",
-                                    Count(doubles, "triangle was", "triangles were"), doubles == 1 ? "was" : "were"));
+                                    FormatCount(doubles, "triangle was", "triangles were"),
+                                    doubles == 1 ? "was" : "were"));
       edges = CountEdges(mesh);
     }
   }
@@ -126,14 +124,14 @@ std::vector<Shell> Repair(TriangleMesh& mesh, std::vector<std::string>& repairs,
     throw Error(
         fmt::format("{}: {} to more than two triangles: parts touch along edges, or walls within the surface "
                     "meet it; separate or remove them in a mesh program",
-                    path, Count(edges.crowded, "edge of the surface belongs", "edges of the surface belong")));
+                    path, FormatCount(edges.crowded, "edge of the surface belongs", "edges of the surface belong")));
   }
   std::size_t turned = 0;
   std::vector<Shell> shells = OrientShells(mesh, turned, path);
   if (turned > 0) {
     repairs.push_back(fmt::format("{} the other way than most of {} shell and {} turned",
-                                  Count(turned, "triangle faced", "triangles faced"), turned == 1 ? "its" : "their",
-                                  turned == 1 ? "was" : "were"));
+                                  FormatCount(turned, "triangle faced", "triangles faced"),
+                                  turned == 1 ? "its" : "their", turned == 1 ? "was" : "were"));
   }
   return shells;
 }
@@ -155,10 +153,10 @@ std::vector<TriangleMesh> Separate(const TriangleMesh& mesh, const std::vector<S
 }
 
 std::string Describe(const SurfaceReport& r, bool hollow_inner_shells) {
-  std::string text = Count(r.shells, "shell", "shells");
+  std::string text = FormatCount(r.shells, "shell", "shells");
   if (r.hollow_shells > 0) {
     text += fmt::format("; {} left hollow ({} in all), because {}",
-                        Count(r.hollow_shells, "inner shell", "inner shells"), FormatVolume(r.hollow_mm3),
+                        FormatCount(r.hollow_shells, "inner shell", "inner shells"), FormatVolume(r.hollow_mm3),
                         hollow_inner_shells    ? "--no-fill asks for it"
                         : r.hollow_shells == 1 ? "it faces inward"
                                                : "they face inward");
@@ -166,8 +164,8 @@ std::string Describe(const SurfaceReport& r, bool hollow_inner_shells) {
   if (r.inner_solid_shells > 0 && !hollow_inner_shells) {
     const bool one = r.inner_solid_shells == 1;
     text += fmt::format("; {} filled, because {} outward (--no-fill leaves {} hollow)",
-                        Count(r.inner_solid_shells, "inner shell", "inner shells"), one ? "it faces" : "they face",
-                        one ? "it" : "them");
+                        FormatCount(r.inner_solid_shells, "inner shell", "inner shells"),
+                        one ? "it faces" : "they face", one ? "it" : "them");
   }
   return text;
 }

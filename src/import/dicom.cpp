@@ -14,7 +14,11 @@
 #include <map>
 #include <sstream>
 
+<<<<<<< HEAD
 #include "files/child.h"
+=======
+#include "core/volume_text.h"
+>>>>>>> main
 #include "import/dicom_header.h"
 #include "import/itk_read.h"
 #include "import/limits.h"
@@ -156,8 +160,8 @@ void SortSlices(DicomSeries& series) {
 }
 
 std::string Describe(const DicomSeries& s) {
-  return fmt::format("{} ({}, {} slices{}{})", s.uid, s.modality.empty() ? "no modality" : s.modality, s.slices.size(),
-                     s.description.empty() ? "" : ", ", s.description);
+  return fmt::format("{} ({}, {}{}{})", s.uid, s.modality.empty() ? "no modality" : s.modality,
+                     FormatCount(s.slices.size(), "slice", "slices"), s.description.empty() ? "" : ", ", s.description);
 }
 
 // Every way in which files with one series UID fail to be one CT volume. Throws Error.
@@ -186,7 +190,8 @@ void CheckSeries(const DicomSeries& series) {
     }
   }
   if (series.slices.size() < 3)
-    fail(fmt::format("{} slices are no volume; kerf needs at least 3", series.slices.size()));
+    fail(fmt::format("{} no volume; kerf needs at least 3",
+                     FormatCount(series.slices.size(), "slice is", "slices are")));
   const Vec3 normal = Normal(first);
   const double gap = series.gap_mm;
   for (std::size_t i = 1; i < series.slices.size(); ++i) {
@@ -204,9 +209,9 @@ void CheckSeries(const DicomSeries& series) {
     if (std::abs(step - gap) <= std::max(0.02 * gap, 0.02)) continue;
     const double multiple = step / gap;
     if (multiple > 1.5 && std::abs(multiple - std::round(multiple)) < 0.1) {
-      fail(fmt::format(
-          "{:.0f} slice(s) missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
-          std::round(multiple) - 1, files, z, z + step, gap));
+      fail(fmt::format("{} missing between {} (at {:.2f} and {:.2f} mm; slices elsewhere are {:.2f} mm apart)",
+                       FormatCount(static_cast<std::size_t>(std::lround(multiple) - 1), "slice is", "slices are"),
+                       files, z, z + step, gap));
     }
     fail(fmt::format(
         "the slices are unequally spaced: {:.2f} mm between {}, {:.2f} mm elsewhere; resample the scan to equal gaps",

@@ -1,21 +1,19 @@
 #include "import/image_file.h"
 
 #include <fmt/format.h>
-#include <itkMetaImageIO.h>
-#include <itkNrrdImageIO.h>
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <initializer_list>
+#include <vector>
 
-#include "files/child.h"
 #include "import/image_fields.h"
 #include "import/image_header.h"
-#include "import/itk_read.h"
 #include "import/nifti.h"
 #include "import/nrrd_lattice.h"
 #include "import/patient_frame.h"
-#include "import/volume_bytes.h"
+#include "import/voxel_values.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -26,15 +24,38 @@ bool IsNrrd(const std::string& path) {
   return EndsWith(Lower(path), ".nrrd") || EndsWith(Lower(path), ".nhdr");
 }
 
-void PlaceMeta(const itk::ImageIOBase& io, const ImageFields& fields, const std::string& path, bool frame_stated,
-               Volume& volume) {
-  const double unit_mm = CheckMetaSpacing(fields, path);
-  for (unsigned a = 0; a < 3; ++a) {
-    volume.spacing_mm[a] = io.GetSpacing(a) * unit_mm;
-    volume.origin_W[a] = io.GetOrigin(a) * unit_mm;
-    const std::vector<double> axis = io.GetDirection(a);
-    for (unsigned c = 0; c < 3; ++c) volume.axes_W[a][c] = axis[c];
+// The first of the fields that a MetaImage header has, as rows of which the first three numbers count; empty when it
+// has none of them.
+std::vector<Vec3> ParseMetaRows(const ImageFields& fields, std::initializer_list<const char*> names, std::size_t rows,
+                                const std::string& path) {
+  for (const char* name : names) {
+    const std::string key = Lower(name);
+    if (!fields.Contains(key)) continue;
+    const std::size_t columns = ParseNumbers(fields.Get("dimsize")).size();
+    const std::vector<double> numbers = ParseNumbers(fields.Get(key));
+    if (columns < 3 || numbers.size() < (rows == 1 ? 3 : rows * columns)) {
+      throw Error(fmt::format("{}: the MetaImage header's {} '{}' should have {} numbers", path, name, fields.Get(key),
+                              rows * columns));
+    }
+    std::vector<Vec3> parsed;
+    for (std::size_t n = 0; n < rows; ++n) {
+      const double* row = &numbers[n * columns];
+      parsed.emplace_back(row[0], row[1], row[2]);
+    }
+    return parsed;
   }
+  return {};
+}
+
+void PlaceMeta(const ImageFields& fields, const std::string& path, bool frame_stated, Volume& volume) {
+  const double unit_mm = CheckMetaSpacing(fields, path);
+  const bool has_spacing = ParseNumbers(fields.Get("elementspacing")).size() >= 3;
+  volume.spacing_mm =
+      unit_mm * ParseMetaRows(fields, {has_spacing ? "ElementSpacing" : "ElementSize"}, 1, path).front();
+  const std::vector<Vec3> origin = ParseMetaRows(fields, {"Offset", "Position", "Origin"}, 1, path);
+  if (!origin.empty()) volume.origin_W = unit_mm * origin.front();
+  const std::vector<Vec3> axes = ParseMetaRows(fields, {"TransformMatrix", "Rotation", "Orientation"}, 3, path);
+  for (std::size_t a = 0; a < axes.size(); ++a) volume.axes_W[static_cast<int>(a)] = axes[a];
   for (int a = 0; a < 3; ++a) {
     const double length = glm::length(volume.axes_W[a]);
     if (std::abs(length - 1) > 1e-3) {
@@ -44,61 +65,48 @@ void PlaceMeta(const itk::ImageIOBase& io, const ImageFields& fields, const std:
                       path, length));
     }
   }
-  const auto has_none = [&](std::initializer_list<const char*> names) {
-    return std::none_of(names.begin(), names.end(), [&](const char* name) { return fields.Contains(name); });
-  };
-  if (has_none({"transformmatrix", "rotation", "orientation"}) && !frame_stated) {
+  if (axes.empty() && !frame_stated) {
     volume.warnings.emplace_back(
         "the MetaImage header has no TransformMatrix: its axes were taken to point left, posterior and superior; check "
         "that left is left");
   }
-  if (has_none({"offset", "position", "origin"})) {
+  if (origin.empty()) {
     volume.warnings.emplace_back("the MetaImage header has no Offset: the first voxel was taken to lie at 0, 0, 0");
   }
   StateFrame(volume.frame, volume);
 }
 
-// An NRRD's place is not taken from ITK, which turns LAS into something else and takes any other space as LPS.
-Volume ReadByItk(const std::string& path, const std::string& frame, std::uint64_t promised) {
+// An axis of an NRRD that runs over the values of a voxel instead of through space.
+void CheckNrrdComponents(const ImageFields& fields, const ImageLayout& layout, const std::string& path) {
+  const std::string kinds = Lower(fields.Get("kinds"));
+  const std::string first = kinds.substr(0, kinds.find(' '));
+  const bool through_space = first.empty() || first == "domain" || first == "space" || first == "time";
+  if (layout.sizes.size() > 3 && !through_space) CheckOneComponent(static_cast<unsigned>(layout.sizes[0]), path);
+}
+
+Volume ReadNrrdOrMeta(const std::string& path, const std::string& frame, ImageLayout& layout) {
   Volume volume;
-  const ImageFields fields = IsNrrd(path) ? ParseNrrdFields(ReadHead(path)) : ParseMetaFields(ReadHead(path));
-  if (IsNrrd(path)) {
+  const bool is_nrrd = IsNrrd(path);
+  const ImageFields fields = is_nrrd ? ParseNrrdFields(ReadHead(path)) : ParseMetaFields(ReadHead(path));
+  if (is_nrrd) {
+    CheckNrrdComponents(fields, layout, path);
     SetNrrdFrame(fields, path, frame, volume);
   } else if (!frame.empty()) {
     volume.frame = frame;
   }
-  const QuietItk quiet;
-  const itk::ImageIOBase::Pointer io = IsNrrd(path) ? itk::ImageIOBase::Pointer(itk::NrrdImageIO::New().GetPointer())
-                                                    : itk::MetaImageIO::New().GetPointer();
-  io->SetFileName(path);
-  try {
-    io->ReadImageInformation();
-  } catch (const itk::ExceptionObject& e) {
-    throw Error(fmt::format("{}: the header can't be read ({})", path, OneLine(e)));
+  if (layout.sizes.size() != 3) {
+    throw Error(fmt::format("{}: the image has {} dimensions; kerf needs a volume of 3", path, layout.sizes.size()));
   }
-  unsigned dimensions = io->GetNumberOfDimensions();
-  while (dimensions > 3 && io->GetDimensions(dimensions - 1) == 1) --dimensions;
-  if (dimensions != 3)
-    throw Error(fmt::format("{}: the image has {} dimensions; kerf needs a volume of 3", path, dimensions));
-  CheckOneComponent(io->GetNumberOfComponents(), path);
-
-  // ITK may have read the header otherwise, and what it found is what it asks memory for.
-  if (static_cast<std::uint64_t>(io->GetImageSizeInBytes()) > promised) {
-    throw Error(fmt::format(
-        "{}: the header can be read in two ways, and one of them promises more voxels than the file has", path));
-  }
-  for (unsigned a = 0; a < 3; ++a) volume.size[a] = static_cast<int>(io->GetDimensions(a));
-  if (IsNrrd(path)) {
+  CheckOneComponent(static_cast<unsigned>(layout.components), path);
+  for (std::size_t a = 0; a < 3; ++a) volume.size[a] = static_cast<int>(layout.sizes[a]);
+  if (is_nrrd) {
     PlaceNrrd(fields, path, volume);
   } else {
-    PlaceMeta(*io, fields, path, !frame.empty(), volume);
+    PlaceMeta(fields, path, !frame.empty(), volume);
   }
   CheckLattice(volume, path);
-  const Overflow overflow = AppendPixels(*io, path, volume.hu);
-  if (volume.hu.size() != volume.count()) {
-    throw Error(
-        fmt::format("{}: {} voxels were read where the header promises {}", path, volume.hu.size(), volume.count()));
-  }
+  const std::vector<char> bytes = ReadVoxels(layout, volume.count(), path);
+  const Overflow overflow = AppendHu(bytes, layout.type, 1, 0, path, volume.hu);
   if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
   return volume;
 }
@@ -106,9 +114,8 @@ Volume ReadByItk(const std::string& path, const std::string& frame, std::uint64_
 }  // namespace
 
 Volume ReadImageFile(const std::string& path, const std::string& frame) {
-  const ImageCheck check = CheckImageHeader(path);
-  const auto read = [&](ChildReport&) { return Encode(ReadByItk(path, frame, check.bytes)); };
-  Volume volume = HasNiftiExtension(path) ? ReadNifti(path, frame) : DecodeVolume(RunInChild(path, {}, read, {}));
+  ImageCheck check = CheckImageHeader(path);
+  Volume volume = HasNiftiExtension(path) ? ReadNifti(path, frame) : ReadNrrdOrMeta(path, frame, check.layout);
   volume.warnings.insert(volume.warnings.end(), check.warnings.begin(), check.warnings.end());
   return volume;
 }

@@ -208,7 +208,7 @@ Isolation IsolateBone(const Volume& ct, const ImportOptions& options, const Impo
     return Isolate(ct, options.isolate, Part(options.progress, 0.15, 0.25));
   } catch (const Error& e) {
     std::string message = e.what();
-    for (const std::string& warning : report.warnings) message += "\nOf the file: " + warning;
+    for (const std::string& warning : report.warnings) message += "\nwarning: " + warning;
     throw Error(message);
   }
 }
@@ -333,12 +333,16 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   TriangleMesh mesh = ReadMesh(path);
   if (!options.frame.empty()) StateFrame(options.frame, mesh);
   report.input_hash = HashMesh(mesh);
-  ScaleToMm(mesh, options.mesh_units, path);
+  if (const std::string doubt = ScaleToMm(mesh, options.mesh_units, path); !doubt.empty()) {
+    report.warnings.push_back(doubt);
+  }
   const ClosedSurface closed = CloseSurface(std::move(mesh), !options.fill, path);
   report.surface = closed.report;
   report.warnings.insert(report.warnings.end(), closed.report.repairs.begin(), closed.report.repairs.end());
   report.isolation = "none: the surface as it is";
   stages.Done("read");
+  CheckEnclosed(closed.layers.front(), options.voxel_mm, path);
+  if (options.progress) options.progress(0.05);
 
   // The shape and the depth are found on a lattice of inside and outside.
   Box3 box;
@@ -372,18 +376,20 @@ ImportResult ImportMesh(const std::string& path, const ImportOptions& options) {
   tissue_options.shell_mm = options.mesh_shell_mm;
   const TissueMap tissue(lattice, solid, solid, nullptr, report.mandible, tissue_options);
   stages.Done("tissues");
-  if (options.progress) options.progress(0.3);
+  if (options.progress) options.progress(0.15);
 
   BuildOptions build;
   build.most_bytes = static_cast<double>(ReadAvailableBytes());
   build.voxel_mm = options.voxel_mm;
   build.region_voxel_mm = std::max(options.voxel_mm, kRegionVoxel_mm);
-  build.progress = Part(options.progress, 0.3, 0.95);
+  build.progress = Part(options.progress, 0.15, 0.75);
   result.bone = MakeBoneFromMesh(
       closed.layers, [&tissue](const Vec3& p_W) { return tissue.RegionAt(p_W); }, build,
       ChooseTable(options, report.mandible));
   stages.Done("level set");
+  if (options.progress) options.progress(0.8);
   DropDust(result.bone, false, report);
+  if (options.progress) options.progress(0.85);
   if (report.pieces == 0) {
     throw Error(
         fmt::format("{}: at voxels of {:g} mm the surface encloses no piece of {:g} mm3 or more; check its unit "

@@ -1,17 +1,20 @@
 #include "import/nifti.h"
 
 #include <fmt/format.h>
-#include <itk_zlib.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <glm/geometric.hpp>
-#include <memory>
+#include <utility>
 
+#include "import/image_fields.h"
+#include "import/image_header.h"
 #include "import/patient_frame.h"
+#include "import/unpack.h"
 #include "import/voxel_values.h"
 #include "kerf/error.h"
 
@@ -20,9 +23,9 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 348;
-constexpr double kFormsAgree_mm = 0.1;        // sform and qform: their numbers have single precision
-constexpr double kSpacingsAgree = 1e-3;       // relative: of the sform's steps with pixdim
-constexpr std::size_t kReadAtOnce = 1 << 26;  // gzread takes a length of 32 bits
+constexpr double kFormsAgree_mm = 0.1;     // sform and qform: their numbers have single precision
+constexpr double kSpacingsAgree = 1e-3;    // relative: of the sform's steps with pixdim
+constexpr double kMostUnpacked = 1 << 26;  // bytes of what is no NIfTI, to see whether it is whole
 
 // From voxel indices to the header's coordinates.
 struct Form {
@@ -42,20 +45,17 @@ double Real(const NiftiHeader& header, std::size_t offset) {
   return static_cast<double>(Field<float>(header.bytes, offset, header.swapped));
 }
 
-// Reads a file, unpacked when it is packed by gzip.
-std::vector<char> ReadUnpacked(const std::string& path, double offset, std::size_t bytes) {
-  const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(path.c_str(), "rb"), gzclose);
-  std::vector<char> out(bytes);
-  std::size_t got = 0;
-  if (in && gzseek(in.get(), static_cast<z_off_t>(offset), SEEK_SET) >= 0) {
-    while (got < bytes) {
-      const int n = gzread(in.get(), &out[got], static_cast<unsigned>(std::min(bytes - got, kReadAtOnce)));
-      if (n <= 0) break;
-      got += static_cast<std::size_t>(n);
+[[noreturn]] void RefuseHeader(const std::string& path) {
+  if (IsGzip(path)) {
+    const Unpacked whole = Unpack(path, 0, kMostUnpacked);
+    if (whole.damaged || whole.bytes < static_cast<double>(kHeaderBytes)) {
+      throw Error(
+          fmt::format("{}: the file is {}: {:.0f} bytes of its gzip stream can be unpacked{}; copy or export it again",
+                      path, whole.damaged ? "damaged" : "cut off", whole.bytes,
+                      whole.bytes < static_cast<double>(kHeaderBytes) ? ", and a NIfTI header has 348" : ""));
     }
   }
-  out.resize(got);
-  return out;
+  throw Error(fmt::format("{}: not a NIfTI file although its name says so", path));
 }
 
 VoxelType FindType(const NiftiHeader& header, const std::string& path) {
@@ -156,6 +156,28 @@ double FindUnit(const NiftiHeader& header, const std::string& path, std::vector<
   }
 }
 
+// Slope and intercept of the stored values. NIfTI: a slope of 0 means that the values are as stored.
+std::pair<double, double> ReadRescale(const NiftiHeader& header, const std::string& path,
+                                      std::vector<std::string>& warnings) {
+  const double slope = Real(header, 112);
+  const double intercept = Real(header, 116);
+  if (slope == 0) return {1, 0};
+  if (!std::isfinite(slope)) {
+    warnings.push_back(fmt::format(
+        "the NIfTI header's slope of the values (scl_slope) is {}, which is no number; the values were taken as they "
+        "are stored, so that their HU may be wrong",
+        slope));
+    return {1, 0};
+  }
+  if (!std::isfinite(intercept)) {
+    throw Error(fmt::format(
+        "{}: the header's intercept of the values (scl_inter) is {}, which is no number, so the HU are unknown; "
+        "correct the header",
+        path, intercept));
+  }
+  return {slope, intercept};
+}
+
 const char* SpaceName(int code) {
   switch (code) {
     case 1:
@@ -218,11 +240,15 @@ Form ChooseForm(const NiftiHeader& header, double unit_mm, bool frame_given, Vol
 }  // namespace
 
 NiftiHeader ReadNiftiHeader(const std::string& path) {
-  const std::vector<char> bytes = ReadUnpacked(path, 0, kHeaderBytes);
   NiftiHeader header;
-  header.bytes.assign(bytes.begin(), bytes.end());
-  const auto refuse = [&path] { throw Error(fmt::format("{}: not a NIfTI file although its name says so", path)); };
-  if (bytes.size() < kHeaderBytes) refuse();
+  header.bytes = ReadHead(path).substr(0, kHeaderBytes);
+  if (IsGzip(path)) {
+    std::vector<char> bytes;
+    Unpack(path, 0, static_cast<double>(kHeaderBytes), 0, &bytes);
+    header.bytes.assign(bytes.begin(), bytes.end());
+  }
+  const auto refuse = [&path] { RefuseHeader(path); };
+  if (header.bytes.size() < kHeaderBytes) refuse();
   header.swapped = Field<std::int32_t>(header.bytes, 0, false) != 348;
   if (Field<std::int32_t>(header.bytes, 0, header.swapped) != 348 || header.bytes.compare(344, 3, "n+1") != 0) refuse();
   const int dimensions = Field<std::int16_t>(header.bytes, 40, header.swapped);
@@ -264,22 +290,19 @@ Volume ReadNifti(const std::string& path, const std::string& frame) {
   PlaceLattice(form.origin, form.steps, unit_mm, volume);
   CheckLattice(volume, path);
 
-  std::vector<char> values = ReadUnpacked(path, header.offset, volume.count() * bytes);
-  if (values.size() != volume.count() * bytes) throw Error(fmt::format("{}: the voxels can't be read", path));
-  if (header.swapped && bytes > 1) {
-    for (auto at = values.begin(); at != values.end(); at += static_cast<std::ptrdiff_t>(bytes)) {
-      std::reverse(at, at + static_cast<std::ptrdiff_t>(bytes));
-    }
+  ImageLayout layout;
+  layout.data_file = path;
+  layout.type = type;
+  layout.swapped = header.swapped;
+  if (IsGzip(path)) {
+    layout.packing = VoxelPacking::kGzip;
+    layout.lead = header.offset;
+  } else {
+    layout.offset = static_cast<std::uint64_t>(header.offset);
   }
-  // A slope of 0, or none at all, means that the values are as stored.
-  double slope = Real(header, 112);
-  double intercept = Real(header, 116);
-  if (!std::isfinite(slope) || slope == 0) {
-    slope = 1;
-    intercept = 0;
-  }
-  if (!std::isfinite(intercept)) intercept = 0;
-  const Overflow overflow = AppendHu(values, type, slope, intercept, path, volume.hu);
+  const std::vector<char> values = ReadVoxels(layout, volume.count(), path);
+  const auto [slope, intercept] = ReadRescale(header, path, volume.warnings);
+  const Overflow overflow = AppendHu(values, layout.type, slope, intercept, path, volume.hu);
   if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
   return volume;
 }

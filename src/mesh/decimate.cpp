@@ -181,15 +181,7 @@ class Collapser {
       if (Has(t, other)) continue;
       Vec3 p[3];
       for (std::size_t k = 0; k < 3; ++k) p[k] = t[k] == moved ? place : points_[t[k]];
-      const Vec3 before = Normal(t);
-      const Vec3 after = glm::cross(p[1] - p[0], p[2] - p[0]);
-      const double area_before = glm::length(before);
-      const double area_after = glm::length(after);
-      // A degenerate triangle has no normal to keep.
-      if (area_before > 0 && glm::dot(before, after) < kLeastCosine * area_before * area_after) return false;
-      const auto length2 = [](const Vec3& v) { return glm::dot(v, v); };
-      const double longest2 = std::max({length2(p[1] - p[0]), length2(p[2] - p[1]), length2(p[0] - p[2])});
-      if (!(longest2 < kWorstShape * area_after)) return false;
+      if (!KeepsTriangleShape(Normal(t), p, kLeastCosine, kWorstShape)) return false;
     }
     return true;
   }

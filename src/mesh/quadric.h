@@ -1,6 +1,7 @@
 // The quadric error of a point: the weighted sum of its squared distances from a set of planes.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -58,5 +59,17 @@ struct Quadric {
     return std::isfinite(x + y + z) ? minimum : anchor;
   }
 };
+
+/// Whether a triangle whose normal was `before` (any length; 0: it had none to keep) may have the corners `p`: turned
+/// by no more than an angle of that cosine, and no sliver, the square of its longest side at most `worst_shape` times
+/// twice its area.
+inline bool KeepsTriangleShape(const Vec3& before, const Vec3 (&p)[3], double least_cosine, double worst_shape) {
+  const Vec3 after = glm::cross(p[1] - p[0], p[2] - p[0]);
+  const double area_before = glm::length(before);
+  const double area_after = glm::length(after);
+  if (area_before > 0 && glm::dot(before, after) < least_cosine * area_before * area_after) return false;
+  const auto length2 = [](const Vec3& v) { return glm::dot(v, v); };
+  return std::max({length2(p[1] - p[0]), length2(p[2] - p[1]), length2(p[0] - p[2])}) < worst_shape * area_after;
+}
 
 }  // namespace kerf

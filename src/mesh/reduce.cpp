@@ -314,15 +314,7 @@ class Worker {
       if (here) target.corners[k] = c.b;
     }
     target.points = {p[0], p[1], p[2]};
-    const Vec3 before = s_.Normal(s_.triangles[t]);
-    const Vec3 after = glm::cross(p[1] - p[0], p[2] - p[0]);
-    const double area_before = glm::length(before);
-    const double area_after = glm::length(after);
-    // A degenerate triangle has no normal to keep.
-    if (area_before > 0 && glm::dot(before, after) < kLeastCosine * area_before * area_after) return false;
-    const auto length2 = [](const Vec3& v) { return glm::dot(v, v); };
-    const double longest2 = std::max({length2(p[1] - p[0]), length2(p[2] - p[1]), length2(p[0] - p[2])});
-    if (!(longest2 < kWorstShape * area_after)) return false;
+    if (!KeepsTriangleShape(s_.Normal(s_.triangles[t]), p, kLeastCosine, kWorstShape)) return false;
     Shape(target);
     targets_.push_back(target);
     return true;

@@ -98,11 +98,13 @@ std::vector<std::string> FindDoubts(const Scene& scene, double voxel_mm) {
   } else {
     const ForceLawInfo& law = scene.force.info();
     const double bite_mm = CalcTopBite(scene);
+    const double to_mm = FindTopValidBite(scene.force, MakeTool(scene));
     if (IsNowhereMeasured(law.validity)) {
-      doubts.push_back(fmt::format("{} {}", law.name, law.validity.beyond));
-    } else if (bite_mm > law.validity.to_mm) {
-      doubts.push_back(fmt::format("the bite reaches {:.3g} um: {} holds up to about {:.3g} um, {}", 1000 * bite_mm,
-                                   law.name, 1000 * law.validity.to_mm, law.validity.beyond));
+      doubts.push_back(
+          fmt::format("{} {}: {}", law.name, law.validity.beyond, DescribeAccuracy(scene.force, MakeTool(scene))));
+    } else if (bite_mm > to_mm) {
+      doubts.push_back(fmt::format("the bite reaches {:.3g} um: {} holds up to about {:.2g} um, {}", 1000 * bite_mm,
+                                   law.name, 1000 * to_mm, law.validity.beyond));
     } else if (bite_mm < law.validity.from_mm) {
       doubts.push_back(fmt::format("the bite stays at or below {:.3g} um: {} holds from about {:.3g} um, {}",
                                    1000 * bite_mm, law.name, 1000 * law.validity.from_mm, law.validity.below));

@@ -104,12 +104,13 @@ std::string EditScene(const std::string& text, const std::string& file, const st
   ParseScene(text, file);  // no scene, no edit
   std::vector<std::string> lines = SplitLines(text);
   std::erase_if(lines, [](const std::string& line) { return line.compare(0, kMark.size(), kMark) == 0; });
-  for (const SceneEdit& edit : edits) SetValue(lines, file, edit);
+  // A new key goes right behind its table's head, so the last comes first.
+  for (auto edit = edits.rbegin(); edit != edits.rend(); ++edit) SetValue(lines, file, *edit);
   if (!note.empty() && !edits.empty()) {
-    // Found anew: later edits may have moved it.
     std::vector<std::string> probe = lines;
-    const std::size_t at = SetValue(probe, file, edits.front());
-    lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(std::min(at, lines.size())), std::string(kMark) + note);
+    std::size_t at = lines.size();
+    for (const SceneEdit& edit : edits) at = std::min(at, SetValue(probe, file, edit));
+    lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(at), std::string(kMark) + note);
   }
   std::string edited = JoinLines(lines);
   const auto refuse = [&] {

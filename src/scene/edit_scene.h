@@ -12,8 +12,8 @@ struct SceneEdit {
   std::string value;  // as TOML writes it: "0.125"
 };
 
-/// The text with those values set, in the order of the edits; a key that is not there goes behind the head of its
-/// table, a table that is not there to the end. `note`, unless empty, becomes a comment above the first edited line,
+/// The text with those values set; keys that are not there go behind the head of their table in the order of the edits,
+/// a table that is not there to the end. `note`, unless empty, becomes a comment above the topmost edited line,
 /// "# kerf tune: <note>", in the place of an earlier one. `file` is named in messages. Throws Error when the text is no
 /// scene, or when the result would not be that scene with those values alone changed, as where a table is written in
 /// one line.

@@ -406,6 +406,12 @@ Scene ParseScene(const std::string& text, const std::string& file) {
     throw Error(fmt::format("{}: {} bytes; a scene has at most {}", file, text.size(), kMaxSceneBytes));
   }
   const TomlNode document = ParseToml(text, file);
+  if (document.Find("bone") == nullptr && (document.Find("study") != nullptr || document.Find("knob") != nullptr)) {
+    throw Error(
+        fmt::format("{0}: this is a study, not a scene; 'kerf study {0}' runs it, with --dry-run it only says "
+                    "what it would do",
+                    file));
+  }
   Faults faults(file);
   Scene scene;
   scene.name = std::filesystem::path(file).stem().string();

@@ -54,20 +54,22 @@ std::string DescribeCuttingEnergy(const CuttingEnergy& energy) {
   std::string text = fmt::format("{:.3g} J", *energy.work_J);
   if (energy.specific_J_per_mm3) text += fmt::format(", {:.3g} J/mm3", *energy.specific_J_per_mm3);
   if (energy.pass_mJ) text += fmt::format(", {:.3g} mJ a tooth pass", *energy.pass_mJ);
-  return text + fmt::format("; cutting force = thrust / {:.3g}; published tests: {:g} to {:g} J/mm3", energy.ratio,
-                            kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3);
+  return text + fmt::format("; cutting force = thrust / {:.3g}; range {:g} to {:g} J/mm3 ({})", energy.ratio,
+                            kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3, kSpecificEnergySource);
 }
 
 std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy) {
   if (energy.IsAsMeasured()) return {};
   return {fmt::format(
-      "the specific cutting energy is {:.3g} J/mm3, outside the {:g} to {:g} J/mm3 of published tests "
-      "of cutting bone: the forces of {} are not those of a real cut",
-      *energy.specific_J_per_mm3, kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3, scene.force.name())};
+      "the specific cutting energy is {:.3g} J/mm3, outside {:g} to {:g} J/mm3 ({}): the forces of {} are not those "
+      "of a real cut",
+      *energy.specific_J_per_mm3, kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3, kSpecificEnergySource,
+      scene.force.name())};
 }
 
-std::string DescribeLaw(const ForceLawInfo& law) {
-  return fmt::format("{}: {}; {}", law.name, FindCaveat(law).accuracy, FindCaveat(law).blades);
+std::string DescribeLaw(const Scene& scene) {
+  return fmt::format("{}: {}; {}", scene.force.name(), DescribeAccuracy(scene.force, MakeTool(scene)),
+                     DescribeBlades(scene.force));
 }
 
 std::string FormatCuttingJson(const CuttingEnergy& energy) {

@@ -31,18 +31,18 @@ struct CuttingEnergy {
   std::optional<double> specific_J_per_mm3;  // none where hardly anything was removed
   std::optional<double> pass_mJ;             // mean over the passages of a tooth while any is engaged
 
-  /// Within what published tests of cutting bone give (src/force/measured.h); true where there is no figure.
+  /// Within the range derived from published tests (src/force/measured.h); true where there is no figure.
   bool IsAsMeasured() const;
 };
 
 CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects, const CuttingSums& sums);
 
-/// "0.412 J: 6.05 J/mm3, 1.2 mJ a tooth pass; cutting force = thrust / 1.6; published tests: 0.8 to 6 J/mm3".
+/// "0.412 J: 6.05 J/mm3, 1.2 mJ a tooth pass; cutting force = thrust / 1.6; range 0.8 to 6 J/mm3 (...)".
 std::string DescribeCuttingEnergy(const CuttingEnergy& energy);
 /// A sentence where the specific energy is outside what was measured.
 std::vector<std::string> FindEnergyWarnings(const Scene& scene, const CuttingEnergy& energy);
 /// "hertz_chip: thrust ...; ...".
-std::string DescribeLaw(const ForceLawInfo& law);
+std::string DescribeLaw(const Scene& scene);
 /// The object "cutting" of a summary, as JSON text.
 std::string FormatCuttingJson(const CuttingEnergy& energy);
 

@@ -8,19 +8,18 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "files/files.h"
 #include "force/measured.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
-#include "mesh/meshfile.h"
 #include "report/plot.h"
 #include "session/results_folder.h"
 #include "session/run_loop.h"
 #include "session/run_pictures.h"
 #include "session/run_scene.h"
 #include "session/summary_json.h"
+#include "session/write_pieces.h"
 
 namespace kerf {
 namespace {
@@ -218,9 +217,7 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
   const auto finite = [](double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); };
   const FittedCoupling& fitted = s.setup.fitted;
   ordered_json pieces = ordered_json::array();
-  for (const PieceSummary& piece : s.pieces) {
-    pieces.push_back(PieceJson(piece));
-  }
+  for (const PieceSummary& piece : s.pieces) pieces.push_back(PieceJson(piece));
   const auto bars = [&s](const std::vector<LoopBar>& all) {
     if (s.virtual_time) return ordered_json();
     ordered_json list = ordered_json::array();
@@ -311,9 +308,10 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
       {"tick_bars_us", bars(s.tick_bars)},
       {"warnings", s.warnings},
       {"files", s.files}};
+  if (HaveFiles(s.pieces)) json["surface_error_mm"] = s.surface_error_mm;
   json["force"]["law"] = scene.force.name();
-  json["force"]["accuracy"] = FindCaveat(scene.force.info()).accuracy;
-  json["force"]["blades"] = FindCaveat(scene.force.info()).blades;
+  json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
+  json["force"]["blades"] = DescribeBlades(scene.force);
   if (s.cutting) json["cutting"] = ordered_json::parse(FormatCuttingJson(*s.cutting));
   if (s.recorded) {
     json["recording"] = {{"file", s.recorded->path},
@@ -361,7 +359,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
       "- Largest force on the device {:.3f} N, in the simulation {:.3f} N; largest step from tick to tick {:.4f} N, "
       "where the slew limit is {:.4g} N a tick.\n",
       s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
-  text += fmt::format("- Force law {}.\n", DescribeLaw(scene.force.info()));
+  text += fmt::format("- Force law {}.\n", DescribeLaw(scene));
   if (s.cutting) text += fmt::format("- Cutting: {}.\n", DescribeCuttingEnergy(*s.cutting));
   text += fmt::format("- Trembling of the device's force (above 20 Hz, RMS): {}.\n", DescribeNoise(s));
   text +=
@@ -406,7 +404,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
 }
 
 void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
-                     const std::function<void(const std::string&, double)>& progress) {
+                     const std::function<void(const std::string&, double)>& progress, double surface_error_mm) {
   MakeFolder(folder);
   const std::vector<std::string> earlier = ReadEarlierResults(folder, "loop.json");
   std::vector<std::string>& files = summary.files;
@@ -430,15 +428,20 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
     if (scene.output.bone) WriteBone(summary.after, add("bone.vdb"));
     const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
     const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, out);
-    for (std::size_t i = 0; scene.output.pieces && i < pieces.size(); ++i) {
-      summary.pieces[i].file = fmt::format("piece_{}.stl", i + 1);
-      WriteMesh(pieces[i].out ? MakeSurfaceOut(*pieces[i].out) : ExtractSurface(*pieces[i].bone),
-                add(summary.pieces[i].file));
+    const auto write = [&](double fraction) {
+      if (progress) progress("writing the pieces", fraction);
+    };
+    summary.surface_error_mm = surface_error_mm;
+    const std::vector<PieceSurface> surfaces =
+        WritePieces(scene, summary.piece_bones, pieces, surface_error_mm, folder, write, summary.pieces);
+    for (const PieceSummary& piece : summary.pieces) {
+      if (!piece.file.empty()) files.push_back(piece.file);
     }
     if (scene.output.pictures && !summary.moments.empty()) {
       RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
       pictures.apart = !summary.fragments;  // fragments.png shows that
       pictures.out = out;
+      pictures.surfaces = surfaces;
       const auto show = [&](double fraction) {
         if (progress) progress("drawing the pictures", fraction);
       };

@@ -199,6 +199,7 @@ struct LoopSummary {
   std::vector<Bone> piece_bones;
   std::vector<TickRecord> moments;  // first contact, largest force, last contact, each with the tick before it
   std::vector<std::string> files;   // that WriteLoopReport wrote
+  double surface_error_mm = 0;      // of the pieces' files, at most; 0: they have all triangles
 };
 
 /// Builds the scene's bone and runs its tool in its hand for so long. `progress` gets a stage's name and 0..1. Throws
@@ -224,10 +225,12 @@ std::string FormatLoopCsv(const LoopSummary& summary);
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);
 /// report.md, loop.json, forces.csv, force.png, scene.toml (resolved) and, live, lateness.png in `folder`, made when
 /// missing; from a run with `keep_bones`, as the scene asks, also bone.vdb, piece_N.stl, before.png, after.png,
-/// cut.png, apart.png, heat.png and fragments.png; what its effects leave (EffectFiles). Results of an earlier loop in
-/// the same folder are replaced or removed. Fills `summary.files`.
+/// cut.png, apart.png, heat.png and fragments.png; what its effects leave (EffectFiles). The pieces' surfaces are
+/// reduced to `surface_error_mm`; 0: not at all. Results of an earlier loop in the same folder are replaced or removed.
+/// Fills `summary.files` and what there is of the pieces' files.
 void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
-                     const std::function<void(const std::string&, double)>& progress = {});
+                     const std::function<void(const std::string&, double)>& progress = {},
+                     double surface_error_mm = kSurfaceErrorMm);
 /// Throws Error when one of them would replace one of the run's own inputs.
 void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
 

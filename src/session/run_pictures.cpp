@@ -86,8 +86,8 @@ TriangleMesh KeepSmallParts(const TriangleMesh& mesh, double volume_mm3) {
 }
 
 /// The bone after the cut: its pieces, and what is too small to be one.
-void AddAfter(const RunPictures& run, std::span<const PieceSurface> surfaces, PictureSpec& spec) {
-  for (const PieceSurface& piece : surfaces) {
+void AddAfter(const RunPictures& run, PictureSpec& spec) {
+  for (const PieceSurface& piece : run.surfaces) {
     spec.shapes.push_back(piece.shape);
     for (const LegendEntry& entry : piece.legend) {
       const bool listed = std::any_of(spec.legend.begin(), spec.legend.end(),
@@ -144,8 +144,7 @@ PieceSurface MakePieceSurface(const Bone& piece, double error_mm) {
   surface.shape = ShapeOf(piece, ExtractSurface(piece), &surface.legend);
   const TriangleMesh& full = surface.shape.mesh_W;
   surface.full_triangles = full.triangles.size();
-  // A coarse surface is small as it is.
-  if (!(error_mm > 0) || piece.voxel_mm() > kMostEdgeErrors * error_mm) {
+  if (!(error_mm > 0)) {
     surface.mesh_W = full;
     return surface;
   }
@@ -192,14 +191,8 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   write(before, "before.png");
   before = {};
 
-  std::vector<PieceSurface> own;
-  if (run.surfaces.empty()) {
-    for (const Bone& piece : run.pieces) own.push_back(MakePieceSurface(piece, kSurfaceErrorMm));
-  }
-  const std::span<const PieceSurface> surfaces =
-      run.surfaces.empty() ? std::span<const PieceSurface>(own) : run.surfaces;
   PictureSpec after = base(name + ": after the cut");
-  AddAfter(run, surfaces, after);
+  AddAfter(run, after);
   after.caption = fmt::format("{} separate piece{}{}", run.pieces.size(), run.pieces.size() == 1 ? "" : "s",
                               run.out.empty() ? "" : " in place");
   for (const PieceOut& piece : run.out) {
@@ -243,7 +236,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   if (run.apart && run.pieces.size() > 1) {
     PictureSpec apart = base(name + ": the pieces moved apart");
     constexpr double kGapMm = 6;
-    for (const PieceSurface& piece : surfaces) {
+    for (const PieceSurface& piece : run.surfaces) {
       if (apart.legend.empty()) apart.legend = piece.legend;
       Shape shape = piece.shape;
       const double side = glm::dot(Centroid(shape.mesh_W) - peak.X_WT.p_AB, normal);

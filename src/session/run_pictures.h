@@ -22,8 +22,7 @@ struct PieceSurface {
   std::size_t full_triangles = 0;
 };
 
-/// Reduced to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that. As it is for 0, and where a voxel
-/// is longer than kMostEdgeErrors errors.
+/// Reduced to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that. As it is for 0.
 PieceSurface MakePieceSurface(const Bone& piece, double error_mm);
 
 /// What the pictures are made from.
@@ -34,11 +33,10 @@ struct RunPictures {
   const Bone& after;
   const std::vector<Bone>& pieces;
   std::string folder;
-  bool force_plot = true;              // of force against depth
-  bool apart = true;                   // the pieces apart from each other
-  std::span<const PieceOut> out = {};  // taken out; those set aside are drawn there
-  // Of `pieces`, in their order; empty: made here.
-  std::span<const PieceSurface> surfaces = {};
+  bool force_plot = true;                       // of force against depth
+  bool apart = true;                            // the pieces apart from each other
+  std::span<const PieceOut> out = {};           // taken out; those set aside are drawn there
+  std::span<const PieceSurface> surfaces = {};  // of `pieces`, in their order
 };
 
 /// Writes before.png and after.png; cut.png and, if asked for, force.png when the saw met bone; apart.png when there is

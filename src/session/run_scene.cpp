@@ -14,12 +14,13 @@
 #include "force/measured.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
-#include "mesh/meshfile.h"
 #include "session/make_bone.h"
 #include "session/results_folder.h"
 #include "session/run_pictures.h"
 #include "session/run_slab.h"
+#include "session/run_warnings.h"
 #include "session/summary_json.h"
+#include "session/write_pieces.h"
 
 namespace kerf {
 namespace {
@@ -38,7 +39,7 @@ constexpr double kInBoneMm3 = 0.1;
 }  // namespace
 
 PieceSummary Summarize(const ResultPiece& piece) {
-  PieceSummary summary{piece.volume_mm3, piece.bone->CalcBounds(), "", PieceFate::kHeld, Vec3(0)};
+  PieceSummary summary{piece.volume_mm3, piece.bone->CalcBounds(), "", 0, PieceFate::kHeld, Vec3(0)};
   if (piece.out == nullptr) return summary;
   summary.place = piece.out->fate;
   summary.move_mm = piece.out->move_mm;
@@ -182,25 +183,11 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
   const std::vector<ResultPiece> pieces = ListPieces(split.pieces, out);
   summary.surface_error_mm = surface_error_mm;
-  std::vector<PieceSurface> surfaces(split.pieces.size());  // of those in the bone, for the pictures too
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    PieceSummary piece = Summarize(pieces[i]);
-    if (scene.output.pieces || scene.output.pictures) {
-      PieceSurface surface = MakePieceSurface(*pieces[i].bone, surface_error_mm);
-      if (scene.output.pieces) {
-        piece.file = fmt::format("piece_{}.stl", i + 1);
-        summary.piece_triangles.push_back(surface.mesh_W.triangles.size());
-        for (Vec3& p : surface.mesh_W.points) p += piece.move_mm;
-        WriteMesh(surface.mesh_W, folder + "/" + piece.file);
-        add_file(piece.file);
-      }
-      surface.mesh_W = {};
-      if (pieces[i].out == nullptr) {
-        surfaces[static_cast<std::size_t>(pieces[i].bone - split.pieces.data())] = std::move(surface);
-      }
-    }
-    summary.pieces.push_back(piece);
-    stage("taking the pieces apart")(static_cast<double>(i + 1) / static_cast<double>(pieces.size()));
+  for (const ResultPiece& piece : pieces) summary.pieces.push_back(Summarize(piece));
+  const std::vector<PieceSurface> surfaces = WritePieces(scene, split.pieces, pieces, surface_error_mm, folder,
+                                                         stage("taking the pieces apart"), summary.pieces);
+  for (const PieceSummary& piece : summary.pieces) {
+    if (!piece.file.empty()) add_file(piece.file);
   }
   if (scene.output.pictures) {
     RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
@@ -223,6 +210,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
     }
   }
   summary.peak_memory_MB = PeakMemoryMB();
+  summary.warnings = FindRunWarnings(scene, summary);
   add_file("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
   RemoveStaleResults(folder, earlier, summary.files);
@@ -272,22 +260,20 @@ std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
                       s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3() - s.volume_before_mm3},
                      {"by_region", regions}};
   json["force"] = ForceJson(scene.force.name(), s.force);
-  json["force"]["accuracy"] = FindCaveat(scene.force.info()).accuracy;
-  json["force"]["blades"] = FindCaveat(scene.force.info()).blades;
+  json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
+  json["force"]["blades"] = DescribeBlades(scene.force);
   json["cutting"] = ordered_json::parse(FormatCuttingJson(s.cutting));
   if (!s.effects.on.empty()) json["effects"] = EffectsJson(s.effects);
   if (s.heat) json["heat"] = HeatJson(*s.heat);
   if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, true);
   json["pieces"] = ordered_json::array();
-  for (std::size_t i = 0; i < s.pieces.size(); ++i) {
-    json["pieces"].push_back(PieceJson(s.pieces[i]));
-    if (i < s.piece_triangles.size()) json["pieces"].back()["triangles"] = s.piece_triangles[i];
-  }
-  json["surface_error_mm"] = s.surface_error_mm;
+  for (const PieceSummary& piece : s.pieces) json["pieces"].push_back(PieceJson(piece));
+  if (HaveFiles(s.pieces)) json["surface_error_mm"] = s.surface_error_mm;
   json["dust"] = {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}};
   json["ticks"] = TicksJson(s);
   if (s.costs) json["costs"] = CostsJson(*s.costs);
   json["peak_memory_MB"] = s.peak_memory_MB;
+  json["warnings"] = s.warnings;
   json["files"] = s.files;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -19,6 +19,7 @@ struct PieceSummary {
   double volume_mm3 = 0;
   Box3 bounds_W;                       // where it is
   std::string file;                    // its STL in the output folder; empty when none was asked for
+  std::size_t triangles = 0;           // in that file
   PieceFate place = PieceFate::kHeld;  // held: in the bone
   Vec3 move_mm{0};                     // from where it was cut off
 };
@@ -63,10 +64,10 @@ struct RunSummary {
   double bone_memory_MB = 0;
   std::optional<HeatReport> heat;
   std::optional<FragmentsReport> fragments;
-  double peak_memory_MB = 0;                 // of the whole program
-  std::vector<std::string> files;            // written, relative to the output folder
-  double surface_error_mm = 0;               // of the pieces' files, at most; 0: they have all triangles
-  std::vector<std::size_t> piece_triangles;  // in the file of each piece
+  double peak_memory_MB = 0;          // of the whole program
+  std::vector<std::string> files;     // written, relative to the output folder
+  double surface_error_mm = 0;        // of the pieces' files, at most; 0: they have all triangles
+  std::vector<std::string> warnings;  // a sentence each
 
   double CalcOut_mm3() const;  // taken out of the bone, not cut: set aside, hidden and deleted pieces, dust
 };

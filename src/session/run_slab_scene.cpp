@@ -12,14 +12,15 @@
 #include "force/measured.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
-#include "mesh/meshfile.h"
 #include "render/colours.h"
 #include "render/picture.h"
 #include "session/make_bone.h"
 #include "session/results_folder.h"
 #include "session/run_pictures.h"
+#include "session/run_warnings.h"
 #include "session/summary_json.h"
 #include "session/write_parts.h"
+#include "session/write_pieces.h"
 
 namespace kerf {
 namespace {
@@ -75,7 +76,7 @@ bool NeedsParts(const Scene& scene) {
 }  // namespace
 
 SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
-                         const RunSession& session) {
+                         const RunSession& session, double surface_error_mm) {
   const auto stage = [&](const char* name) {
     return [&progress, name](double fraction) {
       if (progress) progress(name, fraction);
@@ -115,6 +116,8 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   summary.times = run.times;
   summary.memory_bytes = run.memory_bytes;
   summary.voxel_mm = bone.voxel_mm();
+  summary.surface_error_mm = surface_error_mm;
+  summary.warnings = FindSlabRunWarnings(scene, summary);
 
   const auto write_text = [&](const std::string& name, const std::string& text) {
     WriteTextFile(folder + "/" + name, text);
@@ -132,15 +135,17 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
     const std::pair<const char*, const Bone*> named[] = {
         {"left", &parts.left}, {"slice", &parts.slice}, {"right", &parts.right}};
     for (const auto& [name, part] : named) {
-      summary.parts.push_back({name, part->CalcVolume(), part->CalcBounds()});
+      summary.parts.push_back({name, part->CalcVolume(), part->CalcBounds(), "", 0});
       if (scene.output.bone) {
         WriteBone(*part, fmt::format("{}/{}.vdb", folder, name));
         summary.files.push_back(fmt::format("{}.vdb", name));
       }
       if (scene.output.pieces) {
-        WriteMesh(part == &parts.slice ? parts.slice_surface_W : ExtractSurface(*part),
-                  fmt::format("{}/{}.stl", folder, name));
-        summary.files.push_back(fmt::format("{}.stl", name));
+        SlabPartSummary& written = summary.parts.back();
+        written.file = fmt::format("{}.stl", name);
+        written.triangles = WriteReduced(part == &parts.slice ? parts.slice_surface_W : ExtractSurface(*part),
+                                         surface_error_mm, folder + "/" + written.file);
+        summary.files.push_back(written.file);
       }
       stage("cutting the bone into its three parts")(static_cast<double>(summary.parts.size()) / 3);
     }
@@ -168,9 +173,10 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   return summary;
 }
 
-std::string DescribeSlabLaw() {
-  const ForceLaw paper("hertz_constant_bite");
-  return fmt::format("one tooth alone has the force of {}: {}", paper.name(), FindCaveat(paper.info()).accuracy);
+std::string DescribeSlabLaw(const Scene& scene) {
+  ForceLaw paper("hertz_constant_bite");
+  paper.Set("contact_share_of_pitch", scene.slab.params.contact_share_of_pitch);
+  return fmt::format("one tooth alone has the force of {}: {}", paper.name(), DescribeAccuracy(paper, MakeTool(scene)));
 }
 
 std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
@@ -196,7 +202,7 @@ std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
                   {"right_mm", s.end.right_mm},
                   {"layers", layers}};
   json["force"] = ForceJson(std::string(ToString(scene.slab.params.reading)), s.force);
-  json["force"]["accuracy"] = DescribeSlabLaw();
+  json["force"]["accuracy"] = DescribeSlabLaw(scene);
   json["energy_mJ"] = {{"hand_work", s.end.hand_work_mJ}, {"kinetic", s.end.kinetic_mJ},
                        {"elastic", s.end.elastic_mJ},     {"friction", s.end.friction_mJ},
                        {"cutting", s.end.cutting_mJ},     {"damping", s.end.damping_mJ},
@@ -204,10 +210,13 @@ std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {
   json["parts"] = ordered_json::array();
   for (const SlabPartSummary& part : s.parts) {
     json["parts"].push_back({{"name", part.name}, {"volume_mm3", part.volume_mm3}, {"bounds", BoxJson(part.bounds_W)}});
+    if (!part.file.empty()) json["parts"].back().update({{"file", part.file}, {"triangles", part.triangles}});
   }
+  if (HaveFiles(s.parts)) json["surface_error_mm"] = s.surface_error_mm;
   json["ticks"] = TicksJson(s);
   json["tick_memory_bytes"] = s.memory_bytes;
   json["starts_in_bone"] = s.starts_in_bone;
+  json["warnings"] = s.warnings;
   json["files"] = s.files;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

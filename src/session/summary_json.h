@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include "session/effect_record.h"
@@ -18,8 +19,17 @@ inline nlohmann::ordered_json PieceJson(const PieceSummary& piece) {
   nlohmann::ordered_json row = {{"volume_mm3", piece.volume_mm3}, {"bounds", BoxJson(piece.bounds_W)}};
   if (piece.place != PieceFate::kHeld) row["place"] = ToString(piece.place);
   if (piece.place == PieceFate::kMoved) row["move_mm"] = {piece.move_mm.x, piece.move_mm.y, piece.move_mm.z};
-  if (!piece.file.empty()) row["file"] = piece.file;
+  if (!piece.file.empty()) {
+    row["file"] = piece.file;
+    row["triangles"] = piece.triangles;
+  }
   return row;
+}
+
+/// Whether any of the pieces or parts was written as a surface.
+template <typename Pieces>
+bool HaveFiles(const Pieces& pieces) {
+  return std::any_of(pieces.begin(), pieces.end(), [](const auto& piece) { return !piece.file.empty(); });
 }
 
 inline nlohmann::ordered_json ForceJson(const std::string& law, const ForceSummary& force) {

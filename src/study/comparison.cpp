@@ -9,11 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "force/measured.h"
 #include "kerf/error.h"
 #include "scene/doubts.h"
 #include "scene/path.h"
 #include "session/make_bone.h"
 #include "session/run_slab.h"
+#include "session/run_slab_scene.h"
 #include "study/run_cases.h"
 
 namespace kerf {
@@ -203,10 +205,13 @@ void AddWarnings(Comparison& c, const Scene& scene, const MaterialSummary& mater
     if (result.what.slab) continue;
     as.force = result.what.law;
     add(FindDoubts(as, c.voxel_mm));
+    add({fmt::format("{}: {}; {}; {}", as.force.name(), DescribeAccuracy(as.force, MakeTool(as)),
+                     DescribeBlades(as.force), FindCaveat(as.force.info()).good_for)});
   }
   as.simulation.mode = SceneMode::kSlab;
   as.force = ForceLaw();  // the laws of voxel mode are no slab's, and nobody takes them for it here
   add(FindDoubts(as, c.voxel_mm));
+  add({"slab: " + DescribeSlabLaw(scene)});
   add(material.warnings);
   const std::size_t compared = c.cases.back().slice.bins;
   const double compared_mm = c.grid.step_mm * static_cast<double>(compared);

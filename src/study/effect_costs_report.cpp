@@ -29,6 +29,15 @@ double AddedP99(const EffectCost& c) {
   return c.with_it.cutting.p99_us - c.without_it.cutting.p99_us;
 }
 
+/// What a difference of two measurements adds: one below `kNoise_us`, or below nothing at all, is noise.
+constexpr double kNoise_us = 0.05;
+std::string ShowAdded(double us) {
+  return us < kNoise_us ? "0" : fmt::format("+{:.1f}", us);
+}
+std::string SayAdded(double us) {
+  return us < kNoise_us ? "below the noise" : fmt::format("+{:.1f} us", us);
+}
+
 std::string Memory(double MB) {
   return MB < 0.1 ? fmt::format("{:.1f} kB", 1000 * MB) : fmt::format("{:.2f} MB", MB);
 }
@@ -151,11 +160,12 @@ std::string FormatEffectCosts(const EffectCosts& c) {
   for (const EffectCost* cost : Rows(c)) {
     const auto both = [](const Percentiles& p) { return fmt::format("{:.1f} / {:.1f}", p.p50_us, p.p99_us); };
     text += fmt::format("  {:<18} {:>15} {:>15} {:>15} {:>13} {:>10}  {}\n", cost->name, both(cost->without_it.cutting),
-                        both(cost->with_it.cutting), fmt::format("{:+.1f} / {:+.1f}", AddedP50(*cost), AddedP99(*cost)),
+                        both(cost->with_it.cutting),
+                        fmt::format("{} / {}", ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost))),
                         fmt::format("{:.2f}, {:.2f}", cost->with_it.air.p50_us, cost->with_it.air_after.p50_us),
                         Memory(cost->memory_MB), cost->only_observes() ? "nothing" : "forces");
   }
-  text += "  (in air: before the cut, and after it)\n\n";
+  text += "  (in air: before the cut, and after it; adds 0: below the noise of the measurement)\n\n";
   text += fmt::format("  fits into {}\n", DescribeFit(c));
   text +=
       fmt::format("  memory    effects {}, {} {}, bone {:.0f} MB\n", Memory(c.together.memory_MB),
@@ -177,18 +187,18 @@ std::string FormatEffectCostsMarkdown(const EffectCosts& c) {
   for (const EffectCost* cost : Rows(c)) {
     const TickCosts& with = cost->with_it;
     const TickCosts& without = cost->without_it;
-    text +=
-        fmt::format("| {}{} | {:.1f} / {:.1f} | {:.1f} / {:.1f} | {:+.1f} / {:+.1f} | {:.2f}, {:.2f}{} | {} | {} |\n",
-                    cost->name, cost->with.empty() ? "" : fmt::format(" (with {})", fmt::join(cost->with, ", ")),
-                    without.cutting.p50_us, without.cutting.p99_us, with.cutting.p50_us, with.cutting.p99_us,
-                    AddedP50(*cost), AddedP99(*cost), with.air.p50_us, with.air_after.p50_us,
-                    std::max(with.air.p50_us, with.air_after.p50_us) > kMostAsleep_us ? " **above 5**" : "",
-                    Memory(cost->memory_MB),
-                    cost->only_observes() ? "as without, bit for bit"
-                                          : fmt::format("`{:016x}`, `{:016x}`", with.bone_hash, with.force_hash));
+    text += fmt::format("| {}{} | {:.1f} / {:.1f} | {:.1f} / {:.1f} | {} / {} | {:.2f}, {:.2f}{} | {} | {} |\n",
+                        cost->name, cost->with.empty() ? "" : fmt::format(" (with {})", fmt::join(cost->with, ", ")),
+                        without.cutting.p50_us, without.cutting.p99_us, with.cutting.p50_us, with.cutting.p99_us,
+                        ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost)), with.air.p50_us, with.air_after.p50_us,
+                        std::max(with.air.p50_us, with.air_after.p50_us) > kMostAsleep_us ? " **above 5**" : "",
+                        Memory(cost->memory_MB),
+                        cost->only_observes() ? "as without, bit for bit"
+                                              : fmt::format("`{:016x}`, `{:016x}`", with.bone_hash, with.force_hash));
   }
-  text += fmt::format("\n`{}`: {}. {}; commit {}. All together fit into {}.\n", c.scene, DescribeStretch(c),
-                      DescribeMachine(c), CommitString(), DescribeFit(c));
+  text +=
+      fmt::format("\n`{}`: {}. {}; commit {}. All together fit into {}. Adds 0: below the noise of the measurement.\n",
+                  c.scene, DescribeStretch(c), DescribeMachine(c), CommitString(), DescribeFit(c));
   for (const EffectLeftOut& left_out : c.left_out)
     text += fmt::format("\nNot on: {}: {}.\n", left_out.name, left_out.why);
   return text;
@@ -240,8 +250,8 @@ std::string FormatEffectList(const EffectInfo* only) {
     std::string cost = "not measured yet";
     for (const KeptCost& k : kept) {
       if (k.name != info->name) continue;
-      cost = fmt::format("{:+.1f} us a tick in the cut (p99 {:+.1f}), {:.2f} us for the whole tick in the air, {}",
-                         k.p50_us, k.p99_us, k.air_us, Memory(k.memory_MB));
+      cost = fmt::format("a tick in the cut: {}, p99 {}; in the air: {:.2f} us for the whole tick; {}",
+                         SayAdded(k.p50_us), SayAdded(k.p99_us), k.air_us, Memory(k.memory_MB));
     }
     text += fmt::format("  cost      {}\n", cost);
     for (const EffectParameter& p : info->parameters) {

@@ -147,8 +147,7 @@ LiveFigures LiveSession::figures() const {
 }
 
 std::string LiveSession::MakeForceNote() const {
-  const ForceLawInfo& law = scene_.force.info();
-  return fmt::format("{}: {}", law.name, FindCaveat(law).accuracy);
+  return fmt::format("{}: {}", scene_.force.name(), DescribeAccuracy(scene_.force, MakeTool(scene_)));
 }
 
 std::vector<ForceMoment> LiveSession::TakeForces() {

@@ -1,6 +1,7 @@
 // What settings are chosen from what was measured, and that the choice keeps what was asked.
 #include "accuracy/tune.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,7 +17,7 @@ namespace {
 TuneCandidate Made(double error, double p99_us) {
   TuneCandidate c;
   c.outcome.errors.emplace();
-  c.outcome.errors->force_p95 = error;
+  c.force_p95 = error;
   c.outcome.costs.emplace();
   c.outcome.costs->tick.p99_us = p99_us;
   return c;
@@ -97,7 +98,7 @@ TEST_F(TuneTest, ChoosesWhatKeepsTheErrorWhenItIsMeasuredAnew) {
   // The same settings give the same bits, so the error is the same.
   const TuneCandidate& chosen = result.candidates[*result.chosen];
   EXPECT_EQ(chosen.outcome.force_hash, result.again->outcome.force_hash);
-  EXPECT_EQ(chosen.outcome.errors->force_p95, result.again->outcome.errors->force_p95);
+  EXPECT_EQ(chosen.force_p95, result.again->force_p95);
   EXPECT_LT(result.reference.error_bar, 0.02);
   // Written into the scene it is read back.
   const Scene scene = ParseScene(kScene, file_);
@@ -187,6 +188,55 @@ TEST_F(TuneTest, LeavesOutTheAirAfterTheCut) {
   EXPECT_NEAR(result.to_s, (11.1 + 14) / 7.5 + 0.05, 0.02);
   EXPECT_THAT(DescribeEvidence(result, options),
               testing::HasSubstr("over the whole path from the first contact to the last"));
+}
+
+// Ninety ticks in the air, of no force in either, and ten in bone of which one is 40 % off.
+TEST(ContactError, IsOfTheTicksWithContactInEither) {
+  std::vector<Vec3> reference_N(100, Vec3(0));
+  std::vector<bool> reference_contact(100, false);
+  for (std::size_t i = 90; i < 100; ++i) {
+    reference_N[i] = {0, 0, 2};
+    reference_contact[i] = true;
+  }
+  std::vector<Vec3> f_N = reference_N;
+  f_N[95].z = 1.2;
+  std::vector<bool> contact = reference_contact;
+  // The 95th percentile of ten, nearest rank, is the largest; of a hundred with 99 zeros it would be 0.
+  EXPECT_DOUBLE_EQ(CalcContactError(f_N, reference_N, contact, reference_contact), 0.4);
+  // A force where the reference has left the bone counts, as a share of half a newton.
+  contact[10] = true;
+  f_N[10].z = 0.3;
+  EXPECT_DOUBLE_EQ(CalcContactError(f_N, reference_N, contact, reference_contact), 0.6);
+  // And so does none where the reference has one.
+  contact.assign(100, false);
+  f_N.assign(100, Vec3(0));
+  EXPECT_DOUBLE_EQ(CalcContactError(f_N, reference_N, contact, reference_contact), 1);
+  EXPECT_EQ(CalcContactError(f_N, f_N, contact, contact), 0);
+}
+
+// A stroke that goes out of the bone and in again has air between; longer air leaves the error as it is.
+TEST_F(TuneTest, AirBetweenStrokesDoesNotMakeTheErrorSmaller) {
+  const auto measure = [&](double up_mm) {
+    WriteTextFile(file_,
+                  std::string(kPlate) + fmt::format("[[path.stroke]]\nstart_mm = [0, 0, 6.6]\nend_mm = [0, 0, {}]\n"
+                                                    "feed_mm_per_s = 40\ndisc_normal = [0, 1, 0]\n"
+                                                    "[[path.stroke]]\nstart_mm = [0, 0, {}]\n"
+                                                    "end_mm = [0, 0, 6]\nfeed_mm_per_s = 40\n"
+                                                    "disc_normal = [0, 1, 0]\n",
+                                                    up_mm, up_mm));
+    TuneOptions options = Asked(1e6, 1);
+    options.holding = Holding::kPath;
+    options.ticks = 1000;
+    options.voxels_mm = {0.1};
+    const TuneResult result = Tune(file_, options);
+    EXPECT_TRUE(result.keeps);
+    return result.candidates.front();
+  };
+  const TuneCandidate near = measure(14);
+  const TuneCandidate far = measure(74);
+  EXPECT_GT(near.outcome.errors->force_p95, 2 * far.outcome.errors->force_p95);  // over all ticks
+  // The reference's steps fall elsewhere in the last stroke's ticks: its bar.
+  EXPECT_NEAR(near.force_p95, far.force_p95, 0.1 * near.force_p95);
 }
 
 TEST(TuneExtentWords, SayWhichStrokesAreMeasured) {

@@ -127,6 +127,15 @@ TEST_F(EffectsCommand, ListsOneEffectByItsName) {
   EXPECT_THAT(one.out, Not(HasSubstr("\nguide\n")));
 }
 
+TEST_F(EffectsCommand, NoCostIsShownBelowZero) {
+  const auto list = Kerf("effects");
+  EXPECT_THAT(list.out, HasSubstr("below the noise"));
+  for (std::size_t at = list.out.find("  cost "); at != std::string::npos; at = list.out.find("  cost ", at + 1)) {
+    const std::string line = list.out.substr(at, list.out.find('\n', at) - at);
+    EXPECT_EQ(line.find('-'), std::string::npos) << line;
+  }
+}
+
 TEST_F(EffectsCommand, ListsOneEffectAsJson) {
   const auto one = Kerf("effects heat --json");
   ASSERT_EQ(one.code, 0) << one.err;

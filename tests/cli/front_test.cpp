@@ -51,6 +51,9 @@ TEST_F(Front, WorksThroughALink) {
 
 TEST_F(Front, NamesTheProgramThatIsNotBesideIt) {
   fs::copy(KERF_PROGRAM, folder_ / "kerf");
+  // These two it says by itself, without loading anything.
+  EXPECT_EQ(Shell("./kerf --version"), Kerf("--version").out);
+  EXPECT_EQ(Shell("./kerf --help"), Kerf("--help").out);
   EXPECT_THAT(Shell("./kerf info x.vdb"), testing::MatchesRegex("kerf: .*/kerf_program can't be started, which belongs "
                                                                 "beside kerf: No such file or directory\nfailed"));
 }

@@ -31,32 +31,48 @@ TEST_F(Law, CheckSaysWhatTheLawIsGoodForAndWarnsOutside) {
     Write("s.toml", Slot(6, law->name));
     const ProgramResult text = Kerf("check s.toml");
     EXPECT_EQ(text.code, 0) << text.err;
-    EXPECT_THAT(text.out, HasSubstr(FindCaveat(*law).accuracy));
-    EXPECT_THAT(text.out, HasSubstr(FindCaveat(*law).blades));
-    EXPECT_THAT(text.out, HasSubstr("published tests: 0.8 to 6 J/mm3, none at bites below 2 um"));
+    const ForceLaw preset(law->name);
+    EXPECT_THAT(text.out, HasSubstr(DescribeAccuracy(preset, DiscSaw{})));
+    EXPECT_THAT(text.out, HasSubstr(DescribeBlades(preset)));
+    EXPECT_THAT(text.out, HasSubstr(FindCaveat(*law).good_for));
+    EXPECT_THAT(text.out, HasSubstr("range 0.8 to 6 J/mm3 (derived from published forces, 0.83 to 2.9, and doubled "
+                                    "above; none at bites below 2 um)"));
     const Json json = Json::parse(Kerf("check s.toml --json").out);
-    EXPECT_EQ(json["force"]["accuracy"], FindCaveat(*law).accuracy);
-    EXPECT_EQ(json["force"]["blades"], FindCaveat(*law).blades);
+    EXPECT_EQ(json["force"]["accuracy"], DescribeAccuracy(preset, DiscSaw{}));
+    EXPECT_EQ(json["force"]["blades"], DescribeBlades(preset));
+    EXPECT_EQ(json["force"]["good_for"], FindCaveat(*law).good_for);
   }
   // 10 um: by hand 84.6 N and, by 1.6, 0.25 mm and 10 um, 21.2 J/mm3.
   Write("s.toml", Slot(30, "hertz_chip"));
   const ProgramResult deep = Kerf("check s.toml");
-  EXPECT_THAT(deep.out, HasSubstr("at that bite 84.6 N of thrust on a tooth in cortical bone, 21.2 J/mm3; published "
-                                  "tests: 0.8 to 6 J/mm3\n"));
+  EXPECT_THAT(deep.out, HasSubstr("at that bite 84.6 N of thrust on a tooth in cortical bone, 21.2 J/mm3; range "
+                                  "0.8 to 6 J/mm3 (derived from published forces, 0.83 to 2.9, and doubled above)\n"));
   EXPECT_THAT(deep.err, HasSubstr("warning: the bite reaches 10 um: hertz_chip holds up to about 3 um"));
   Write("s.toml", Slot(3, "hertz_constant_bite"));
-  EXPECT_THAT(Kerf("check s.toml").err, HasSubstr("warning: hertz_constant_bite gives 120 to 170 times less thrust"));
+  EXPECT_THAT(Kerf("check s.toml").err,
+              HasSubstr("warning: hertz_constant_bite gives the same force whatever the bite: "
+                        "thrust 1/122 of the measured"));
   Write("s.toml", Slot(3, "hertz_chip"));
   EXPECT_EQ(Kerf("check s.toml").err, "");
+}
+
+TEST_F(Law, FactorsAreOfTheScenesOwnTool) {
+  // The root of four times the radius is twice the thrust on the 22 mm disc.
+  Write("s.toml", Slot(9, "hertz_chip") + "[tool]\ndiameter_mm = 88.0\nteeth = 24\n");
+  const ProgramResult text = Kerf("check s.toml");
+  EXPECT_THAT(text.out,
+              HasSubstr("thrust 3.1 times the measured at a bite of 2.5 um, 18 times that at 10 um (88 mm disc "
+                        "with 24 teeth)"));
+  EXPECT_THAT(text.err, HasSubstr("the bite reaches 3 um: hertz_chip holds up to about 1.8 um"));
 }
 
 TEST_F(Law, RunGivesTheEnergyAndWarnsOutsideThePublishedRange) {
   Write("s.toml", Slot(12, "hertz_chip"));
   const ProgramResult high = Kerf("run s.toml -o out");
   ASSERT_EQ(high.code, 0) << high.err;
-  EXPECT_THAT(high.out, HasSubstr(FindCaveat(ForceLaw().info()).accuracy));
+  EXPECT_THAT(high.out, HasSubstr(DescribeAccuracy(ForceLaw(), DiscSaw{})));
   EXPECT_THAT(high.out, testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3, [0-9.]+ mJ a tooth pass; cutting "
-                                               "force = thrust / 1.6; published tests: 0.8 to 6 J/mm3"));
+                                               "force = thrust / 1.6; range 0.8 to 6 J/mm3 .derived from"));
   EXPECT_THAT(high.err, HasSubstr("kerf: warning: the specific cutting energy is "));
   Write("s.toml", Slot(12, "edge_plus_chip"));
   const ProgramResult within = Kerf("run s.toml -o out --json");
@@ -70,7 +86,7 @@ TEST_F(Law, SlabModeSaysThatOneToothIsThePapers) {
   scene.replace(scene.find("start_mm = [-9.0, 0.0, 9.0]"), 27, "start_mm = [0.0, 0.0, 12.0]");
   scene.replace(scene.find("end_mm = [9.0, 0.0, 9.0]"), 24, "end_mm = [0.0, 0.0, 10.0]");
   Write("s.toml", scene);
-  const std::string said = "one tooth alone has the force of hertz_constant_bite: thrust 120 to 170 times below";
+  const std::string said = "one tooth alone has the force of hertz_constant_bite: thrust 1/122 of the measured";
   EXPECT_THAT(Kerf("check s.toml").out, HasSubstr(said));
   EXPECT_THAT(Kerf("run s.toml -o out").out, HasSubstr(said));
 }
@@ -79,7 +95,7 @@ TEST_F(Law, LoopGivesThemToo) {
   Write("s.toml", Slot(6, "hertz_chip"));
   const ProgramResult text = Kerf("loop s.toml --seconds 1 --virtual --hand H3");
   ASSERT_EQ(text.code, 0) << text.err;
-  EXPECT_THAT(text.out, HasSubstr(FindCaveat(ForceLaw().info()).accuracy));
+  EXPECT_THAT(text.out, HasSubstr(DescribeAccuracy(ForceLaw(), DiscSaw{})));
   EXPECT_THAT(text.out, testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3"));
 }
 

@@ -74,10 +74,15 @@ TEST_F(PictureCommand, RefusesWhatItCanNotDraw) {
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --slice q=3").err,
             "kerf: --slice: 'q=3' must be x=MM, y=MM or z=MM; see 'kerf picture --help'\n");
   EXPECT_THAT(Kerf("picture ball.mha -o a.png --slice z=99").err,
-              HasSubstr("z=99 meets no bone, which lies from 14 to 46 mm there"));
+              HasSubstr("z=99 meets no bone, which lies from 14 mm to 46 mm there"));
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --slice z=30,31").code, 2);
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --view front").code, 2);
   EXPECT_EQ(Kerf("picture ball.mha -o a.png --keep 1,2").code, 2);
+  const ProgramResult small = Kerf("picture ball.mha -o a.png --size 64x64");
+  EXPECT_EQ(small.code, 2);
+  EXPECT_EQ(small.err,
+            "kerf: --size: a CT is drawn in several pictures; give each side 200 to 8192 pixels; see 'kerf picture "
+            "--help'\n");
   ASSERT_EQ(Kerf("model block --size 8,4,4 --voxel 0.4 -o b.vdb").code, 0);
   EXPECT_EQ(Kerf("picture b.vdb -o a.png --slice z=1").code, 2);
   ExpectRefusal(Kerf("picture ball.mha -o a.png --iso 2000"),

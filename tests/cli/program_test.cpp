@@ -176,6 +176,31 @@ TEST_F(Program, RunLeavesPicturesOutAndWritesFullPiecesWhenAsked) {
   EXPECT_EQ(test::Slurp(folder_ / "reduced/forces.csv"), test::Slurp(folder_ / "full/forces.csv"));
 }
 
+TEST_F(Program, LoopAndReplayReduceTheirPiecesUnlessAskedForFullOnes) {
+  Write("scene.toml", std::string(kBlock) + kStroke + kNoPictures);
+  ASSERT_EQ(Kerf("loop scene.toml --virtual --seconds 0.3 --record a.rec -o reduced").code, 0);
+  ASSERT_EQ(Kerf("loop scene.toml --virtual --seconds 0.3 -o full --full").code, 0);
+  ASSERT_EQ(Kerf("replay a.rec -o again").code, 0);
+  ASSERT_EQ(Kerf("replay a.rec -o again_full --full").code, 0);
+  const auto piece = [&](const char* folder) { return test::Slurp(folder_ / folder / "piece_1.stl"); };
+  EXPECT_LT(piece("reduced").size(), piece("full").size());
+  EXPECT_EQ(piece("again"), piece("reduced"));
+  EXPECT_EQ(piece("again_full"), piece("full"));
+}
+
+TEST_F(Program, SlabModeTakesFull) {
+  Write("scene.toml", std::string(kBlock) + kStroke + kNoPictures +
+                          "[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0.0, 0.0, -1.0]\n");
+  const ProgramResult reduced = Kerf("run scene.toml -o reduced");
+  ASSERT_EQ(reduced.code, 0) << reduced.err;
+  EXPECT_THAT(reduced.out, HasSubstr("within 0.02 mm of the full ones"));
+  const ProgramResult full = Kerf("run scene.toml -o full --full");
+  ASSERT_EQ(full.code, 0) << full.err;
+  EXPECT_THAT(full.out, HasSubstr("at full resolution"));
+  EXPECT_LT(std::filesystem::file_size(folder_ / "reduced/left.stl"),
+            std::filesystem::file_size(folder_ / "full/left.stl"));
+}
+
 TEST_F(Program, JsonOnStdoutIsTheSummary) {
   Write("scene.toml", std::string(kBlock) + kStroke + kNoPictures);
   const ProgramResult result = Kerf("run scene.toml -o results --json");
@@ -316,6 +341,13 @@ TEST_F(Program, LostOutputIsAFailure) {
                 testing::MatchesRegex("kerf: standard output can't be written(: No space left on device)?\n"))
         << command;
   }
+}
+
+TEST_F(Program, CheckOfAStudySaysWhatItIs) {
+  const ProgramResult result = Kerf("check " KERF_SOURCE_DIR "/scenes/study_quick.toml");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("this is a study, not a scene; 'kerf study "));
+  EXPECT_EQ(result.err.find("unknown key"), std::string::npos);
 }
 
 }  // namespace

@@ -116,6 +116,22 @@ TEST_F(Tune, ChangesItsInputOnlyWhenAskedAndKeepsABackup) {
   EXPECT_EQ(Kerf("check s.toml").code, 0);
 }
 
+// With a bound that nothing keeps, so that the message tells whether the outputs or the settings were tried first.
+TEST_F(Tune, FindsOutputsThatCantBeWrittenBeforeItMeasures) {
+  const std::string bounds = std::string(" --error 0.01% --budget-us 1") + kQuick;
+  ProgramResult result = Kerf("tune s.toml -o /proc/tuned.toml" + bounds);  // no process can make a file there
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("/proc/tuned.toml: can't be written: "));
+  // A name that has room for the scene, but not for the files beside it.
+  const std::string name = std::string(246, 'a') + ".toml";
+  Write(name, kScene);
+  result = Kerf("tune " + name + " --in-place" + bounds);
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(result.err, HasSubstr("can't be written: "));
+  EXPECT_EQ(test::Slurp(folder_ / name), kScene);
+  EXPECT_THAT(Files(), ElementsAre(name, "s.toml"));
+}
+
 TEST_F(Tune, RefusesToReachItsInputByAnotherName) {
   std::filesystem::create_symlink("s.toml", folder_ / "link.toml");
   for (const char* name : {"s.toml", "./s.toml", "link.toml"}) {

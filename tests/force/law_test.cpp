@@ -158,7 +158,8 @@ TEST(EveryLaw, IsDescribedWhole) {
     EXPECT_FALSE(std::string(info->summary).empty());
     EXPECT_FALSE(std::string(info->source).empty());
     // The same words in the docs as in the program.
-    for (const std::string phrase : {FindCaveat(*info).accuracy, FindCaveat(*info).blades}) {
+    for (const std::string& phrase : {DescribeAccuracy(ForceLaw(info->name), DiscSaw{}),
+                                      DescribeBlades(ForceLaw(info->name)), std::string(FindCaveat(*info).good_for)}) {
       EXPECT_FALSE(phrase.empty()) << info->name;
       EXPECT_NE(physics.str().find(phrase), std::string::npos) << "docs/physics.md does not say: " << phrase;
     }

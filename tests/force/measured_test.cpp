@@ -2,6 +2,7 @@
 // and docs/physics.md state.
 #include "force/measured.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -80,6 +81,43 @@ TEST(Measured, WhatTheLawsSayOfOtherBlades) {
   EXPECT_EQ(factor("edge_plus_chip", large), 1);
   large.teeth = kSaw.teeth;  // the pitch four times as well: 4^3 / 4
   EXPECT_NEAR(factor("hertz_constant_bite", large), 16, 1e-12);
+}
+
+// The factors are of the tool and parameters at hand. Of the preset 22 mm disc: 1.56 and 9.07 times, 1/122.4 and 1/168.
+TEST(Measured, FactorsFollowToolAndParameters) {
+  DiscSaw large;  // the radius four times, the same pitch
+  large.diameter_mm = 88;
+  large.teeth = 96;
+  EXPECT_EQ(
+      DescribeAccuracy(ForceLaw("hertz_chip"), large),
+      "thrust 3.1 times the measured at a bite of 2.5 um, 18 times that at 10 um (88 mm disc with 96 teeth); nothing "
+      "was measured below 2 um");
+  EXPECT_THAT(DescribeAccuracy(ForceLaw("hertz_constant_bite"), large),
+              testing::StartsWith("thrust 1/490 of the measured at a bite of 2.5 um, 1/673 of that at 10 um"));
+  ForceLaw own("hertz_chip");
+  own.Set("contact_radius_mm", 0.11);  // a hundredth of the disc's, so a tenth of the force
+  EXPECT_THAT(DescribeAccuracy(own, kSaw),
+              testing::StartsWith("thrust 0.16 times the measured at a bite of 2.5 um, 0.91 times that at 10 um"));
+  EXPECT_EQ(DescribeBlades(own), "ignores the blade's thickness and the disc's radius: blades can't be compared by it");
+  DiscSaw thick;
+  thick.thickness_mm = 1;
+  ForceLaw edge("edge_plus_chip");
+  EXPECT_THAT(DescribeAccuracy(edge, thick), testing::StartsWith("thrust for each mm of tooth width 1 times the"));
+  edge.Set("edge_N_per_mm", 2 * edge.Get("edge_N_per_mm"));
+  edge.Set("chip_N_per_mm2", 2 * edge.Get("chip_N_per_mm2"));
+  EXPECT_THAT(DescribeAccuracy(edge, thick), testing::StartsWith("thrust for each mm of tooth width 2 times the"));
+}
+
+// Twice the measured: at 3.0 um with the 22 mm disc; with four times the radius, by hand, 4/3 19140 sqrt(44) h^1.5 =
+// 2 (5.936 + 339.2 h) at h = 1.82 um.
+TEST(Measured, TopBiteOfHertzChipFollowsTheTool) {
+  DiscSaw large;
+  large.diameter_mm = 88;
+  EXPECT_NEAR(FindTopValidBite(ForceLaw("hertz_chip"), kSaw), 0.0030, 1e-5);
+  const double top_mm = FindTopValidBite(ForceLaw("hertz_chip"), large);
+  EXPECT_NEAR(top_mm, 0.00182, 1e-5);
+  EXPECT_NEAR(CalcThrustFactor(ForceLaw("hertz_chip"), large, top_mm), 2, 1e-6);
+  EXPECT_EQ(FindTopValidBite(ForceLaw("edge_plus_chip"), large), 0.01);
 }
 
 }  // namespace

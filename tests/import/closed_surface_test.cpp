@@ -8,6 +8,7 @@
 #include "bone/surface.h"
 #include "ct_files.h"
 #include "import/import.h"
+#include "import/mesh_units.h"
 #include "mesh/meshfile.h"
 
 namespace kerf {
@@ -232,6 +233,35 @@ TEST(SurfaceUnits, AreAskedForWhereMillimetresGiveNoBone) {
               ImportVolume(Boxes({{3, false}}), as_it_is);
             }),
             "'feet' is no unit of length; known are mm, cm, m, in, um");
+}
+
+TEST(SurfaceUnits, WhatMayBeASkullInCentimetresIsWarnedOf) {
+  const auto warning = [](const Vec3& size, const std::string& unit) {
+    TriangleMesh box;
+    for (int c = 0; c < 8; ++c) box.points.push_back(size * Vec3(c >> 2 & 1, c >> 1 & 1, c & 1));
+    return ScaleToMm(box, unit, "a.stl");
+  };
+  EXPECT_THAT(warning({14, 18, 16}, ""),
+              HasSubstr("is 18, which was taken as mm: a small piece; if it is a skull in cm"));
+  EXPECT_EQ(warning({14, 18, 16}, "mm"), "");
+  EXPECT_EQ(warning({14, 18, 16}, "cm"), "");
+  EXPECT_EQ(warning({8, 7, 22}, ""), "");       // a tooth
+  EXPECT_EQ(warning({118, 87, 77}, ""), "");    // a mandible
+  EXPECT_EQ(warning({140, 180, 160}, ""), "");  // a skull in mm
+}
+
+TEST(SurfaceSize, WhatEnclosesTooMuchIsRefusedBeforeItIsMade) {
+  const auto message = [](double edge, double voxel_mm) {
+    ImportOptions options = Coarse();
+    options.voxel_mm = voxel_mm;
+    return MessageOf([&] { ImportVolume(Boxes({{edge, false}}), options); });
+  };
+  EXPECT_THAT(message(500, 0.1),
+              HasSubstr("a.stl: the surface encloses 125.0 litres, and with voxels of 0.1 mm kerf imports up to 2.0: "
+                        "check its unit (--units) or take --voxel 1 or more"));
+  EXPECT_THAT(message(130, 0.1), HasSubstr("or take --voxel 0.3 or more"));  // 2.2 litres
+  EXPECT_THAT(message(2e30, 0.1),
+              HasSubstr("the largest side of the surface is more than 1 km; kerf imports up to 1000 mm"));
 }
 
 TEST(SurfaceOptions, ThoseOfACtAreRefused) {

@@ -147,9 +147,8 @@ TEST(NiftiValues, SlopeAndInterceptGiveHu) {
     float slope, intercept;
     bool scaled;  // the header says so
   };
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  for (const Case& c : {Case{1, -1024, true}, Case{0.5, -1000, true}, Case{0, 0, false}, Case{0, 7, false},
-                        Case{nan, nan, false}, Case{1, 0, true}}) {
+  for (const Case& c :
+       {Case{1, -1024, true}, Case{0.5, -1000, true}, Case{0, 0, false}, Case{0, 7, false}, Case{1, 0, true}}) {
     std::string header = test::NiftiHeader(ct);
     Put(header, 112, c.slope);
     Put(header, 116, c.intercept);
@@ -161,6 +160,26 @@ TEST(NiftiValues, SlopeAndInterceptGiveHu) {
     WriteBytes(folder.file("a.nii"), header + test::Bytes(stored));
     ExpectSame(ReadImageFile(folder.file("a.nii")), ct);
   }
+}
+
+TEST(NiftiValues, ARescaleThatIsNoNumberIsWarnedOfOrRefused) {
+  const Folder folder;
+  const Volume ct = StraightCt();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto read = [&](float slope, float intercept) {
+    std::string header = test::NiftiHeader(ct);
+    Put(header, 112, slope);
+    Put(header, 116, intercept);
+    WriteBytes(folder.file("a.nii"), header + test::Bytes(ct.hu));
+    return ReadImageFile(folder.file("a.nii"));
+  };
+  for (const float slope : {nan, std::numeric_limits<float>::infinity()}) {
+    const Volume stored = read(slope, nan);
+    ExpectSame(stored, ct);
+    EXPECT_THAT(stored.warnings, ElementsAre(HasSubstr("the values were taken as they are stored")));
+  }
+  EXPECT_THAT(MessageOf([&] { read(1, nan); }), HasSubstr("(scl_inter) is nan, which is no number"));
+  EXPECT_THAT(read(0, nan).warnings, IsEmpty());  // a slope of 0: there is no rescale
 }
 
 TEST(NiftiValues, TheOtherByteOrderIsRead) {

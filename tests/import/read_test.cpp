@@ -158,7 +158,7 @@ class SpoiltSeries : public ::testing::Test {
 
 TEST_F(SpoiltSeries, MissingSliceIsNamedWithItsPlace) {
   const std::string message = Message(3, "");
-  EXPECT_THAT(message, HasSubstr("1 slice(s) missing between"));
+  EXPECT_THAT(message, HasSubstr("1 slice is missing between"));
   EXPECT_THAT(message, HasSubstr("slices elsewhere are 1.25 mm apart"));
 }
 
@@ -408,6 +408,152 @@ TEST(ReadImage, NothingIsPrintedWhateverTheFile) {
   MessageOf([&] { ReadImageFile(folder.file("a.nrrd")); });
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+}
+
+// A zlib stream of one stored block: nothing is compressed, so that it can be written by hand.
+std::string Zlib(const std::string& bytes) {
+  std::uint32_t a = 1, b = 0;
+  for (const char c : bytes) {
+    a = (a + static_cast<unsigned char>(c)) % 65521;
+    b = (b + a) % 65521;
+  }
+  const auto two = [](std::size_t v) { return std::string{static_cast<char>(v & 0xff), static_cast<char>(v >> 8)}; };
+  const std::size_t n = bytes.size();
+  return "\x78\x01\x01" + two(n) + two(~n & 0xffff) + bytes +
+         std::string{static_cast<char>(b >> 8), static_cast<char>(b), static_cast<char>(a >> 8), static_cast<char>(a)};
+}
+
+// What is read of a MetaImage with some lines more in its header, and these bytes for its voxels.
+class MetaVoxels : public ::testing::Test {
+ protected:
+  std::string Header(const std::string& lines) const {
+    test::WriteMeta(ct_, folder_.file("plain.mha"));
+    std::string bytes = ReadBytes(folder_.file("plain.mha"));
+    bytes.resize(bytes.size() - 2 * ct_.count());
+    return bytes.insert(bytes.find("ElementType"), lines);
+  }
+  Volume Read(const std::string& lines, const std::string& voxels) const {
+    WriteBytes(folder_.file("a.mha"), Header(lines) + voxels);
+    return ReadImageFile(folder_.file("a.mha"));
+  }
+  const Folder folder_;
+  const Volume ct_ = SkewCt();
+  const std::string voxels_ = test::Bytes(ct_.hu);
+};
+
+TEST_F(MetaVoxels, CompressedOnesAreReadWithAndWithoutTheirSize) {
+  for (const char* lines : {"CompressedData = True\n", "CompressedData = T\nCompressedDataSize = 1019\n"}) {
+    const Volume read = Read(lines, Zlib(voxels_));
+    ExpectSame(read, ct_, 1e-9);
+    EXPECT_TRUE(read.warnings.empty());
+  }
+  std::string header = Header("CompressedData = True\n");
+  WriteBytes(folder_.file("a.mhd"), header.replace(header.find("LOCAL"), 5, "a.zraw"));
+  WriteBytes(folder_.file("a.zraw"), Zlib(voxels_));
+  ExpectSame(ReadImageFile(folder_.file("a.mhd")), ct_, 1e-9);
+}
+
+TEST_F(MetaVoxels, DamagedCompressedOnesAreRefused) {
+  const char* lines = "CompressedData = True\n";
+  std::string spoilt = Zlib(voxels_);
+  spoilt[500] ^= 1;
+  EXPECT_THAT(MessageOf([&] { Read(lines, spoilt); }),
+              HasSubstr("a.mha: the compressed voxels are damaged: they do not match their checksum"));
+  spoilt = Zlib(voxels_);
+  spoilt[5] ^= 1;  // the length's complement
+  EXPECT_THAT(MessageOf([&] { Read(lines, spoilt); }), HasSubstr("only 0 of 1008 bytes can be unpacked"));
+  EXPECT_THAT(MessageOf([&] { Read(lines, Zlib(voxels_).substr(0, 500)); }), HasSubstr("it is cut off"));
+}
+
+TEST_F(MetaVoxels, HeaderSizeIsHonoured) {
+  const std::string lines = "HeaderSize = 1000\n";
+  const std::string header = Header(lines);
+  ExpectSame(Read(lines, std::string(1000 - header.size(), 'x') + voxels_), ct_, 1e-9);
+  ExpectSame(Read("HeaderSize = -1\n", "whatever this is" + voxels_), ct_, 1e-9);
+  EXPECT_THAT(MessageOf([&] { Read("HeaderSize = 10\n", voxels_); }), HasSubstr("HeaderSize is 10, but the header"));
+  EXPECT_THAT(MessageOf([&] { Read("HeaderSize = -1\nCompressedData = True\n", Zlib(voxels_)); }),
+              HasSubstr("HeaderSize of -1 is for voxels that are neither compressed nor text"));
+  EXPECT_THAT(MessageOf([&] { Read("HeaderSize = much\n", voxels_); }), HasSubstr("HeaderSize is 'much'; it must be"));
+}
+
+TEST_F(MetaVoxels, TextAndTheOtherByteOrderAreRead) {
+  std::string text;
+  for (const std::int16_t hu : ct_.hu) text += fmt::format("{} ", hu);
+  ExpectSame(Read("BinaryData = False\n", text), ct_, 1e-9);
+  EXPECT_THAT(MessageOf([&] { Read("BinaryData = False\n", "1 2 3 x"); }),
+              HasSubstr("3 voxels can be read where the header promises 504"));
+  std::string swapped = voxels_;
+  for (std::size_t n = 0; n < swapped.size(); n += 2) std::swap(swapped[n], swapped[n + 1]);
+  ExpectSame(Read("ElementByteOrderMSB = True\n", swapped), ct_, 1e-9);
+}
+
+TEST(NrrdVoxels, SkipsTextAndTheOtherByteOrderAreRead) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  const std::string voxels = test::Bytes(ct.hu);
+  std::string swapped = voxels;
+  for (std::size_t n = 0; n < swapped.size(); n += 2) std::swap(swapped[n], swapped[n + 1]);
+  std::string text;
+  for (const std::int16_t hu : ct.hu) text += fmt::format("{}\n", hu);
+  struct Case {
+    std::string field, by, data;
+  };
+  for (const Case& c : {Case{"endian: little", "endian: big", swapped}, Case{"encoding: raw", "encoding: text", text},
+                        Case{"encoding: raw", "encoding: raw\nline skip: 2\nbyte skip: 3", "a\nb\nabc" + voxels},
+                        Case{"encoding: raw", "encoding: raw\nbyte skip: -1", "whatever" + voxels}}) {
+    std::string header = test::NrrdHeader(ct);
+    header.replace(header.find(c.field), c.field.size(), c.by);
+    WriteBytes(folder.file("a.nrrd"), header + "\n" + c.data);
+    ExpectSame(ReadImageFile(folder.file("a.nrrd")), ct, 1e-9);
+  }
+}
+
+TEST(ReadImage, BrokenHeadersAreRefusedInOurWords) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  struct Case {
+    std::string name, field, by, said;
+  };
+  for (const Case& c : {
+           Case{"a.nrrd", "dimension: 3", "dimension: 4", "names 4 dimensions by 'dimension' and 3 sizes by 'sizes'"},
+           Case{"a.nrrd", "endian: little", "endian: middle", "'endian: little' or 'endian: big', but as 'middle'"},
+           Case{"a.nrrd", "endian: little\n", "", "does not give the byte order of its voxels"},
+           Case{"a.nrrd", "encoding: raw\n", "", "the NRRD header does not name an encoding"},
+           Case{"a.nrrd", "encoding: raw", "encoding: bzip2",
+                "voxels of the encoding 'bzip2' are not read; kerf reads"},
+           Case{"a.nrrd", "encoding: raw", "encoding: gzip\nbyte skip: -1", "'byte skip: -1' is for raw voxels"},
+           Case{"a.nrrd", "type: short", "type: block", "voxels of type 'block' are not read"},
+           Case{"a.mha", "Offset = ", "Offset = x", "the MetaImage header's Offset 'x"},
+           Case{"a.mha", "TransformMatrix = ", "TransformMatrix = nan ", "header's TransformMatrix 'nan"},
+           Case{"a.mha", "MET_SHORT", "MET_OTHER", "voxels of type 'MET_OTHER' are not read"},
+           Case{"a.mha", "LOCAL", "gone.raw", "gone.raw, which can't be opened"},
+       }) {
+    test::WriteNrrd(ct, folder.file("a.nrrd"));
+    test::WriteMeta(ct, folder.file("a.mha"));
+    std::string bytes = ReadBytes(folder.file(c.name));
+    WriteBytes(folder.file(c.name), bytes.replace(bytes.find(c.field), c.field.size(), c.by));
+    const std::string message = MessageOf([&] { ReadImageFile(folder.file(c.name)); });
+    EXPECT_THAT(message, HasSubstr(c.said)) << c.by;
+    EXPECT_EQ(message.rfind(folder.file(c.name) + ": ", 0), 0) << message;
+  }
+}
+
+TEST(ReadImage, ADamagedOrCutOffGzipFileIsNamedAsThat) {
+  const Folder folder;
+  test::WriteNifti(SkewCt(), folder.file("a.nii"));
+  ASSERT_EQ(std::system(("gzip -n '" + folder.file("a.nii") + "'").c_str()), 0);
+  const std::string whole = ReadBytes(folder.file("a.nii.gz"));
+  const auto said = [&](const std::string& bytes) {
+    WriteBytes(folder.file("a.nii.gz"), bytes);
+    return MessageOf([&] { ReadImageFile(folder.file("a.nii.gz")); });
+  };
+  for (std::size_t at = 10; at < whole.size() - 4; at += 7) {
+    std::string spoilt = whole;
+    spoilt[at] = static_cast<char>(spoilt[at] ^ 0x55);
+    EXPECT_THAT(said(spoilt), ::testing::AnyOf(HasSubstr("damaged"), HasSubstr("cut off"))) << at;
+  }
+  EXPECT_THAT(said(whole.substr(0, 30)), HasSubstr("the file is cut off:"));
+  EXPECT_THAT(said(whole.substr(0, whole.size() / 2)), HasSubstr("cut off"));
 }
 
 }  // namespace

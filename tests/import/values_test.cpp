@@ -111,7 +111,7 @@ TEST(Values, OneThatNoCtHasIsHeldAndWarnedOf) {
                                         std::string(reinterpret_cast<const char*>(values.data()), 4 * values.size()));
   const Volume read = ReadImageFile(folder.file("a.nrrd"));
   EXPECT_EQ(read.hu[100], 32767);
-  EXPECT_THAT(read.warnings, ElementsAre(HasSubstr("1 of 64000 voxels lie outside the range of HU")));
+  ASSERT_THAT(read.warnings, ElementsAre(HasSubstr("1 of 64000 voxels lie outside the range of HU")));
   EXPECT_THAT(read.warnings[0], HasSubstr("the most extreme has 1e+30"));
 }
 

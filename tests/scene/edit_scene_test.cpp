@@ -41,7 +41,23 @@ TEST(EditScene, SetsAddsAndKeepsTheRest) {
   EXPECT_EQ(scene.simulation.rim_samples_per_pitch, 4);
   EXPECT_EQ(scene.simulation.substeps, 2);
   EXPECT_THAT(edited, testing::HasSubstr("# my scene\ntitle = \"a cut\"   # keep\n"));
-  EXPECT_THAT(edited, testing::HasSubstr("# kerf tune: p99 40 us\nvoxel_mm = 0.125  # coarse\nsize_y_mm = 4\n"));
+  EXPECT_THAT(edited, testing::HasSubstr("[bone.block]\n# kerf tune: p99 40 us\nsize_z_mm = 7\nsize_x_mm = 12\n"
+                                         "voxel_mm = 0.125  # coarse\nsize_y_mm = 4\n"));
+}
+
+TEST(EditScene, TheNoteStandsAboveAllTheLinesItSpeaksOf) {
+  // Keys that are not there yet, of one table, and then one that is, above them.
+  const std::string scene =
+      "[bone]\nmodel = \"block\"\n[simulation]\n# mine\nrate_hz = 1000.0\n[bone.block]\nvoxel_mm = 0.4\n"
+      "[[path.stroke]]\nstart_mm = [0.0, 0.0, 30.0]\nend_mm = [0.0, 0.0, 20.0]\nfeed_mm_per_s = 5.0\n"
+      "disc_normal = [0.0, 1.0, 0.0]\n";
+  const std::vector<SceneEdit> edits = {{"bone.block", "voxel_mm", "0.2"},
+                                        {"simulation", "rim_samples_per_pitch", "4"},
+                                        {"simulation", "substeps", "2"},
+                                        {"simulation", "carve_interval_ticks", "1"}};
+  EXPECT_THAT(EditScene(scene, "a.toml", edits, "p99 40 us"),
+              testing::HasSubstr("[simulation]\n# kerf tune: p99 40 us\nrim_samples_per_pitch = 4\nsubsteps = 2\n"
+                                 "carve_interval_ticks = 1\n# mine\nrate_hz = 1000.0\n[bone.block]\nvoxel_mm = 0.2\n"));
 }
 
 TEST(EditScene, TwiceIsAsOnceAndTheOldNoteGoes) {

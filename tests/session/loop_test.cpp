@@ -13,8 +13,10 @@
 #include "devices/profiles.h"
 #include "files/files.h"
 #include "kerf/error.h"
+#include "mesh/meshfile.h"
 #include "session/hand_motion.h"
 #include "session/run_loop.h"
+#include "support/far_apart.h"
 #include "support/motion.h"
 #include "support/result_folder.h"
 
@@ -247,6 +249,26 @@ TEST_F(LoopReport, HasTheTimesOfALiveLoop) {
   for (const auto& bar : json["tick_bars_us"]) in_bars += bar[2].get<std::uint64_t>();
   EXPECT_EQ(in_bars, s.counts.ticks);
   EXPECT_TRUE(json["force"]["noise_above_20_Hz_while_cutting_mN"].is_null());  // nothing cut yet
+}
+
+TEST_F(LoopReport, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
+  std::string text = kScene;
+  text.replace(text.find("voxel_mm = 0.2"), 14, "voxel_mm = 0.1");
+  const Scene scene = ParseScene(text + "[output]\npictures = false\n", "s.toml");
+  LoopOptions options = Virtual(0.1);
+  options.keep_bones = true;
+  LoopSummary s = RunLoop(scene, options, {});
+  WriteLoopReport(scene, s, folder_);
+  const TriangleMesh reduced = ReadMesh(folder_ + "/piece_1.stl");
+  const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/loop.json"));
+  EXPECT_EQ(json["surface_error_mm"], 0.02);
+  EXPECT_EQ(json["pieces"][0]["triangles"], reduced.triangles.size());
+  WriteLoopReport(scene, s, folder_, {}, 0);
+  const TriangleMesh full = ReadMesh(folder_ + "/piece_1.stl");
+  EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/loop.json"))["surface_error_mm"], 0);
+  EXPECT_LT(reduced.triangles.size(), full.triangles.size() / 2);
+  EXPECT_LE(test::CalcLargestDistance(full, reduced, 0.05), 0.02 + 1e-5);
+  EXPECT_LE(test::CalcLargestDistance(reduced, full, 0.05), 0.02 + 1e-5);
 }
 
 TEST_F(LoopReport, FilesAgreeWithTheSummary) {

@@ -237,9 +237,9 @@ TEST_F(Run, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
   for (std::size_t i = 0; i < 2; ++i) {
     const TriangleMesh reduced_mesh = ReadMesh(folder_ + "/reduced/" + summary.pieces[i].file);
     const TriangleMesh full_mesh = ReadMesh(folder_ + "/full/" + full.pieces[i].file);
-    EXPECT_EQ(reduced_mesh.triangles.size(), summary.piece_triangles[i]);
-    EXPECT_EQ(full_mesh.triangles.size(), full.piece_triangles[i]);
-    EXPECT_LT(summary.piece_triangles[i], full.piece_triangles[i]);
+    EXPECT_EQ(reduced_mesh.triangles.size(), summary.pieces[i].triangles);
+    EXPECT_EQ(full_mesh.triangles.size(), full.pieces[i].triangles);
+    EXPECT_LT(summary.pieces[i].triangles, full.pieces[i].triangles);
     EXPECT_EQ(CountOpenEdges(reduced_mesh), 0u);
     // Files have floats: 1e-6 mm here.
     EXPECT_LE(test::CalcLargestDistance(full_mesh, reduced_mesh, 0.05), 0.02 + 1e-5);
@@ -247,7 +247,39 @@ TEST_F(Run, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
   }
   const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/reduced/summary.json"));
   EXPECT_EQ(json["surface_error_mm"], 0.02);
-  EXPECT_EQ(json["pieces"][0]["triangles"], summary.piece_triangles[0]);
+  EXPECT_EQ(json["pieces"][0]["triangles"], summary.pieces[0].triangles);
+}
+
+// Coarse voxels, of edges much longer than the error, are reduced too.
+TEST_F(Run, CoarsePiecesAreWithinTheStatedErrorToo) {
+  std::string text = kScene;
+  text.replace(text.find("voxel_mm = 0.1"), 14, "voxel_mm = 0.3");
+  const Scene scene = ParseScene(text + "[output]\npictures = false\n", "scene.toml");
+  const RunSummary summary = RunScene(scene, folder_ + "/reduced", {});
+  const RunSummary full = RunScene(scene, folder_ + "/full", {}, {}, {}, 0);
+  ASSERT_GE(summary.pieces.size(), 1u);
+  EXPECT_LT(summary.pieces[0].triangles, full.pieces[0].triangles);
+  const TriangleMesh reduced_mesh = ReadMesh(folder_ + "/reduced/piece_1.stl");
+  const TriangleMesh full_mesh = ReadMesh(folder_ + "/full/piece_1.stl");
+  EXPECT_LE(test::CalcLargestDistance(full_mesh, reduced_mesh, 0.05), 0.02 + 1e-5);
+  EXPECT_LE(test::CalcLargestDistance(reduced_mesh, full_mesh, 0.05), 0.02 + 1e-5);
+  EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/reduced/summary.json"))["surface_error_mm"], 0.02);
+  EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/full/summary.json"))["surface_error_mm"], 0);
+}
+
+TEST_F(Run, SaysNothingOfSurfacesThatAreNotWritten) {
+  const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\npieces = false\n", "scene.toml");
+  RunScene(scene, folder_, {});
+  EXPECT_FALSE(nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json")).contains("surface_error_mm"));
+}
+
+TEST_F(Run, WarningsAreInTheSummary) {
+  std::string text = kScene;
+  text.replace(text.find("end_mm = [0.0, 0.0, 3.0]"), 24, "end_mm = [0.0, 0.0, 11.2]");
+  const Scene scene = ParseScene(text + "[output]\npictures = false\n", "scene.toml");
+  const RunSummary summary = RunScene(scene, folder_, {});
+  EXPECT_EQ(std::count(summary.warnings.begin(), summary.warnings.end(), "the saw met no bone on its path"), 1);
+  EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"))["warnings"], summary.warnings);
 }
 
 TEST_F(Run, TellsOfTheFragmentsAndChangesNothing) {

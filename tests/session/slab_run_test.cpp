@@ -13,6 +13,7 @@
 #include "scene/doubts.h"
 #include "session/make_bone.h"
 #include "session/run_slab_scene.h"
+#include "support/far_apart.h"
 #include "support/result_folder.h"
 
 namespace kerf {
@@ -80,6 +81,28 @@ TEST_F(SlabRunTest, CutsTheBlockIntoThreeAndItsFilesAgreeWithEachOther) {
   // hand sets 1 g to 10 mm/s, 1e-4 mJ.
   EXPECT_NEAR(summary.force.work_Nmm, summary.end.hand_work_mJ, 2e-4);
   EXPECT_NEAR(summary.end.hand_work_mJ, summary.end.cutting_mJ, 0.05 * summary.end.hand_work_mJ);
+}
+
+TEST_F(SlabRunTest, PartsAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
+  const Scene scene = ParseScene(std::string(kScene) + "[output]\npictures = false\nbone = false\n", "scene.toml");
+  const SlabSummary reduced = RunSlabScene(scene, folder_ + "/reduced", {});
+  const SlabSummary full = RunSlabScene(scene, folder_ + "/full", {}, {}, 0);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::string file = "/" + reduced.parts[i].file;
+    const TriangleMesh small = ReadMesh(folder_ + "/reduced" + file);
+    const TriangleMesh large = ReadMesh(folder_ + "/full" + file);
+    EXPECT_EQ(small.triangles.size(), reduced.parts[i].triangles);
+    EXPECT_EQ(large.triangles.size(), full.parts[i].triangles);
+    EXPECT_LT(small.triangles.size(), large.triangles.size() / 2) << file;
+    EXPECT_EQ(CountOpenEdges(small), 0u) << file;
+    EXPECT_LE(test::CalcLargestDistance(large, small, 0.05), 0.02 + 1e-5) << file;
+    EXPECT_LE(test::CalcLargestDistance(small, large, 0.05), 0.02 + 1e-5) << file;
+  }
+  const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/reduced/summary.json"));
+  EXPECT_EQ(json["surface_error_mm"], 0.02);
+  EXPECT_EQ(json["parts"][1]["triangles"], reduced.parts[1].triangles);
+  EXPECT_EQ(json["warnings"], reduced.warnings);
+  EXPECT_EQ(nlohmann::json::parse(ReadTextFile(folder_ + "/full/summary.json"))["surface_error_mm"], 0);
 }
 
 TEST_F(SlabRunTest, FollowsThePapersTable2WhenAsked) {

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -11,6 +13,7 @@
 #include "bone/ct_modulus.h"
 #include "bonefile/bonefile.h"
 #include "files/files.h"
+#include "force/measured.h"
 #include "kerf/error.h"
 #include "made_up.h"
 #include "material/region_table.h"
@@ -372,6 +375,14 @@ TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
     EXPECT_THAT(kept, HasSubstr("- " + warning + "\n"));
     EXPECT_THAT(json["warnings"].get<std::vector<std::string>>(), testing::Contains(warning));
   }
+  // What each law is good for stands there too, the scene's own included, which has no other warning.
+  for (const CaseResult& result : c.cases) {
+    if (result.what.slab) continue;
+    const ForceLaw& law = result.what.law;
+    EXPECT_THAT(kept, HasSubstr(fmt::format("- {}: {}; {}; {}\n", law.name(), DescribeAccuracy(law, DiscSaw{}),
+                                            DescribeBlades(law), FindCaveat(law.info()).good_for)));
+  }
+  EXPECT_THAT(kept, HasSubstr("- slab: one tooth alone has the force of hertz_constant_bite: thrust 1/"));
   EXPECT_EQ(json["material"], nlohmann::json::parse(FormatMaterialJson(scene, material)));
   EXPECT_EQ(json["material"]["law"], "linear");
   EXPECT_NEAR(json["material"]["share_below_range"].get<double>(), 1.2 / 5, 0.05);  // by CT voxels of 0.25 mm in 5 mm

@@ -11,13 +11,14 @@
 namespace kerf::test {
 
 /// The largest distance from `to` of any corner of `from` and of points over its triangles, `spacing_mm` apart at most;
-/// 1 mm at most.
-inline double CalcLargestDistance(const TriangleMesh& from, const TriangleMesh& to, double spacing_mm) {
+/// `limit_mm` at most. The tighter the limit, the quicker.
+inline double CalcLargestDistance(const TriangleMesh& from, const TriangleMesh& to, double spacing_mm,
+                                  double limit_mm = 1) {
   const SurfaceTree tree(to);
   double largest = 0;
   const auto ask = [&](const Vec3& p) {
-    const auto nearest = tree.FindNearest(p, 1);
-    largest = std::max(largest, nearest ? nearest->distance_mm : 1);
+    const auto nearest = tree.FindNearest(p, limit_mm);
+    largest = std::max(largest, nearest ? nearest->distance_mm : limit_mm);
   };
   for (const auto& t : from.triangles) {
     const Vec3& a = from.points[t[0]];
