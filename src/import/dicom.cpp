@@ -8,21 +8,19 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <map>
 #include <sstream>
 
-<<<<<<< HEAD
-#include "files/child.h"
-=======
 #include "core/volume_text.h"
->>>>>>> main
+#include "files/child.h"
 #include "import/dicom_header.h"
 #include "import/itk_read.h"
 #include "import/limits.h"
-#include "import/volume_bytes.h"
+#include "import/series_bytes.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -300,10 +298,7 @@ Overflow ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
   return overflow;
 }
 
-}  // namespace
-
-namespace {
-
+/// What ListDicomSeries() says, within a child process.
 std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& report) {
   const QuietItk quiet;
   std::error_code failed;
@@ -323,7 +318,7 @@ std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& rep
     if (IsDicom(path)) {
       report.SetName(path.string());
       AddFile(path, by_uid);
-      report.SetProgress(0);  // of a kind: the child is alive
+      report.SetProgress(0);  // shows that it is alive
     } else if (ClaimsToBeDicom(path)) {
       throw Error(fmt::format("{}: not a DICOM file although its name says so; take it out of the folder or mend it",
                               path.string()));
@@ -402,18 +397,26 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
                             volume.size[0], volume.size[1], volume.size[2]));
   }
   for (const DicomSlice& slice : series.slices) CheckFileSize(slice);
-  const auto read = [&](ChildReport& report) {
-    volume.hu.reserve(volume.count());
+  // From a child come the HU, and behind them what is to be warned of.
+  const auto read = [&series, n, &volume](ChildReport& report) {
+    std::vector<std::int16_t> hu;
+    hu.reserve(volume.count());
     Overflow overflow;
     for (int k = 0; k < n; ++k) {
       report.SetName(series.slices[k].path);
-      overflow.Add(ReadSlice(series.slices[k], volume.hu));
+      overflow.Add(ReadSlice(series.slices[k], hu));
       report.SetProgress(static_cast<double>(k + 1) / n);
     }
-    if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
-    return Encode(volume);
+    return std::string(reinterpret_cast<const char*>(hu.data()), hu.size() * sizeof hu[0]) +
+           (overflow.count > 0 ? Describe(overflow, hu.size()) : "");
   };
-  return DecodeVolume(RunInChild(first.path, {}, read, progress));
+  const std::string bytes = RunInChild(first.path, {}, read, progress);
+  volume.hu.resize(volume.count());
+  const std::size_t hu_bytes = volume.hu.size() * sizeof volume.hu[0];
+  if (bytes.size() < hu_bytes) throw Error(fmt::format("series {}: only a part of it came back", series.uid));
+  std::memcpy(volume.hu.data(), bytes.data(), hu_bytes);
+  if (bytes.size() > hu_bytes) volume.warnings.push_back(bytes.substr(hu_bytes));
+  return volume;
 }
 
 }  // namespace kerf

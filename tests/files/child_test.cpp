@@ -22,7 +22,7 @@ namespace kerf {
 namespace {
 
 std::string InChild(const std::function<std::string(ChildReport&)>& work, const ChildLimits& limits = {},
-                const std::function<void(double)>& progress = {}) {
+                    const std::function<void(double)>& progress = {}) {
   return RunInChild("scan.dcm", limits, work, progress);
 }
 

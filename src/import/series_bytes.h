@@ -1,4 +1,4 @@
-// What a child process reads, as bytes for the process that asked (files/child.h).
+// The list of DICOM series as bytes, for the process that asked a child for it (files/child.h).
 #pragma once
 
 #include <string>
@@ -6,14 +6,11 @@
 #include <vector>
 
 #include "import/dicom.h"
-#include "import/volume.h"
 
 namespace kerf {
 
-std::string Encode(const Volume& volume);
 std::string Encode(const std::vector<DicomSeries>& all);
-/// Of bytes that Encode() made. Throw Error for others.
-Volume DecodeVolume(std::string_view bytes);
+/// Of bytes that Encode() made. Throws Error for others.
 std::vector<DicomSeries> DecodeSeries(std::string_view bytes);
 
 }  // namespace kerf
