@@ -14,8 +14,8 @@ namespace kerf {
 namespace {
 
 std::string Outside(const char* what, double value, double lower, double upper, const char* unit) {
-  if (value < lower) return fmt::format("its {} of {:.0f} {} is below {:.0f}", what, value, unit, lower);
-  if (value > upper) return fmt::format("its {} of {:.0f} {} is above {:.0f}", what, value, unit, upper);
+  if (value < lower) return fmt::format("its {} of {:.3g} {} is below {:.0f}", what, value, unit, lower);
+  if (value > upper) return fmt::format("its {} of {:.3g} {} is above {:.0f}", what, value, unit, upper);
   return "";
 }
 
