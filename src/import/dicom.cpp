@@ -14,7 +14,7 @@
 #include <map>
 #include <sstream>
 
-#include "core/volume_text.h"
+#include "core/number_text.h"
 #include "import/dicom_header.h"
 #include "import/itk_read.h"
 #include "import/limits.h"

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/volume_text.h"
+#include "core/number_text.h"
 #include "import/image_fields.h"
 #include "import/limits.h"
 #include "import/nifti.h"
