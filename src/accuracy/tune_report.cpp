@@ -76,8 +76,7 @@ std::string DescribeEvidence(const TuneResult& r, const TuneOptions& options) {
   }
   return fmt::format(
       "asked {}; measured p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us over {} ticks; force within {} (p95 of "
-      "the "
-      "ticks with tooth contact in it or in the reference, of the reference's force, at least {:g} N) and impulse "
+      "the ticks with tooth contact in it or in the reference, of the reference's force, at least {:g} N) and impulse "
       "{:+.2f} % over {}{}; {} on {} ({} cores, load {:.1f}), "
       "commit {}",
       DescribeAsked(options), t.p50_us, t.p99_us, t.p999_us, t.max_us, t.count,

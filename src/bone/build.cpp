@@ -283,10 +283,98 @@ std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<
   };
 }
 
-namespace {
+Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials) {
+  const double h = options.voxel_mm;
+  CheckBox(box, options);
+  Bone bone;
+  Bone::Grids& grids = bone.grids();
+  grids.phi = MakePhiGrid(h, options.band_voxels);
+  grids.materials = std::move(materials);
 
-void FillRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
-                 const std::function<void(double)>& report) {
+  Blocks blocks = SortBlocks(solid, box, options);
+  Progress progress(options.progress, 0.05, 0.7, blocks.mixed.size());
+  auto leaves = EvaluateBlocks(solid, blocks.mixed, h, progress);
+  const float band = grids.phi->background();
+  if (solid.is_distance) {
+    FloatTree& tree = grids.phi->tree();
+    for (auto& leaf : leaves) tree.addLeaf(leaf.release());
+    AddInsideTiles(tree, blocks.inside, -band);
+  } else {
+    // Only the sign and the zero level of the field are used; its size may be anything.
+    auto field = openvdb::FloatGrid::create(1.0f);
+    field->setTransform(grids.phi->transformPtr());
+    for (auto& leaf : leaves) field->tree().addLeaf(leaf.release());
+    AddInsideTiles(field->tree(), blocks.inside, -1.0f);
+    if (options.fill_voids != nullptr) *options.fill_voids = FillVoids(field->tree(), h, blocks.inside);
+    KeepNearSurface(*field, options.band_voxels);
+    const auto distance = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
+    if (!distance) throw Error("the surface could not be turned into a distance field: nothing lies inside");
+    std::vector<FloatLeaf*> solved;
+    distance->tree().stealNodes(solved);
+    FloatTree& tree = grids.phi->tree();
+    for (FloatLeaf* leaf : solved) tree.addLeaf(leaf);
+    AddInsideTiles(tree, blocks.inside, -band);
+  }
+  FinishLevelSet(*grids.phi);
+  if (bone.empty()) throw Error("the bone has no inside: nothing was found within the box");
+  if (options.progress) options.progress(0.75);
+  SetRegions(bone, solid.region, options.region_voxel_mm, options.progress);
+  if (options.progress) options.progress(1.0);
+  return bone;
+}
+
+Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<int(const Vec3&)>& region,
+                      const BuildOptions& options, MaterialTable materials) {
+  if (layers.empty() || layers.front().triangles.empty()) throw Error("the surface has no triangles");
+  double area_mm2 = 0;
+  for (const TriangleMesh& mesh : layers) area_mm2 += CheckMesh(mesh, options);
+  // A plane with its band goes through up to three leaves for each of its squares.
+  const double leaf_mm = kLeafEdge * options.voxel_mm;
+  const double bytes = kBytesOfMixed * 3 * area_mm2 / (leaf_mm * leaf_mm);
+  if (bytes > options.most_bytes) RefuseMemory(bytes, options);
+  Bone bone;
+  Bone::Grids& grids = bone.grids();
+  grids.phi = MakePhiGrid(options.voxel_mm, options.band_voxels);
+  grids.materials = std::move(materials);
+  const auto grid = Voxelise(layers.front(), options, grids.phi->transform());
+  for (std::size_t n = 1; n < layers.size(); ++n) {
+    const auto layer = Voxelise(layers[n], options, grids.phi->transform());
+    if (n % 2 == 1) {
+      openvdb::tools::csgDifference(*grid, *layer);
+    } else {
+      openvdb::tools::csgUnion(*grid, *layer);
+    }
+  }
+  grids.phi->setTree(grid->treePtr());
+  FinishLevelSet(*grids.phi);
+  if (bone.empty()) throw Error("the surface encloses nothing at this voxel size");
+  if (options.progress) options.progress(0.75);
+  SetRegions(bone, region, options.region_voxel_mm, options.progress);
+  if (options.progress) options.progress(1.0);
+  return bone;
+}
+
+Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
+                      const BuildOptions& options, MaterialTable materials) {
+  return MakeBoneFromMesh(std::span(&mesh, 1), region, options, std::move(materials));
+}
+
+void RoundDistances(Bone& bone, int precision_bits) {
+  if (precision_bits >= 24) return;
+  // Veltkamp's splitting, as removal does it.
+  const float splitter = static_cast<float>(1 << (24 - precision_bits)) + 1;
+  openvdb::tree::LeafManager<FloatTree> leaves(bone.grids().phi->tree());
+  leaves.foreach ([splitter](FloatLeaf& leaf, std::size_t) {
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+      const float value = leaf.getValue(i);
+      const float split = value * splitter;
+      leaf.setValueOnly(i, split - (split - value));
+    }
+  });
+}
+
+void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
+                const std::function<void(double)>& report) {
   Bone::Grids& grids = bone.grids();
   const double h = grids.voxel_mm();
   const double hr = region_voxel_mm;
@@ -351,102 +439,6 @@ void FillRegions(Bone& bone, const std::function<int(const Vec3&)>& region, doub
     if (uniform[n] != 0) grids.region->tree().addTile(1, blocks[n], uniform[n], true);
   }
   openvdb::tools::prune(grids.region->tree());
-}
-
-}  // namespace
-
-Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials) {
-  const double h = options.voxel_mm;
-  CheckBox(box, options);
-  Bone bone;
-  Bone::Grids& grids = bone.grids();
-  grids.phi = MakePhiGrid(h, options.band_voxels);
-  grids.materials = std::move(materials);
-
-  Blocks blocks = SortBlocks(solid, box, options);
-  Progress progress(options.progress, 0.05, 0.7, blocks.mixed.size());
-  auto leaves = EvaluateBlocks(solid, blocks.mixed, h, progress);
-  const float band = grids.phi->background();
-  if (solid.is_distance) {
-    FloatTree& tree = grids.phi->tree();
-    for (auto& leaf : leaves) tree.addLeaf(leaf.release());
-    AddInsideTiles(tree, blocks.inside, -band);
-  } else {
-    // Only the sign and the zero level of the field are used; its size may be anything.
-    auto field = openvdb::FloatGrid::create(1.0f);
-    field->setTransform(grids.phi->transformPtr());
-    for (auto& leaf : leaves) field->tree().addLeaf(leaf.release());
-    AddInsideTiles(field->tree(), blocks.inside, -1.0f);
-    if (options.fill_voids != nullptr) *options.fill_voids = FillVoids(field->tree(), h, blocks.inside);
-    KeepNearSurface(*field, options.band_voxels);
-    const auto distance = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
-    if (!distance) throw Error("the surface could not be turned into a distance field: nothing lies inside");
-    std::vector<FloatLeaf*> solved;
-    distance->tree().stealNodes(solved);
-    FloatTree& tree = grids.phi->tree();
-    for (FloatLeaf* leaf : solved) tree.addLeaf(leaf);
-    AddInsideTiles(tree, blocks.inside, -band);
-  }
-  FinishLevelSet(*grids.phi);
-  if (bone.empty()) throw Error("the bone has no inside: nothing was found within the box");
-  if (options.progress) options.progress(0.75);
-  FillRegions(bone, solid.region, options.region_voxel_mm, options.progress);
-  if (options.progress) options.progress(1.0);
-  return bone;
-}
-
-Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<int(const Vec3&)>& region,
-                      const BuildOptions& options, MaterialTable materials) {
-  if (layers.empty() || layers.front().triangles.empty()) throw Error("the surface has no triangles");
-  double area_mm2 = 0;
-  for (const TriangleMesh& mesh : layers) area_mm2 += CheckMesh(mesh, options);
-  // A plane with its band goes through up to three leaves for each of its squares.
-  const double leaf_mm = kLeafEdge * options.voxel_mm;
-  const double bytes = kBytesOfMixed * 3 * area_mm2 / (leaf_mm * leaf_mm);
-  if (bytes > options.most_bytes) RefuseMemory(bytes, options);
-  Bone bone;
-  Bone::Grids& grids = bone.grids();
-  grids.phi = MakePhiGrid(options.voxel_mm, options.band_voxels);
-  grids.materials = std::move(materials);
-  const auto grid = Voxelise(layers.front(), options, grids.phi->transform());
-  for (std::size_t n = 1; n < layers.size(); ++n) {
-    const auto layer = Voxelise(layers[n], options, grids.phi->transform());
-    if (n % 2 == 1) {
-      openvdb::tools::csgDifference(*grid, *layer);
-    } else {
-      openvdb::tools::csgUnion(*grid, *layer);
-    }
-  }
-  grids.phi->setTree(grid->treePtr());
-  FinishLevelSet(*grids.phi);
-  if (bone.empty()) throw Error("the surface encloses nothing at this voxel size");
-  if (options.progress) options.progress(0.75);
-  FillRegions(bone, region, options.region_voxel_mm, options.progress);
-  if (options.progress) options.progress(1.0);
-  return bone;
-}
-
-Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
-                      const BuildOptions& options, MaterialTable materials) {
-  return MakeBoneFromMesh(std::span(&mesh, 1), region, options, std::move(materials));
-}
-
-void RoundDistances(Bone& bone, int precision_bits) {
-  if (precision_bits >= 24) return;
-  // Veltkamp's splitting, as removal does it.
-  const float splitter = static_cast<float>(1 << (24 - precision_bits)) + 1;
-  openvdb::tree::LeafManager<FloatTree> leaves(bone.grids().phi->tree());
-  leaves.foreach ([splitter](FloatLeaf& leaf, std::size_t) {
-    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
-      const float value = leaf.getValue(i);
-      const float split = value * splitter;
-      leaf.setValueOnly(i, split - (split - value));
-    }
-  });
-}
-
-void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm) {
-  FillRegions(bone, region, region_voxel_mm, {});
 }
 
 }  // namespace kerf

@@ -64,6 +64,8 @@ Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Ve
 void RoundDistances(Bone& bone, int precision_bits);
 
 /// Replaces the region grid: asks `region` again for every region voxel at or near the bone. Thread-safe function.
-void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm);
+/// `report` is called with the last quarter of the progress of making a bone, 0.75 to 0.98.
+void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
+                const std::function<void(double)>& report = {});
 
 }  // namespace kerf

@@ -186,11 +186,13 @@ void Run(const Options& options) {
   fmt::print("         {}\n         {}\n         {}\n", DescribeAccuracy(scene.force, MakeTool(scene)),
              DescribeBlades(scene.force), FindCaveat(law).good_for);
   if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
+    const bool within =
+        tooth->J_per_mm3 >= kLeastSpecificEnergy_J_per_mm3 && tooth->J_per_mm3 <= kMostSpecificEnergy_J_per_mm3;
     fmt::print(
-        "         at that bite {:.3g} N of thrust on a tooth in cortical bone, {:.3g} J/mm3; range {:g} to {:g} "
-        "J/mm3 ({}{})\n",
-        tooth->thrust_N, tooth->J_per_mm3, kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3,
-        kSpecificEnergySource, tooth->bite_mm < kMeasuredThrust.front().bite_mm ? "; none at bites below 2 um" : "");
+        "         at that bite {:.3g} N of thrust on a tooth in cortical bone, {:.3g} J/mm3; {} {:g} to {:g} "
+        "J/mm3 ({})\n",
+        tooth->thrust_N, tooth->J_per_mm3, within ? "within" : "outside", kLeastSpecificEnergy_J_per_mm3,
+        kMostSpecificEnergy_J_per_mm3, kSpecificEnergySource);
   }
   if (!loop) return;
   fmt::print("  hand   {} on {}, {:.3g} N on the device for 1 N in the simulation\n", loop->hand.name,

@@ -17,7 +17,7 @@
 #include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
-#include "core/volume_text.h"
+#include "core/number_text.h"
 #include "files/files.h"
 #include "files/markups.h"
 #include "import/dicom.h"

@@ -8,7 +8,7 @@
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "cli/commands.h"
-#include "core/volume_text.h"
+#include "core/number_text.h"
 
 namespace kerf::cli {
 namespace {

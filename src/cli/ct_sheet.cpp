@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "cli/numbers.h"
-#include "core/volume_text.h"
+#include "core/number_text.h"
 #include "import/ct_view.h"
 #include "render/mm_grid.h"
 #include "render/panel_sheet.h"

@@ -12,8 +12,8 @@
 //   4. Figures for one bone only, so that a softer one gets less in proportion to E*, ASSUMED; E*_ref is that of steel
 //      (205 GPa, 0.28) on region 24 (19.3 GPa, 0.28), standing for the bovine bone: 19140 MPa.
 // Check: with a cutting force of thrust / 1.6 the specific cutting energy is 2.65 J/mm3 at 2.5 um and 0.91 J/mm3 at
-// 10 um, within the 2.4 to 2.9 and 0.83 to 1.0 J/mm3 that the second test's own resultants (6.8 to 10 N) and ratios
-// give. The line gives 41 % more thrust at 10 um than at 2 um; James et al. (2013) measured 30 %.
+// 10 um, within the 2.4 to 2.9 and 0.83 to 1.0 J/mm3 that the first test's resultants (8 and 11 N) give with the second
+// test's ratios. The line gives 41 % more thrust at 10 um than at 2 um; James et al. (2013) measured 30 %.
 #include "force/laws.h"
 
 namespace kerf {

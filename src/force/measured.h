@@ -40,7 +40,8 @@ inline double CalcSpecificEnergy(double thrust_N, double width_mm, double bite_m
 }
 
 /// What follows the bounds where they are shown.
-inline constexpr const char* kSpecificEnergySource = "derived from published forces, 0.83 to 2.9, and doubled above";
+inline constexpr const char* kSpecificEnergySource =
+    "derived from published forces at bites of 2.5 um and more, 0.83 to 2.9, and doubled above";
 
 /// `kerf check`, `kerf compare` and docs/physics.md show it.
 struct LawCaveat {

@@ -10,7 +10,7 @@
 #include <glm/geometric.hpp>
 #include <unordered_map>
 
-#include "core/volume_text.h"
+#include "core/number_text.h"
 #include "import/shells.h"
 #include "kerf/error.h"
 

@@ -15,7 +15,7 @@
 #include <map>
 #include <sstream>
 
-#include "core/volume_text.h"
+#include "core/number_text.h"
 #include "files/child.h"
 #include "import/dicom_header.h"
 #include "import/itk_read.h"
@@ -97,6 +97,7 @@ void AddFile(const fs::path& path, std::map<std::string, DicomSeries>& all) {
   }
   slice.samples = Whole(filter, 0x0028, 0x0002, 1);
   slice.bits = Whole(filter, 0x0028, 0x0100, 16);
+  slice.inverted = Text(filter, 0x0028, 0x0004) == "MONOCHROME1";
   slice.frames = std::max(1, Whole(filter, 0x0028, 0x0008, 1));
   const std::vector<double> spacing = Numbers(Text(filter, 0x0028, 0x0030));  // between rows first
   const std::vector<double> position = Numbers(Text(filter, 0x0020, 0x0032));
@@ -174,6 +175,12 @@ void CheckSeries(const DicomSeries& series) {
     const std::string file = fs::path(s.path).filename().string();
     if (s.samples != 1) fail(fmt::format("{} is a colour image ({} samples a pixel), not CT slices", file, s.samples));
     if (s.frames > 1) fail(fmt::format("{} holds {} frames; kerf reads CT with one slice a file", file, s.frames));
+    if (s.inverted) {
+      fail(
+          fmt::format("{} is stored for inverted display (MONOCHROME1), which kerf does not read; convert the series "
+                      "to MONOCHROME2",
+                      file));
+    }
     if (!s.has_geometry) fail(fmt::format("{} has no valid position, orientation or pixel spacing", file));
     if (s.size != first.size) {
       fail(fmt::format("{} has {} x {} pixels where others have {} x {}; the series is a mixture", file, s.size[0],
@@ -320,7 +327,7 @@ std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& rep
       AddFile(path, by_uid);
       report.SetProgress(0);  // shows that it is alive
     } else if (ClaimsToBeDicom(path)) {
-      throw Error(fmt::format("{}: not a DICOM file although its name says so; take it out of the folder or mend it",
+      throw Error(fmt::format("{}: not a DICOM file although its name says so; take it out of the folder or repair it",
                               path.string()));
     }
   }

@@ -23,6 +23,7 @@ struct DicomSlice {
   int frames = 1;
   bool has_geometry = false;  // position, orientation and pixel spacing are all there
   bool compressed = false;
+  bool inverted = false;        // shown with low values bright (MONOCHROME1), and read inverted by ITK
   std::string transfer_syntax;  // name, as GDCM gives it
 };
 

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/volume_text.h"
+#include "core/number_text.h"
 #include "import/image_fields.h"
 #include "import/limits.h"
 #include "import/nifti.h"
@@ -107,10 +107,20 @@ double ParseSkip(const ImageFields& fields, const char* field, const char* name,
 }
 
 std::uint64_t SkipLines(const std::string& path, std::uint64_t offset, double lines) {
+  if (lines < 0) throw Error(fmt::format("{}: the NRRD header's 'line skip' is {}, below 0", path, lines));
   std::ifstream in(path, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(offset));
   for (double n = 0; n < lines && in; ++n) in.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
-  return in ? static_cast<std::uint64_t>(in.tellg()) : offset;
+  if (!in) throw Error(fmt::format("{}: the file has fewer lines than the header's 'line skip' leaves out", path));
+  return static_cast<std::uint64_t>(in.tellg());
+}
+
+// "LIST", "LIST 2", or a pattern such as "slice_%03d.raw" with numbers behind it.
+bool IsManyFiles(const std::string& data_file) {
+  const std::string word = Lower(data_file.substr(0, data_file.find(' ')));
+  const std::size_t percent = data_file.find('%');
+  const bool is_pattern = percent != std::string::npos && data_file.find_first_of(" \t", percent) != std::string::npos;
+  return word == "list" || is_pattern;
 }
 
 void SetNrrdPacking(const ImageFields& fields, const std::string& path, ImageLayout& layout) {
@@ -124,7 +134,7 @@ void SetNrrdPacking(const ImageFields& fields, const std::string& path, ImageLay
     layout.packing = VoxelPacking::kUnknown;
   }
   const double lines = ParseSkip(fields, "lineskip", "'line skip'", path);
-  if (lines > 0) layout.offset = SkipLines(layout.data_file, layout.offset, lines);
+  if (lines != 0) layout.offset = SkipLines(layout.data_file, layout.offset, lines);
   const double bytes = ParseSkip(fields, "byteskip", "'byte skip'", path);
   layout.at_end = bytes < 0;
   if (layout.at_end && layout.packing != VoxelPacking::kRaw) {
@@ -148,7 +158,7 @@ ImageLayout ParseNrrd(const std::string& path, const std::string& head) {
   CheckDimensions(fields.Get("dimension"), "'dimension'", "'sizes'", layout, path);
   const std::string data_file = fields.Get("datafile");
   if (!data_file.empty()) {
-    if (Lower(data_file).compare(0, 4, "list") == 0 || data_file.find('%') != std::string::npos) {
+    if (IsManyFiles(data_file)) {
       throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads NRRD with one", path));
     }
     layout.data_file = (fs::path(path).parent_path() / data_file).string();
@@ -211,7 +221,7 @@ ImageLayout ParseMeta(const std::string& path, const std::string& head) {
   if (!channels.empty()) layout.components = channels[0];
   const std::string data_file = fields.Get("elementdatafile");
   const bool local = Lower(data_file) == "local";
-  if (!local && (Lower(data_file).compare(0, 4, "list") == 0 || data_file.find('%') != std::string::npos)) {
+  if (!local && IsManyFiles(data_file)) {
     throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads MetaImage with one", path));
   }
   layout.data_file = local ? path : (fs::path(path).parent_path() / data_file).string();

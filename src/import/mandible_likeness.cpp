@@ -14,8 +14,9 @@ namespace kerf {
 namespace {
 
 std::string Outside(const char* what, double value, double lower, double upper, const char* unit) {
-  if (value < lower) return fmt::format("its {} of {:.0f} {} is below {:.0f}", what, value, unit, lower);
-  if (value > upper) return fmt::format("its {} of {:.0f} {} is above {:.0f}", what, value, unit, upper);
+  const int digits = value < 10 ? 2 : 0;
+  if (value < lower) return fmt::format("its {} of {:.{}f} {} is below {:.0f}", what, value, digits, unit, lower);
+  if (value > upper) return fmt::format("its {} of {:.{}f} {} is above {:.0f}", what, value, digits, unit, upper);
   return "";
 }
 

@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <vector>
 
-#include "core/volume_text.h"
+#include "core/number_text.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -68,8 +68,7 @@ std::string ScaleToMm(TriangleMesh& mesh, const std::string& unit, const std::st
     if (side > kMostSkull_cm || thickness < kSkullThickness * side) return "";
     return fmt::format(
         "the largest side of the surface is {}, which was taken as mm: a small piece; if it is a skull in cm, import "
-        "it "
-        "with --units cm, and if not, --units mm states that",
+        "it with --units cm, and if not, --units mm states that",
         ShowSide(side));
   }
   std::vector<std::string> choices;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 
@@ -12,12 +13,15 @@ namespace kerf {
 
 namespace {
 
-std::vector<char> ReadText(const ImageLayout& layout, std::size_t count) {
+std::vector<char> ReadText(const ImageLayout& layout, std::size_t count, const std::string& path) {
   std::ifstream in(layout.data_file);
   in.seekg(static_cast<std::streamoff>(layout.offset));
   std::vector<char> bytes;
-  double value = 0;
-  for (std::size_t n = 0; n < count && in >> value; ++n) {
+  std::string word;
+  for (std::size_t n = 0; n < count && in >> word; ++n) {
+    char* end = nullptr;
+    const double value = std::strtod(word.c_str(), &end);
+    if (*end != '\0') throw Error(fmt::format("{}: voxel {} is '{}', which is no number", path, n + 1, word));
     char one[sizeof value];
     std::memcpy(one, &value, sizeof value);
     bytes.insert(bytes.end(), one, one + sizeof value);
@@ -55,7 +59,7 @@ std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::
              &bytes);
       break;
     case VoxelPacking::kText:
-      bytes = ReadText(layout, count);
+      bytes = ReadText(layout, count, path);
       layout.type = VoxelType::kDouble;
       value_bytes = sizeof(double);
       break;

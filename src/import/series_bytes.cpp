@@ -17,8 +17,8 @@ Vec3 ToVec3(const Json& json) {
 }
 
 Json ToJson(const DicomSlice& s) {
-  return {s.path, ToJson(s.origin_W), ToJson(s.row_W), ToJson(s.column_W), s.pixel_mm,       s.size, s.samples,
-          s.bits, s.frames,           s.has_geometry,  s.compressed,       s.transfer_syntax};
+  return {s.path, ToJson(s.origin_W), ToJson(s.row_W), ToJson(s.column_W), s.pixel_mm, s.size,           s.samples,
+          s.bits, s.frames,           s.has_geometry,  s.compressed,       s.inverted, s.transfer_syntax};
 }
 DicomSlice ToSlice(const Json& json) {
   DicomSlice s;
@@ -33,7 +33,8 @@ DicomSlice ToSlice(const Json& json) {
   json.at(8).get_to(s.frames);
   json.at(9).get_to(s.has_geometry);
   json.at(10).get_to(s.compressed);
-  json.at(11).get_to(s.transfer_syntax);
+  json.at(11).get_to(s.inverted);
+  json.at(12).get_to(s.transfer_syntax);
   return s;
 }
 

@@ -20,7 +20,7 @@ void FindVoxelDoubts(const Scene& scene, double voxel_mm, std::vector<std::strin
   if (voxels < 1) {
     doubts.push_back(
         fmt::format("the disc is thinner than a voxel (thickness_mm = {}, voxels of {} mm): its kerf comes out a voxel "
-                    "wide, and so does the removed volume; use voxels of at most {:.3g} mm",
+                    "wide, and the removed volume is 0.75 to 1 voxels times the area; use voxels of at most {:.3g} mm",
                     scene.tool.thickness_mm, voxel_mm, scene.tool.thickness_mm / kResolvedVoxels));
   } else if (voxels < kResolvedVoxels) {
     doubts.push_back(fmt::format(

@@ -31,7 +31,6 @@ bool CuttingEnergy::IsAsMeasured() const {
 
 CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects, const CuttingSums& sums) {
   CuttingEnergy energy;
-  const double turns_per_s = scene.tool.rpm / 60;
   const bool disc = scene.tool.kind == ToolKind::kDisc;
   if (const std::optional<double> power_W = FindMeanPower(effects)) {
     energy.from_effect = true;
@@ -39,12 +38,12 @@ CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects,
     energy.work_J = *power_W * sums.simulated_s;
   } else {
     energy.ratio = kThrustPerCuttingForce;
-    const double rim_mm_per_s = std::numbers::pi * scene.tool.diameter_mm * turns_per_s;
-    if (disc) energy.work_J = 1e-3 * sums.thrust_Ns / energy.ratio * rim_mm_per_s;
+    const double rim_mm = std::numbers::pi * scene.tool.diameter_mm;
+    if (disc) energy.work_J = 1e-3 * sums.thrust_turns_N / energy.ratio * rim_mm;
   }
   if (!energy.work_J) return energy;
   if (sums.removed_mm3 > kHardlyAnything_mm3) energy.specific_J_per_mm3 = *energy.work_J / sums.removed_mm3;
-  const double passes = (disc ? scene.tool.teeth : scene.tool.flutes) * turns_per_s * sums.cutting_time_s;
+  const double passes = (disc ? scene.tool.teeth : scene.tool.flutes) * sums.cutting_turns;
   if (passes > 0) energy.pass_mJ = 1e3 * *energy.work_J / passes;
   return energy;
 }

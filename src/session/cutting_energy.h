@@ -13,16 +13,16 @@ namespace kerf {
 
 /// What a run adds up.
 struct CuttingSums {
-  double thrust_Ns = 0;       // integral of the sum of the teeth's thrusts
+  double thrust_turns_N = 0;  // sum of the teeth's thrusts times the spindle's turns meanwhile
   double simulated_s = 0;     // that `effects` covers
-  double cutting_time_s = 0;  // with a tooth engaged
+  double cutting_turns = 0;   // of the spindle with a tooth engaged
   double removed_mm3 = 0;
 };
 
 /// Work of the teeth's cutting force along their way: its sum over the teeth times the speed of the rim. A law gives
 /// the thrust; the cutting force is the thrust divided by `ratio`: the one of the effect tangential_force where it is
-/// on, whose own power is then taken, else kThrustPerCuttingForce at the scene's spindle speed. The feed's own work is
-/// left out: the rim is some thousand times faster.
+/// on, whose own power is then taken, else kThrustPerCuttingForce at the spindle speed that was asked for. The feed's
+/// own work is left out: the rim is some thousand times faster.
 struct CuttingEnergy {
   double ratio = 0;
   bool from_effect = false;

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bone/surface.h"
-#include "core/volume_text.h"
+#include "core/number_text.h"
 #include "render/picture.h"
 #include "session/summary_json.h"
 

@@ -121,8 +121,9 @@ class Recorder {
     for (int k = 0; k < s.skipped && k < 10'000; ++k) noise_.Hold();
     noise_.Take(s.report.f_device_N, out.engaged_teeth > 0);
     summary_.effect_files.Take(s.time_s, s.time_s - summary_.simulated_s, out.X_WT, channels);
-    summary_.cutting_sums.thrust_Ns += out.thrust_sum_N * (s.time_s - summary_.simulated_s);
-    if (out.engaged_teeth > 0) summary_.cutting_sums.cutting_time_s += s.time_s - summary_.simulated_s;
+    const double turns = std::abs(s.report.given.rpm) / 60 * (s.time_s - summary_.simulated_s);
+    summary_.cutting_sums.thrust_turns_N += out.thrust_sum_N * turns;
+    if (out.engaged_teeth > 0) summary_.cutting_sums.cutting_turns += turns;
     summary_.simulated_s = s.time_s;
     summary_.force.largest_simulated_N = std::max(summary_.force.largest_simulated_N, glm::length(out.f_H_W_N));
     summary_.hand_J += 1e-3 * out.hand_mJ;

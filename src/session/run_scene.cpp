@@ -143,9 +143,10 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   summary.force = SummarizeForces(result.ticks, rate_hz);
   summary.effects = result.effects;
   summary.effects.rows.clear();
-  summary.cutting = CalcCuttingEnergy(
-      scene, summary.effects,
-      {summary.force.thrust_Ns, path.duration_s(), summary.force.cutting_time_s, summary.removed_mm3});
+  const double turns_per_s = std::abs(scene.tool.rpm) / 60;
+  summary.cutting = CalcCuttingEnergy(scene, summary.effects,
+                                      {summary.force.thrust_Ns * turns_per_s, path.duration_s(),
+                                       summary.force.cutting_time_s * turns_per_s, summary.removed_mm3});
   summary.ticks = result.ticks.size();
   for (std::size_t i = 0; i < result.ticks.size(); ++i) {
     const TickRecord& t = result.ticks[i];

@@ -176,7 +176,10 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
 std::string DescribeSlabLaw(const Scene& scene) {
   ForceLaw paper("hertz_constant_bite");
   paper.Set("contact_share_of_pitch", scene.slab.params.contact_share_of_pitch);
-  return fmt::format("one tooth alone has the force of {}: {}", paper.name(), DescribeAccuracy(paper, MakeTool(scene)));
+  const char* several =
+      scene.slab.params.reading == PaperReading::kAsComputed ? "; as computed, each of n teeth has n^2 times that" : "";
+  return fmt::format("one tooth alone has the force of {}: {}{}", paper.name(),
+                     DescribeAccuracy(paper, MakeTool(scene)), several);
 }
 
 std::string FormatSlabSummaryJson(const Scene& scene, const SlabSummary& s) {

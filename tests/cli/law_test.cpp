@@ -2,7 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
 #include <string>
 
 #include "force/measured.h"
@@ -24,6 +27,10 @@ std::string Slot(double feed_mm_per_s, const std::string& law) {
          "\"\n[output]\npictures = false\nbone = false\npieces = false\n";
 }
 
+std::size_t Columns(const std::string& row) {
+  return static_cast<std::size_t>(std::count(row.begin(), row.end(), ',')) + 1;
+}
+
 class Law : public test::ProgramTest {};
 
 TEST_F(Law, CheckSaysWhatTheLawIsGoodForAndWarnsOutside) {
@@ -35,8 +42,8 @@ TEST_F(Law, CheckSaysWhatTheLawIsGoodForAndWarnsOutside) {
     EXPECT_THAT(text.out, HasSubstr(DescribeAccuracy(preset, DiscSaw{})));
     EXPECT_THAT(text.out, HasSubstr(DescribeBlades(preset)));
     EXPECT_THAT(text.out, HasSubstr(FindCaveat(*law).good_for));
-    EXPECT_THAT(text.out, HasSubstr("range 0.8 to 6 J/mm3 (derived from published forces, 0.83 to 2.9, and doubled "
-                                    "above; none at bites below 2 um)"));
+    EXPECT_THAT(text.out, HasSubstr("J/mm3 (derived from published forces at bites of 2.5 um and more, 0.83 "
+                                    "to 2.9, and doubled above)"));
     const Json json = Json::parse(Kerf("check s.toml --json").out);
     EXPECT_EQ(json["force"]["accuracy"], DescribeAccuracy(preset, DiscSaw{}));
     EXPECT_EQ(json["force"]["blades"], DescribeBlades(preset));
@@ -45,8 +52,9 @@ TEST_F(Law, CheckSaysWhatTheLawIsGoodForAndWarnsOutside) {
   // 10 um: by hand 84.6 N and, by 1.6, 0.25 mm and 10 um, 21.2 J/mm3.
   Write("s.toml", Slot(30, "hertz_chip"));
   const ProgramResult deep = Kerf("check s.toml");
-  EXPECT_THAT(deep.out, HasSubstr("at that bite 84.6 N of thrust on a tooth in cortical bone, 21.2 J/mm3; range "
-                                  "0.8 to 6 J/mm3 (derived from published forces, 0.83 to 2.9, and doubled above)\n"));
+  EXPECT_THAT(deep.out, HasSubstr("at that bite 84.6 N of thrust on a tooth in cortical bone, 21.2 J/mm3; outside "
+                                  "0.8 to 6 J/mm3 (derived from published forces at bites of 2.5 um and more, 0.83 to "
+                                  "2.9, and doubled above)\n"));
   EXPECT_THAT(deep.err, HasSubstr("warning: the bite reaches 10 um: hertz_chip holds up to about 3 um"));
   Write("s.toml", Slot(3, "hertz_constant_bite"));
   EXPECT_THAT(Kerf("check s.toml").err,
@@ -89,6 +97,27 @@ TEST_F(Law, SlabModeSaysThatOneToothIsThePapers) {
   const std::string said = "one tooth alone has the force of hertz_constant_bite: thrust 1/122 of the measured";
   EXPECT_THAT(Kerf("check s.toml").out, HasSubstr(said));
   EXPECT_THAT(Kerf("run s.toml -o out").out, HasSubstr(said));
+}
+
+TEST_F(Law, LoopCountsTheSpindlesOwnSpeed) {
+  Write("s.toml", Slot(6, "hertz_chip"));
+  const ProgramResult loop = Kerf("loop s.toml --seconds 1 --virtual --hand H3 --do 0.001:rpm=3750 -o out --json");
+  ASSERT_EQ(loop.code, 0) << loop.err;
+  // Thrust / 1.6 times the speed of the rim, summed over the rows, a tick each.
+  std::istringstream rows(test::Slurp(folder_ / "out/forces.csv"));
+  std::string row;
+  std::getline(rows, row);
+  const std::size_t columns_before = Columns(row.substr(0, row.find("thrust_sum_N"))) - 1;
+  double thrust_Ns = 0;
+  while (std::getline(rows, row)) {
+    std::size_t at = 0;
+    for (std::size_t n = 0; n < columns_before; ++n) at = row.find(',', at) + 1;
+    thrust_Ns += 0.001 * std::stod(row.substr(at));
+  }
+  const double work_J = 1e-3 * thrust_Ns / 1.6 * std::numbers::pi * 22 * 3750 / 60;
+  ASSERT_GT(work_J, 0.1);
+  // The rows have six digits; the first tick, before the change, is twice as fast.
+  EXPECT_NEAR(Json::parse(loop.out)["cutting"]["work_J"].get<double>() / work_J, 1, 2e-3);
 }
 
 TEST_F(Law, LoopGivesThemToo) {

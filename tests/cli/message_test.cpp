@@ -1,4 +1,5 @@
 // What the program says beside its results, and where it tells how it is used.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -90,8 +91,10 @@ TEST_F(Messages, ASceneWhoseBoneIsMissingNamesTheImport) {
         "feed_mm_per_s = 3\ndisc_normal = [0, 1, 0]\n");
   const std::string bone = (folder_ / "jaw.vdb").string();
   for (const char* arguments : {"run scene.toml -o out", "check scene.toml"}) {
-    ExpectRefusal(Kerf(arguments), bone + ": there is no such file; 'kerf import INPUT -o " + bone +
-                                       "' makes it from a CT or a closed surface");
+    ExpectRefusal(Kerf(arguments),
+                  fmt::format("{0}: there is no such file; 'kerf import INPUT -o {0}' makes it from a CT or a closed "
+                              "surface",
+                              bone));
   }
 }
 

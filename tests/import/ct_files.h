@@ -138,7 +138,8 @@ struct SliceSpec {
   double slope = 1;
   double intercept = -1024;
   int samples = 1;
-  std::string pixels;  // instead of the slice's own; for compressed ones
+  std::string photometric = "MONOCHROME2";  // of one sample a pixel
+  std::string pixels;                       // instead of the slice's own; for compressed ones
   bool encapsulated = false;
 };
 
@@ -171,14 +172,15 @@ inline std::string DicomSlice(const Volume& ct, int k, const SliceSpec& spec) {
   const auto length = static_cast<std::uint32_t>(meta.size());
   meta = element(2, 0, "UL", std::string(reinterpret_cast<const char*>(&length), 4)) + meta;
 
-  std::string data =
-      element(8, 0x16, "UI", ct_class) + element(8, 0x18, "UI", uid) + element(8, 0x60, "CS", spec.modality) +
-      element(8, 0x103e, "LO", spec.description) + element(0x10, 0x10, "PN", "SECRET^NAME") +
-      element(0x18, 0x50, "DS", fmt::format("{}", ct.spacing_mm.z)) + element(0x20, 0xd, "UI", "1.2.3") +
-      element(0x20, 0xe, "UI", spec.series_uid) + element(0x20, 0x13, "IS", std::to_string(k + 1)) +
-      element(0x20, 0x32, "DS", text(ct.WorldFromVoxel({0, 0, k}))) +
-      element(0x20, 0x37, "DS", text(ct.axes_W[0]) + "\\" + text(ct.axes_W[1])) +
-      element(0x28, 2, "US", whole(spec.samples)) + element(0x28, 4, "CS", spec.samples == 1 ? "MONOCHROME2" : "RGB");
+  std::string data = element(8, 0x16, "UI", ct_class) + element(8, 0x18, "UI", uid) +
+                     element(8, 0x60, "CS", spec.modality) + element(8, 0x103e, "LO", spec.description) +
+                     element(0x10, 0x10, "PN", "SECRET^NAME") +
+                     element(0x18, 0x50, "DS", fmt::format("{}", ct.spacing_mm.z)) + element(0x20, 0xd, "UI", "1.2.3") +
+                     element(0x20, 0xe, "UI", spec.series_uid) + element(0x20, 0x13, "IS", std::to_string(k + 1)) +
+                     element(0x20, 0x32, "DS", text(ct.WorldFromVoxel({0, 0, k}))) +
+                     element(0x20, 0x37, "DS", text(ct.axes_W[0]) + "\\" + text(ct.axes_W[1])) +
+                     element(0x28, 2, "US", whole(spec.samples)) +
+                     element(0x28, 4, "CS", spec.samples == 1 ? spec.photometric : "RGB");
   if (spec.samples != 1) data += element(0x28, 6, "US", whole(0));
   data += element(0x28, 0x10, "US", whole(ct.size[1])) + element(0x28, 0x11, "US", whole(ct.size[0])) +
           element(0x28, 0x30, "DS", fmt::format("{}\\{}", ct.spacing_mm.y, ct.spacing_mm.x));

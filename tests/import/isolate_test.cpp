@@ -99,7 +99,7 @@ TEST(Isolate, WhatIsNoMandibleIsRefusedWithWhatWasFound) {
   options = Steered();
   options.check_shape = true;
   EXPECT_THAT(MessageOf([&] { Isolate(TouchingBalls(), options, {}); }),
-              HasSubstr("does not look like a mandible: its volume of 4 cm3"));
+              HasSubstr("does not look like a mandible: its volume of 4.16 cm3 is below 8"));
 }
 
 TEST(Isolate, AVolumeWithoutBoneIsRefused) {

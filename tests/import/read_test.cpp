@@ -264,6 +264,13 @@ TEST_F(SpoiltSeries, ColourIsRefused) {
   EXPECT_THAT(Message(3, test::DicomSlice(ct_, 3, rgb)), HasSubstr("is a colour image (3 samples a pixel)"));
 }
 
+TEST_F(SpoiltSeries, InvertedDisplayIsRefused) {
+  SliceSpec inverted;
+  inverted.photometric = "MONOCHROME1";
+  EXPECT_THAT(Message(3, test::DicomSlice(ct_, 3, inverted)),
+              HasSubstr("is stored for inverted display (MONOCHROME1)"));
+}
+
 TEST_F(SpoiltSeries, PixelsThatCannotBeUnpackedAreRefusedByTransferSyntax) {
   SliceSpec jpeg;
   jpeg.transfer_syntax = "1.2.840.10008.1.2.4.70";
@@ -480,8 +487,10 @@ TEST_F(MetaVoxels, TextAndTheOtherByteOrderAreRead) {
   std::string text;
   for (const std::int16_t hu : ct_.hu) text += fmt::format("{} ", hu);
   ExpectSame(Read("BinaryData = False\n", text), ct_, 1e-9);
-  EXPECT_THAT(MessageOf([&] { Read("BinaryData = False\n", "1 2 3 x"); }),
+  EXPECT_THAT(MessageOf([&] { Read("BinaryData = False\n", "1 2 3"); }),
               HasSubstr("3 voxels can be read where the header promises 504"));
+  EXPECT_THAT(MessageOf([&] { Read("BinaryData = False\n", "1 2 3 x"); }),
+              HasSubstr("voxel 4 is 'x', which is no number"));
   std::string swapped = voxels_;
   for (std::size_t n = 0; n < swapped.size(); n += 2) std::swap(swapped[n], swapped[n + 1]);
   ExpectSame(Read("ElementByteOrderMSB = True\n", swapped), ct_, 1e-9);
@@ -522,6 +531,11 @@ TEST(ReadImage, BrokenHeadersAreRefusedInOurWords) {
            Case{"a.nrrd", "encoding: raw", "encoding: bzip2",
                 "voxels of the encoding 'bzip2' are not read; kerf reads"},
            Case{"a.nrrd", "encoding: raw", "encoding: gzip\nbyte skip: -1", "'byte skip: -1' is for raw voxels"},
+           Case{"a.nrrd", "encoding: raw", "encoding: raw\nline skip: 100000", "has fewer lines than the header's"},
+           Case{"a.nrrd", "encoding: raw", "encoding: raw\nline skip: -1", "'line skip' is -1, below 0"},
+           Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: s%03d.raw 1 9 1", "over several files"},
+           Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: LIST", "over several files"},
+           Case{"a.nrrd", "encoding: raw", "encoding: raw\ndata file: listed50%.raw", "listed50%.raw, which can't be"},
            Case{"a.nrrd", "type: short", "type: block", "voxels of type 'block' are not read"},
            Case{"a.mha", "Offset = ", "Offset = x", "the MetaImage header's Offset 'x"},
            Case{"a.mha", "TransformMatrix = ", "TransformMatrix = nan ", "header's TransformMatrix 'nan"},

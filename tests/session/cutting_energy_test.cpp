@@ -116,7 +116,8 @@ TEST_F(CuttingEnergyRun, WarnsOutsideThePublishedRangeOnly) {
   energy.specific_J_per_mm3 = 10.6;
   EXPECT_EQ(FindEnergyWarnings(scene, energy),
             std::vector<std::string>{"the specific cutting energy is 10.6 J/mm3, outside 0.8 to 6 J/mm3 (derived "
-                                     "from published forces, 0.83 to 2.9, and doubled above): the forces of "
+                                     "from published forces at bites of 2.5 um and more, 0.83 to 2.9, and doubled "
+                                     "above): the forces of "
                                      "hertz_chip are not those of a real cut"});
 }
 

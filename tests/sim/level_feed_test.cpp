@@ -13,7 +13,6 @@ namespace {
 using test::BlockPoses;
 using test::DiscPose;
 using test::kPi;
-using test::Stroke;
 
 const DiscSaw kSaw;
 const double kR = kSaw.radius_mm();

@@ -1,4 +1,4 @@
-#include "core/volume_text.h"
+#include "core/number_text.h"
 
 #include <fmt/format.h>
 
