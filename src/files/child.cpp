@@ -20,10 +20,15 @@
 #include <new>
 #include <string_view>
 
+#include "files/confine.h"
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
+
+ChildReport* report_of_this_child = nullptr;  // in a child process
+
+constexpr std::uint64_t kMostOpenFiles = 256;
 
 enum ExitCode { kDone = 0, kRefused = 1, kNoMemory = 2, kFailed = 3 };
 
@@ -83,14 +88,17 @@ void Confine(const ChildLimits& limits, std::uint64_t has_bytes, pid_t parent) {
   }
   std::signal(SIGINT, SIG_IGN);  // the parent decides what Ctrl-C means, and takes the child with it
   SetLimit(RLIMIT_CORE, 0);
+  SetLimit(RLIMIT_NOFILE, kMostOpenFiles);
   if (!kSanitized) SetLimit(RLIMIT_AS, has_bytes + limits.memory_bytes);
   const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
-  if (nowhere < 0) return;
+  if (nowhere < 0) _exit(kFailed);
   for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, fd);
+  ForbidSideEffects();
 }
 
 [[noreturn]] void Work(int result, ChildReport report, const std::function<std::string(ChildReport&)>& work) {
   const auto end = [result](ExitCode code, std::string_view bytes) { _exit(WriteAll(result, bytes) ? code : kFailed); };
+  report_of_this_child = &report;
   try {
     end(kDone, work(report));
   } catch (const Error& e) {
@@ -160,23 +168,16 @@ std::string TakeResult(int status, bool ended, std::string bytes, const std::str
   return bytes;
 }
 
-/// A page that parent and child share.
-class SharedName {
- public:
-  SharedName()
-      : page_(mmap(nullptr, ChildReport::kNameBytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) {}
-  ~SharedName() {
-    if (page_ != MAP_FAILED) munmap(page_, ChildReport::kNameBytes);
-  }
-  SharedName(const SharedName&) = delete;
-  SharedName& operator=(const SharedName&) = delete;
-  char* get() const { return page_ == MAP_FAILED ? nullptr : static_cast<char*>(page_); }
-
- private:
-  void* page_;
-};
-
 }  // namespace
+
+SharedMemory::SharedMemory(std::size_t bytes)
+    : bytes_(bytes), start_(mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) {
+  if (start_ == MAP_FAILED) throw Error(fmt::format("not enough memory: {} MB are needed", bytes >> 20));
+}
+
+SharedMemory::~SharedMemory() {
+  munmap(start_, bytes_);
+}
 
 void ChildReport::SetProgress(double part) {
   WriteAll(pipe_, {reinterpret_cast<const char*>(&part), sizeof part});
@@ -191,15 +192,16 @@ void ChildReport::SetName(std::string_view name) {
 std::string RunInChild(const std::string& name, const ChildLimits& limits,
                        const std::function<std::string(ChildReport&)>& work,
                        const std::function<void(double)>& progress) {
+  if (report_of_this_child != nullptr) return work(*report_of_this_child);
   const Descriptor result(memfd_create("kerf", MFD_CLOEXEC));
-  const SharedName shared_name;
+  const SharedMemory shared_name(ChildReport::kNameBytes);
   int ends[2];
-  if (result.get() < 0 || shared_name.get() == nullptr || pipe2(ends, O_CLOEXEC) != 0) {
+  if (result.get() < 0 || pipe2(ends, O_CLOEXEC) != 0) {
     throw Error(fmt::format("{}: can't be read: {}", name, std::strerror(errno)));
   }
   const Descriptor from(ends[0]);
   Descriptor to(ends[1]);
-  ChildReport report(to.get(), shared_name.get());
+  ChildReport report(to.get(), shared_name.data());
   report.SetName(name);
   const std::uint64_t has_bytes = FindAddressSpace();
   const pid_t parent = getpid();
@@ -223,7 +225,7 @@ std::string RunInChild(const std::string& name, const ChildLimits& limits,
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (thrown) std::rethrow_exception(thrown);
-  return TakeResult(status, ended, ReadAll(result.get()), std::string(shared_name.get()), limits);
+  return TakeResult(status, ended, ReadAll(result.get()), std::string(shared_name.data()), limits);
 }
 
 }  // namespace kerf

@@ -29,6 +29,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// GDCM asks for as much memory as a damaged header names, up to 4 GiB for one element.
+constexpr ChildLimits kListing{std::uint64_t{512} << 20, 120};
+constexpr ChildLimits kReadingSlices{std::uint64_t{3} << 30, 120};
+
 constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
 
 bool IsDicom(const fs::path& path) {
@@ -278,11 +282,10 @@ void CheckLength(const DicomSlice& slice) {
   }
 }
 
-// Appends the slice's pixels as HU.
-Overflow ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
+// Gives the slice's pixels as HU.
+Overflow ReadSlice(const DicomSlice& s, std::size_t pixels, std::vector<std::int16_t>& hu) {
   CheckLength(s);
   const QuietItk quiet;
-  const std::size_t before = hu.size();
   const auto io = itk::GDCMImageIO::New();
   io->SetFileName(s.path);
   const std::string complaint =
@@ -299,7 +302,7 @@ Overflow ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
     throw Error(fmt::format("{}: {} x {} pixels were promised and others are there", s.path, s.size[0], s.size[1]));
   }
   const Overflow overflow = AppendPixels(*io, s.path, hu, complaint);
-  if (hu.size() != before + static_cast<std::size_t>(s.size[0]) * s.size[1]) {
+  if (hu.size() != pixels) {
     throw Error(fmt::format("{}: {} x {} pixels were promised and others came out", s.path, s.size[0], s.size[1]));
   }
   return overflow;
@@ -347,7 +350,7 @@ std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& rep
 
 std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
   return DecodeSeries(
-      RunInChild(folder, {}, [&folder](ChildReport& report) { return Encode(ListInChild(folder, report)); }, {}));
+      RunInChild(folder, kListing, [&folder](ChildReport& report) { return Encode(ListInChild(folder, report)); }, {}));
 }
 
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid,
@@ -404,25 +407,24 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
                             volume.size[0], volume.size[1], volume.size[2]));
   }
   for (const DicomSlice& slice : series.slices) CheckFileSize(slice);
-  // From a child come the HU, and behind them what is to be warned of.
-  const auto read = [&series, n, &volume](ChildReport& report) {
+  const std::size_t slice_pixels = volume.count() / static_cast<std::size_t>(n);
+  const SharedMemory pixels(volume.count() * sizeof(std::int16_t));
+  const auto read = [&](ChildReport& report) {
     std::vector<std::int16_t> hu;
-    hu.reserve(volume.count());
     Overflow overflow;
     for (int k = 0; k < n; ++k) {
       report.SetName(series.slices[k].path);
-      overflow.Add(ReadSlice(series.slices[k], hu));
+      hu.clear();
+      overflow.Add(ReadSlice(series.slices[k], slice_pixels, hu));
+      std::memcpy(pixels.data() + k * slice_pixels * sizeof hu[0], hu.data(), slice_pixels * sizeof hu[0]);
       report.SetProgress(static_cast<double>(k + 1) / n);
     }
-    return std::string(reinterpret_cast<const char*>(hu.data()), hu.size() * sizeof hu[0]) +
-           (overflow.count > 0 ? Describe(overflow, hu.size()) : "");
+    return overflow.count > 0 ? Describe(overflow, volume.count()) : "";
   };
-  const std::string bytes = RunInChild(first.path, {}, read, progress);
+  const std::string warning = RunInChild(first.path, kReadingSlices, read, progress);
+  if (!warning.empty()) volume.warnings.push_back(warning);
   volume.hu.resize(volume.count());
-  const std::size_t hu_bytes = volume.hu.size() * sizeof volume.hu[0];
-  if (bytes.size() < hu_bytes) throw Error(fmt::format("series {}: only a part of it came back", series.uid));
-  std::memcpy(volume.hu.data(), bytes.data(), hu_bytes);
-  if (bytes.size() > hu_bytes) volume.warnings.push_back(bytes.substr(hu_bytes));
+  std::memcpy(volume.hu.data(), pixels.data(), pixels.size());
   return volume;
 }
 

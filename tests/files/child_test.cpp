@@ -1,7 +1,12 @@
 // What a child process does never ends the program: its result, or one sentence, comes back.
 #include "files/child.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,6 +22,7 @@
 #include <vector>
 
 #include "kerf/error.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
@@ -113,6 +119,44 @@ TEST(Child, OneThatMakesNoProgressIsStopped) {
   };
   EXPECT_EQ(Refusal(hang, {std::uint64_t{1} << 30, 0.2}),
             "scan.dcm: reading made no progress for 0.2 s and was stopped; the file is damaged");
+}
+
+TEST(Child, ForbidsWhatReadingDoesNotNeed) {
+  const test::Folder folder;
+  const std::string there = folder.path() + "/there";
+  test::WriteBytes(there, "bone");
+  const std::string said = InChild([&](ChildReport&) -> std::string {
+    if (prctl(PR_GET_SECCOMP) == 0) return "no filter";
+    const auto refused = [](long result) { return result < 0 && errno == EPERM ? '1' : '0'; };
+    std::string all;
+    all += refused(open((folder.path() + "/new").c_str(), O_WRONLY | O_CREAT, 0600));
+    all += refused(open(there.c_str(), O_RDWR));
+    all += refused(syscall(SYS_open, there.c_str(), O_WRONLY | O_TRUNC));
+    all += refused(unlink(there.c_str()));
+    all += refused(rename(there.c_str(), (folder.path() + "/elsewhere").c_str()));
+    all += refused(mkdir((folder.path() + "/folder").c_str(), 0700));
+    all += refused(socket(AF_INET, SOCK_STREAM, 0));
+    all += refused(fork());
+    all += refused(execl("/bin/true", "true", nullptr));
+    all += refused(kill(getppid(), 0));
+    const int in = open(there.c_str(), O_RDONLY);
+    char bytes[4] = {};
+    all += in >= 0 && read(in, bytes, 4) == 4 && std::string(bytes, 4) == "bone" ? '1' : '0';
+    return all;
+  });
+  if (said == "no filter") GTEST_SKIP() << "this system has no seccomp filter";
+  EXPECT_EQ(said, "11111111111");
+  EXPECT_EQ(test::ReadBytes(there), "bone");
+}
+
+TEST(Child, WithinAChildTheWorkRunsInTheSame) {
+  const std::string pids = InChild([](ChildReport&) {
+    const std::string outer = std::to_string(getpid());
+    return outer + InChild([](ChildReport&) { return " " + std::to_string(getpid()); });
+  });
+  const std::string pid = pids.substr(0, pids.find(' '));
+  EXPECT_EQ(pids, pid + " " + pid);
+  EXPECT_NE(pid, std::to_string(getpid()));
 }
 
 TEST(Child, LeavesNoProcessAndNoOpenFile) {
