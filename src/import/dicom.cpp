@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
@@ -15,9 +16,11 @@
 #include <sstream>
 
 #include "core/number_text.h"
+#include "files/child.h"
 #include "import/dicom_header.h"
 #include "import/itk_read.h"
 #include "import/limits.h"
+#include "import/series_bytes.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -25,6 +28,10 @@ namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
+
+// GDCM asks for as much memory as a damaged header names, up to 4 GiB for one element.
+constexpr ChildLimits kListing{std::uint64_t{512} << 20, 120};
+constexpr ChildLimits kReadingSlices{std::uint64_t{3} << 30, 120};
 
 constexpr const char* kCtImageStorage = "1.2.840.10008.5.1.4.1.1.2";
 
@@ -275,11 +282,10 @@ void CheckLength(const DicomSlice& slice) {
   }
 }
 
-// Appends the slice's pixels as HU.
-Overflow ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
+// Gives the slice's pixels as HU.
+Overflow ReadSlice(const DicomSlice& s, std::size_t pixels, std::vector<std::int16_t>& hu) {
   CheckLength(s);
   const QuietItk quiet;
-  const std::size_t before = hu.size();
   const auto io = itk::GDCMImageIO::New();
   io->SetFileName(s.path);
   const std::string complaint =
@@ -296,15 +302,14 @@ Overflow ReadSlice(const DicomSlice& s, std::vector<std::int16_t>& hu) {
     throw Error(fmt::format("{}: {} x {} pixels were promised and others are there", s.path, s.size[0], s.size[1]));
   }
   const Overflow overflow = AppendPixels(*io, s.path, hu, complaint);
-  if (hu.size() != before + static_cast<std::size_t>(s.size[0]) * s.size[1]) {
+  if (hu.size() != pixels) {
     throw Error(fmt::format("{}: {} x {} pixels were promised and others came out", s.path, s.size[0], s.size[1]));
   }
   return overflow;
 }
 
-}  // namespace
-
-std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
+/// What ListDicomSeries() says, within a child process.
+std::vector<DicomSeries> ListInChild(const std::string& folder, ChildReport& report) {
   const QuietItk quiet;
   std::error_code failed;
   if (!fs::is_directory(folder, failed)) throw Error(fmt::format("{}: no such folder", folder));
@@ -321,9 +326,11 @@ std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
   std::map<std::string, DicomSeries> by_uid;
   for (const fs::path& path : paths) {
     if (IsDicom(path)) {
+      report.SetName(path.string());
       AddFile(path, by_uid);
+      report.SetProgress(0);  // shows that it is alive
     } else if (ClaimsToBeDicom(path)) {
-      throw Error(fmt::format("{}: not a DICOM file although its name says so; take it out of the folder or mend it",
+      throw Error(fmt::format("{}: not a DICOM file although its name says so; take it out of the folder or repair it",
                               path.string()));
     }
   }
@@ -337,6 +344,13 @@ std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.slices.size() > b.slices.size(); });
   return all;
+}
+
+}  // namespace
+
+std::vector<DicomSeries> ListDicomSeries(const std::string& folder) {
+  return DecodeSeries(
+      RunInChild(folder, kListing, [&folder](ChildReport& report) { return Encode(ListInChild(folder, report)); }, {}));
 }
 
 const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::string& uid,
@@ -393,13 +407,24 @@ Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(doubl
                             volume.size[0], volume.size[1], volume.size[2]));
   }
   for (const DicomSlice& slice : series.slices) CheckFileSize(slice);
-  volume.hu.reserve(volume.count());
-  Overflow overflow;
-  for (int k = 0; k < n; ++k) {
-    overflow.Add(ReadSlice(series.slices[k], volume.hu));
-    if (progress) progress(static_cast<double>(k + 1) / n);
-  }
-  if (overflow.count > 0) volume.warnings.push_back(Describe(overflow, volume.count()));
+  const std::size_t slice_pixels = volume.count() / static_cast<std::size_t>(n);
+  const SharedMemory pixels(volume.count() * sizeof(std::int16_t));
+  const auto read = [&](ChildReport& report) {
+    std::vector<std::int16_t> hu;
+    Overflow overflow;
+    for (int k = 0; k < n; ++k) {
+      report.SetName(series.slices[k].path);
+      hu.clear();
+      overflow.Add(ReadSlice(series.slices[k], slice_pixels, hu));
+      std::memcpy(pixels.data() + k * slice_pixels * sizeof hu[0], hu.data(), slice_pixels * sizeof hu[0]);
+      report.SetProgress(static_cast<double>(k + 1) / n);
+    }
+    return overflow.count > 0 ? Describe(overflow, volume.count()) : "";
+  };
+  const std::string warning = RunInChild(first.path, kReadingSlices, read, progress);
+  if (!warning.empty()) volume.warnings.push_back(warning);
+  volume.hu.resize(volume.count());
+  std::memcpy(volume.hu.data(), pixels.data(), pixels.size());
   return volume;
 }
 

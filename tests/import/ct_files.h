@@ -2,6 +2,8 @@
 // in it.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -209,6 +211,30 @@ inline std::string DicomSlice(const Volume& ct, int k, const SliceSpec& spec) {
     data += element(0x7fe0, 0x10, "OW", pixels);
   }
   return std::string(128, '\0') + "DICM" + meta + data;
+}
+
+/// Of a slice whose pixels are packed by RLE: two segments, high bytes and low bytes, each as literal runs of up to
+/// 128.
+inline SliceSpec RunLengthSpec(const Volume& ct, int k) {
+  const int n = ct.size[0] * ct.size[1];
+  std::array<std::string, 2> segments;
+  for (std::size_t s = 0; s < 2; ++s) {
+    for (int from = 0; from < n; from += 128) {
+      const int count = std::min(128, n - from);
+      segments[s] += static_cast<char>(count - 1);
+      for (int v = from; v < from + count; ++v) {
+        const int stored = ct.hu[static_cast<std::size_t>(k) * n + v] + 1024;
+        segments[s] += static_cast<char>(s == 0 ? stored >> 8 : stored & 0xff);
+      }
+    }
+    if (segments[s].size() % 2 != 0) segments[s] += '\x80';  // no operation
+  }
+  std::array<std::uint32_t, 16> header{2, 64, static_cast<std::uint32_t>(64 + segments[0].size())};
+  SliceSpec spec;
+  spec.transfer_syntax = "1.2.840.10008.1.2.5";
+  spec.encapsulated = true;
+  spec.pixels = std::string(reinterpret_cast<const char*>(header.data()), 64) + segments[0] + segments[1];
+  return spec;
 }
 
 /// All slices, under names that sort otherwise than the slices lie.

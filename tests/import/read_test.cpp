@@ -79,27 +79,8 @@ TEST(ReadDicom, ATiltedGantryShearsTheLattice) {
 TEST(ReadDicom, RunLengthEncodedSlicesAreUnpacked) {
   const Folder folder;
   const Volume ct = SkewCt();
-  const int n = ct.size[0] * ct.size[1];
   for (int k = 0; k < ct.size[2]; ++k) {
-    // Two segments, high bytes and low bytes, each as literal runs of up to 128.
-    std::array<std::string, 2> segments;
-    for (int s = 0; s < 2; ++s) {
-      for (int from = 0; from < n; from += 128) {
-        const int count = std::min(128, n - from);
-        segments[s] += static_cast<char>(count - 1);
-        for (int v = from; v < from + count; ++v) {
-          const int stored = ct.hu[static_cast<std::size_t>(k) * n + v] + 1024;
-          segments[s] += static_cast<char>(s == 0 ? stored >> 8 : stored & 0xff);
-        }
-      }
-      if (segments[s].size() % 2 != 0) segments[s] += '\x80';  // no operation
-    }
-    std::array<std::uint32_t, 16> header{2, 64, static_cast<std::uint32_t>(64 + segments[0].size())};
-    SliceSpec spec;
-    spec.transfer_syntax = "1.2.840.10008.1.2.5";
-    spec.encapsulated = true;
-    spec.pixels = std::string(reinterpret_cast<const char*>(header.data()), 64) + segments[0] + segments[1];
-    WriteBytes(folder.file(fmt::format("{}.dcm", 50 - k)), test::DicomSlice(ct, k, spec));
+    WriteBytes(folder.file(fmt::format("{}.dcm", 50 - k)), test::DicomSlice(ct, k, test::RunLengthSpec(ct, k)));
   }
   ExpectSame(ReadFolder(folder.path()), ct, 1e-6);
 }
