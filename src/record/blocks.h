@@ -5,11 +5,9 @@
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace kerf {
 
@@ -32,6 +30,23 @@ inline constexpr std::size_t kMostEventBytes = 65536;
 inline constexpr std::size_t kMostEvents = 100'000;                       // of a recording
 inline constexpr std::size_t kMostBytesOfFiles = std::size_t{256} << 20;  // all together
 inline constexpr std::uint64_t kMostRecordingBytes = std::uint64_t{4} << 30;
+
+inline constexpr std::string_view kBlockMagic = "KBLK";
+inline constexpr std::size_t kBlockHeadBytes = 4 + 1 + 4 + 4 + 4 + 4;
+
+/// What stands before a block's packed bytes.
+struct BlockHead {
+  BlockKind kind = BlockKind::kMeta;
+  std::uint32_t packed_bytes = 0;
+  std::uint32_t bytes = 0;
+  std::uint32_t number = 0;
+  std::uint32_t sum = 0;
+  bool is_plausible = false;  // the magic, the kind and the size are possible ones
+};
+/// `raw`: kBlockHeadBytes of them.
+BlockHead ParseBlockHead(std::string_view raw);
+/// The checksum that a block must have.
+std::uint32_t CalcBlockSum(std::string_view raw_head, std::string_view packed);
 
 /// A block as it stands in the file. `number`: how many stand before it.
 std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, int level = 3);
@@ -64,37 +79,6 @@ class BlockFile {
   std::uint64_t bytes_ = 0;
   std::uint32_t number_ = 0;
   std::unique_ptr<Flusher> flusher_;
-};
-
-/// A whole block of a file.
-struct BlockPlace {
-  BlockKind kind = BlockKind::kMeta;
-  std::uint64_t offset = 0;  // of its packed bytes
-  std::uint32_t packed_bytes = 0;
-  std::uint32_t bytes = 0;
-};
-
-/// Reads such a file. Memory: a block, and 24 bytes a block of the file.
-class BlockReader {
- public:
-  /// Looks through all of it. Throws Error when it is no recording or can't be read; what is cut short or damaged
-  /// somewhere is no error: the blocks before are there.
-  explicit BlockReader(const std::string& path);
-
-  const std::vector<BlockPlace>& places() const { return places_; }
-  /// Throws Error.
-  std::string Read(const BlockPlace& place);
-  /// After the last whole block: 0 when the file ends there.
-  std::uint64_t bytes_lost() const { return size_ - good_; }
-  std::uint64_t size() const { return size_; }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-  std::ifstream in_;
-  std::uint64_t size_ = 0;
-  std::uint64_t good_ = 0;
-  std::vector<BlockPlace> places_;
 };
 
 std::size_t MostBytes(BlockKind kind);

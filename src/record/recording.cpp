@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
 #include "files/files.h"
@@ -19,6 +20,9 @@ using nlohmann::ordered_json;
 
 constexpr double kBlock_s = 0.25;
 constexpr double kLongestStep_s = 1000;
+constexpr double kLongest_s = 1e12;
+constexpr std::uint64_t kMostSteps = 1'000'000'000'000'000;
+constexpr double kSameTime_s = 1e-6;
 
 /// Without what a terminal would take for a command: control characters, also the second set (U+0080 to U+009F), and
 /// what turns the direction of writing (U+202A to U+202E, U+2066 to U+2069).
@@ -162,8 +166,8 @@ std::string FormatEnd(const RecordingEnd& end) {
 RecordingEnd ParseEnd(const std::string& text) {
   const JsonReader json(text, "end");
   RecordingEnd end;
-  end.steps = static_cast<std::uint64_t>(json.Number("steps", 0, 1e15));
-  end.time_s = json.Number("time_s", 0, 1e12);
+  end.steps = static_cast<std::uint64_t>(json.Number("steps", 0, static_cast<double>(kMostSteps)));
+  end.time_s = json.Number("time_s", 0, kLongest_s);
   end.force_hash = json.Hash("force_hash");
   end.voxel_hash = json.Hash("voxel_hash");
   if (json.Has("bone_hash")) end.bone_hash = json.Hash("bone_hash");
@@ -183,8 +187,8 @@ std::string FormatEvent(const RecordedEvent& event) {
 RecordedEvent ParseEvent(const std::string& text) {
   const JsonReader json(text, "list of events");
   RecordedEvent event;
-  event.step = static_cast<std::uint64_t>(json.Number("step", 0, 1e15));
-  event.time_s = json.Number("time_s", 0, 1e12);
+  event.step = static_cast<std::uint64_t>(json.Number("step", 0, static_cast<double>(kMostSteps)));
+  event.time_s = json.Number("time_s", 0, kLongest_s);
   event.what = Printable(json.Text("what"));
   event.name = Printable(json.Text("name"));
   event.number = static_cast<std::uint32_t>(json.Number("number", 0, 4e9));
@@ -279,43 +283,118 @@ void RecordingWriter::Finish(const RecordingEnd& end) {
 RecordingReader::RecordingReader(const std::string& path) : blocks_(path) {
   const std::vector<BlockPlace>& places = blocks_.places();
   if (places.empty() || places.front().kind != BlockKind::kMeta) {
-    throw Error(fmt::format("{}: is cut short before its head; nothing can be read of it", path));
+    const bool damaged = !blocks_.gaps().empty() && !blocks_.gaps().front().torn;
+    throw Error(fmt::format("{}: {} its head; nothing can be read of it", path,
+                            damaged ? "is damaged in" : "is cut short before"));
   }
   try {
     head_ = ParseHead(blocks_.Read(places.front()));
-    for (const BlockPlace& place : places) {
-      switch (place.kind) {
-        case BlockKind::kSteps: {
-          const RecordedBlock block = DecodeBlock(blocks_.Read(place));
-          if (block.first_step != steps_) throw Error("lacks steps in the middle");
-          steps_ += block.steps.size();
-          for (const RecordedStep& step : block.steps) {
-            if (!(step.dt_s >= 0 && step.dt_s <= kLongestStep_s)) throw Error("has a tick of no time that there is");
-            duration_s_ += CalcElapsed(step, head_.rate_hz);
-          }
-          steps_places_.push_back(place);
-          break;
-        }
-        case BlockKind::kPiece:
-          break;
-        case BlockKind::kEvent:
-          if (events_.size() == kMostEvents) throw Error("holds more events than a recording may");
-          events_.push_back(ParseEvent(blocks_.Read(place)));
-          break;
-        case BlockKind::kEnd:
-          end_ = ParseEnd(blocks_.Read(place));
-          break;
-        case BlockKind::kMeta:
-        case BlockKind::kFile:
-          break;
-      }
-    }
-    if (end_ && end_->steps != steps_) {
-      throw Error(
-          fmt::format("its end tells of {} steps, and it holds {}: it is not as it was written", end_->steps, steps_));
-    }
+    Read();
+    FindDamage();
   } catch (const Error& e) {
     throw Error(fmt::format("{}: {}", path, e.what()));
+  }
+}
+
+void RecordingReader::Read() {
+  auto gap = blocks_.gaps().begin();
+  bool after_gap = false;  // since the last block of steps
+  const std::vector<BlockPlace>& places = blocks_.places();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (; gap != blocks_.gaps().end() && gap->before_place <= i; ++gap) {
+      after_gap = true;
+      lost_others_ += gap->lost_blocks;
+    }
+    switch (places[i].kind) {
+      case BlockKind::kSteps:
+        TakeSteps(places[i], after_gap);
+        after_gap = false;
+        break;
+      case BlockKind::kPiece:
+        break;
+      case BlockKind::kEvent:
+        if (events_.size() == kMostEvents) throw Error("holds more events than a recording may");
+        events_.push_back(ParseEvent(blocks_.Read(places[i])));
+        break;
+      case BlockKind::kEnd:
+        end_ = ParseEnd(blocks_.Read(places[i]));
+        if (end_->steps != next_step_) {
+          if (!after_gap || end_->steps < next_step_) {
+            throw Error(fmt::format("its end tells of {} steps, and it holds {}: it is not as it was written",
+                                    end_->steps, next_step_));
+          }
+          AddLostSteps(end_->steps, end_->time_s);
+        }
+        break;
+      case BlockKind::kMeta:
+      case BlockKind::kFile:
+        break;
+    }
+  }
+}
+
+void RecordingReader::TakeSteps(const BlockPlace& place, bool after_gap) {
+  const RecordedBlock block = DecodeBlock(blocks_.Read(place));
+  if (block.first_step != next_step_) {
+    if (!after_gap || block.first_step < next_step_) throw Error("lacks steps in the middle");
+    AddLostSteps(block.first_step, block.first_time_s);
+  }
+  for (const RecordedStep& step : block.steps) {
+    if (!(step.dt_s >= 0 && step.dt_s <= kLongestStep_s)) throw Error("has a tick of no time that there is");
+    if ((step.flags & kRecordedPieceLeaves) != 0)
+      pieces_.try_emplace(step.piece, LostSteps{next_step_, 0, duration_s_, 0});
+    ++next_step_;
+    duration_s_ += CalcElapsed(step, head_.rate_hz);
+  }
+  steps_ += block.steps.size();
+  steps_places_.push_back(place);
+}
+
+/// The blocks of these steps are among those that are missing.
+void RecordingReader::AddLostSteps(std::uint64_t until_step, double until_s) {
+  if (until_step > kMostSteps || !(until_s >= duration_s_ - kSameTime_s && until_s <= kLongest_s)) {
+    throw Error("has steps after a gap at a time that can't be");
+  }
+  damage_.gaps.push_back({next_step_, until_step - next_step_, duration_s_, until_s});
+  damage_.lost_steps += until_step - next_step_;
+  next_step_ = until_step;
+  duration_s_ = until_s;
+  lost_others_ = 0;
+}
+
+void RecordingReader::FindDamage() {
+  const std::vector<BlockGap>& gaps = blocks_.gaps();
+  for (const BlockGap& gap : gaps) {
+    damage_.lost_blocks += gap.lost_blocks;
+    damage_.bad_bytes += gap.bytes;
+  }
+  damage_.has_end = end_.has_value();
+  damage_.known_steps = next_step_;
+  damage_.whole_steps = damage_.gaps.empty() ? next_step_ : damage_.gaps.front().first_step;
+  damage_.whole_s = damage_.gaps.empty() ? duration_s_ : damage_.gaps.front().from_s;
+  const bool torn = !gaps.empty() && gaps.back().torn && !end_;
+  if (gaps.size() > (torn ? 1u : 0u)) {
+    damage_.state = RecordingState::kDamaged;
+    LimitToPieces();
+  } else if (!end_) {
+    damage_.state = RecordingState::kCutShort;
+  }
+  const bool bad_tail = !gaps.empty() && gaps.back().before_place == blocks_.places().size() && !torn;
+  damage_.sentence = Describe(damage_, lost_others_, bad_tail ? gaps.back().bytes : 0, duration_s_);
+}
+
+/// A step at which a piece leaves that is missing can't be gone through.
+void RecordingReader::LimitToPieces() {
+  std::set<std::uint64_t> there;
+  for (const BlockPlace& place : blocks_.places()) {
+    if (place.kind != BlockKind::kPiece) continue;
+    const std::string bytes = blocks_.Read(place);
+    there.insert(ByteReader(bytes).GetNumber());
+  }
+  for (const auto& [number, at] : pieces_) {
+    if (there.contains(number) || at.first_step >= damage_.whole_steps) continue;
+    damage_.whole_steps = at.first_step;
+    damage_.whole_s = at.from_s;
   }
 }
 
@@ -335,15 +414,6 @@ std::map<std::string, std::string> RecordingReader::ReadFiles() {
     }
   }
   return files;
-}
-
-std::string RecordingReader::DescribeDamage() const {
-  if (blocks_.bytes_lost() > 0) {
-    return fmt::format("the last {} of {} bytes are torn or damaged; what is before them, {:.3f} s, is whole",
-                       blocks_.bytes_lost(), blocks_.size(), duration_s_);
-  }
-  if (!end_) return fmt::format("it was cut short: it has no end, but {:.3f} s that are whole", duration_s_);
-  return "";
 }
 
 bool RecordingReader::ReadBlock(std::size_t i, RecordedBlock& block) {

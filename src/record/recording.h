@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "record/block_reader.h"
 #include "record/blocks.h"
+#include "record/damage.h"
 #include "record/step.h"
 
 namespace kerf {
@@ -99,8 +101,8 @@ class RecordingWriter {
 /// Memory: a block of steps and an index of the file.
 class RecordingReader {
  public:
-  /// Throws Error when it is none, or its head does not make sense. One that was cut short or damaged is read as far as
-  /// it is whole: `damage`.
+  /// Throws Error when it is none, or its head does not make sense. One that was cut short or damaged is read, but for
+  /// what is missing: damage().
   explicit RecordingReader(const std::string& path);
 
   const std::string& path() const { return blocks_.path(); }
@@ -109,24 +111,39 @@ class RecordingReader {
   std::map<std::string, std::string> ReadFiles();
   const std::optional<RecordingEnd>& end() const { return end_; }
   const std::vector<RecordedEvent>& events() const { return events_; }
+  /// That were read; damage().whole_steps of them can be gone through again.
   std::uint64_t steps() const { return steps_; }
+  /// At the end of the last step that was read.
   double duration_s() const { return duration_s_; }
-  /// A sentence; empty when the recording is whole and has its end.
-  std::string DescribeDamage() const;
+  /// What is missing, if anything is.
+  const RecordingDamage& damage() const { return damage_; }
+  /// damage().sentence: empty when the recording is whole and has its end.
+  const std::string& DescribeDamage() const { return damage_.sentence; }
 
-  /// The i-th block of steps, in order. False when there are not so many. Throws Error.
+  /// The i-th block of steps that was read, in order; RecordedBlock::first_step tells where one is missing before it.
+  /// False when there are not as many. Throws Error.
   bool ReadBlock(std::size_t i, RecordedBlock& block);
   /// Of a piece that was going to leave. Throws Error when there is none of that number.
   std::string ReadPiece(std::uint32_t number);
 
  private:
+  void Read();
+  void TakeSteps(const BlockPlace& place, bool after_gap);
+  void AddLostSteps(std::uint64_t until_step, double until_s);
+  void FindDamage();
+  void LimitToPieces();
+
   BlockReader blocks_;
   RecordingHead head_;
   std::optional<RecordingEnd> end_;
   std::vector<RecordedEvent> events_;
   std::vector<BlockPlace> steps_places_;
   std::uint64_t steps_ = 0;
+  std::uint64_t next_step_ = 0;  // with those that are missing
   double duration_s_ = 0;
+  RecordingDamage damage_;
+  std::uint64_t lost_others_ = 0;              // blocks that are missing and were not of steps
+  std::map<std::uint32_t, LostSteps> pieces_;  // where the steps name them: step and time before it
 };
 
 }  // namespace kerf
