@@ -30,13 +30,46 @@ std::string Reason(int code) {
 
 }  // namespace
 
-std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, int level) {
+BlockLink FirstLink() {
+  return {BlockKind::kMeta, CalcDigest(kRecordingMagic)};
+}
+
+BlockLink LinkAfter(BlockKind kind, std::string_view head, std::string_view packed) {
+  return {kind, CalcDigest(head, packed)};
+}
+
+const char* ToString(BlockKind kind) {
+  switch (kind) {
+    case BlockKind::kMeta:
+      return "head";
+    case BlockKind::kFile:
+      return "input";
+    case BlockKind::kSteps:
+      return "steps";
+    case BlockKind::kPiece:
+      return "piece";
+    case BlockKind::kEvent:
+      return "event";
+    case BlockKind::kEnd:
+      return "end";
+    case BlockKind::kSeal:
+      break;
+  }
+  return "seal";
+}
+
+std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, const BlockLink* before,
+                        int level) {
   const std::string packed = Pack(bytes, level);
   ByteWriter head;
   head.Put(static_cast<std::uint8_t>(kind));
   head.Put(static_cast<std::uint32_t>(packed.size()));
   head.Put(static_cast<std::uint32_t>(bytes.size()));
   head.Put(number);
+  if (before != nullptr) {
+    head.Put(static_cast<std::uint8_t>(before->kind));
+    for (const unsigned char byte : before->digest) head.Put(byte);
+  }
   ByteWriter sum;
   sum.Put(CalcCrc32c(packed, CalcCrc32c(head.bytes())));
   std::string whole(kBlockMagic);
@@ -55,14 +88,19 @@ BlockHead ParseBlockHead(std::string_view raw) {
   head.packed_bytes = in.Get<std::uint32_t>();
   head.bytes = in.Get<std::uint32_t>();
   head.number = in.Get<std::uint32_t>();
+  if (raw.size() == kBlockHeadBytes) {
+    head.before.kind = static_cast<BlockKind>(in.Get<std::uint8_t>());
+    for (unsigned char& byte : head.before.digest) byte = in.Get<unsigned char>();
+  }
   head.sum = in.Get<std::uint32_t>();
-  head.is_plausible = magic && kind >= 1 && kind <= 6 && head.bytes <= MostBytes(head.kind);
+  const int most = raw.size() == kBlockHeadBytes ? 7 : 6;
+  head.is_plausible = magic && kind >= 1 && kind <= most && head.bytes <= MostBytes(head.kind);
   return head;
 }
 
 std::uint32_t CalcBlockSum(std::string_view raw_head, std::string_view packed) {
   const std::size_t sum_bytes = sizeof(std::uint32_t);
-  const std::string_view summed = raw_head.substr(kBlockMagic.size(), kBlockHeadBytes - kBlockMagic.size() - sum_bytes);
+  const std::string_view summed = raw_head.substr(kBlockMagic.size(), raw_head.size() - kBlockMagic.size() - sum_bytes);
   return CalcCrc32c(packed, CalcCrc32c(summed));
 }
 
@@ -76,6 +114,7 @@ std::size_t MostBytes(BlockKind kind) {
       return kMostPieceBytes;
     case BlockKind::kEvent:
     case BlockKind::kEnd:
+    case BlockKind::kSeal:
       return kMostEventBytes;
     case BlockKind::kMeta:
       break;
@@ -175,7 +214,7 @@ void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
                             bytes.size() >> 20, MostBytes(kind) >> 20));
   }
   Check();
-  const std::string block = FormatBlock(kind, bytes, number_, level);
+  const std::string block = FormatBlock(kind, bytes, number_, &link_, level);
   if (bytes_ + block.size() > kMostRecordingBytes) {
     throw Error(fmt::format("{}: can't be written any further: a recording holds {} GiB at most", path_,
                             kMostRecordingBytes >> 30));
@@ -183,6 +222,7 @@ void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
   // In one go: a killed program leaves at most the last block torn.
   Write(block);
   ++number_;
+  link_ = LinkAfter(kind, block, {});
 }
 
 void BlockFile::Close() {

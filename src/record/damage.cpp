@@ -1,7 +1,6 @@
 #include "record/damage.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -35,25 +34,42 @@ const char* ToString(RecordingState state) {
   return "damaged";
 }
 
-std::string Describe(const RecordingDamage& damage, std::uint64_t others, std::uint64_t bad_tail_bytes,
-                     double duration_s) {
+std::string Describe(const LostBlocks& lost) {
+  if (lost.count > 1 || !lost.last_kind) {
+    return fmt::format("{} of the blocks that hold inputs, events and pieces {} damaged", lost.count,
+                       lost.count == 1 ? "is" : "are");
+  }
+  switch (*lost.last_kind) {
+    case BlockKind::kMeta:
+      return "one of the two copies of its head is damaged";
+    case BlockKind::kFile:
+      return "an input of its scene is damaged";
+    case BlockKind::kPiece:
+      return "a piece of bone is damaged";
+    case BlockKind::kEvent:
+      return "an event is damaged";
+    case BlockKind::kEnd:
+      return "the block that says how it ended is damaged";
+    case BlockKind::kSteps:
+    case BlockKind::kSeal:
+      break;
+  }
+  return fmt::format("a block ({}) is damaged", ToString(*lost.last_kind));
+}
+
+std::string Describe(const RecordingDamage& damage, const std::vector<std::string>& faults, double duration_s) {
   if (damage.state == RecordingState::kWhole) return "";
-  std::vector<std::string> parts;
-  if (!damage.gaps.empty()) parts.push_back(DescribeGaps(damage));
-  if (others > 0) {
-    parts.push_back(
-        fmt::format("{} {} damaged", others,
-                    others == 1 ? "block of inputs, events or pieces is" : "blocks of inputs, events or pieces are"));
-  }
-  if (bad_tail_bytes > 0) parts.push_back(fmt::format("the last {} bytes are damaged", bad_tail_bytes));
-  if (damage.has_end && parts.empty())
-    parts.push_back(fmt::format("{} bytes in it belong to no block", damage.bad_bytes));
+  std::string sentence;
+  const auto add = [&](const std::string& part) { sentence += (sentence.empty() ? "" : "; ") + part; };
+  if (!damage.gaps.empty()) add(DescribeGaps(damage));
+  for (const std::string& fault : faults) add(fault);
   if (damage.state == RecordingState::kCutShort) {
-    parts.push_back(fmt::format("cut short at {:.3f} s: no end", duration_s));
+    add(fmt::format("cut short at {:.3f} s: no end", duration_s));
   } else if (!damage.has_end) {
-    parts.push_back(fmt::format("no end after {:.3f} s", duration_s));
+    add(fmt::format("no end after {:.3f} s", duration_s));
   }
-  return fmt::format("{}", fmt::join(parts, "; "));
+  if (sentence.empty()) add(fmt::format("{} bytes in it belong to no block", damage.bad_bytes));
+  return sentence;
 }
 
 }  // namespace kerf

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "record/blocks.h"
 
 namespace kerf {
 
@@ -36,8 +39,14 @@ struct RecordingDamage {
   std::string sentence;           // empty when it is whole
 };
 
-/// The sentence. `others`: blocks that are missing and were not of steps; `bad_tail_bytes`: at the end of the file.
-std::string Describe(const RecordingDamage& damage, std::uint64_t others, std::uint64_t bad_tail_bytes,
-                     double duration_s);
+/// Blocks that are missing.
+struct LostBlocks {
+  std::uint32_t count = 0;
+  std::optional<BlockKind> last_kind;  // where it is known
+};
+/// "an event is damaged".
+std::string Describe(const LostBlocks& lost);
+/// The sentence. `faults`: besides the steps that are missing.
+std::string Describe(const RecordingDamage& damage, const std::vector<std::string>& faults, double duration_s);
 
 }  // namespace kerf

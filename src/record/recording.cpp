@@ -95,7 +95,7 @@ class JsonReader {
 std::string FormatHead(const RecordingHead& head) {
   const Vec3& p = head.X_WT_start.p_AB;
   const Quat& q = head.X_WT_start.R_AB;
-  const ordered_json json{{"kerf_recording", 1},
+  const ordered_json json{{"kerf_recording", 2},
                           {"kind", ToString(head.kind)},
                           {"version", head.version},
                           {"commit", head.commit},
@@ -120,7 +120,7 @@ std::string FormatHead(const RecordingHead& head) {
 RecordingHead ParseHead(const std::string& text) {
   const JsonReader json(text, "head");
   RecordingHead head;
-  if (const double version = json.Number("kerf_recording", 1, 1e9); version != 1) {
+  if (const double version = json.Number("kerf_recording", 1, 1e9); version > 2) {
     throw Error(fmt::format("was written by a later version of kerf (format {:g})", version));
   }
   const std::string kind = json.Text("kind");
@@ -219,11 +219,13 @@ void CheckNewRecording(const std::string& path) {
 }
 
 RecordingWriter::RecordingWriter(const std::string& path, const RecordingHead& head,
-                                 const std::map<std::string, std::string>& files)
+                                 const std::map<std::string, std::string>& files, const std::optional<SealKey>& key)
     : file_(path),
+      key_(key),
       steps_in_block_(static_cast<std::size_t>(
           std::clamp(std::floor(kBlock_s * head.rate_hz), 1.0, static_cast<double>(kMostStepsInBlock)))) {
-  file_.Append(BlockKind::kMeta, FormatHead(head));
+  // Twice: without its head no recording can be read.
+  for (int i = 0; i < 2; ++i) file_.Append(BlockKind::kMeta, FormatHead(head));
   for (const auto& [name, bytes] : files) {
     ByteWriter out;
     out.PutText(name);
@@ -277,6 +279,7 @@ void RecordingWriter::Flush() {
 void RecordingWriter::Finish(const RecordingEnd& end) {
   Flush();
   file_.Append(BlockKind::kEnd, FormatEnd(end));
+  file_.Append(BlockKind::kSeal, FormatSeal(MakeSeal(file_.digest(), key_)));
   file_.Close();
 }
 
@@ -290,6 +293,7 @@ RecordingReader::RecordingReader(const std::string& path) : blocks_(path) {
   try {
     head_ = ParseHead(blocks_.Read(places.front()));
     Read();
+    CheckSeal();
     FindDamage();
   } catch (const Error& e) {
     throw Error(fmt::format("{}: {}", path, e.what()));
@@ -298,47 +302,49 @@ RecordingReader::RecordingReader(const std::string& path) : blocks_(path) {
 
 void RecordingReader::Read() {
   auto gap = blocks_.gaps().begin();
-  bool after_gap = false;  // since the last block of steps
   const std::vector<BlockPlace>& places = blocks_.places();
   for (std::size_t i = 0; i < places.size(); ++i) {
     for (; gap != blocks_.gaps().end() && gap->before_place <= i; ++gap) {
-      after_gap = true;
-      lost_others_ += gap->lost_blocks;
+      if (gap->lost_blocks > 0) lost_.push_back({gap->lost_blocks, gap->last_kind});
     }
     switch (places[i].kind) {
       case BlockKind::kSteps:
-        TakeSteps(places[i], after_gap);
-        after_gap = false;
-        break;
-      case BlockKind::kPiece:
+        TakeSteps(places[i]);
         break;
       case BlockKind::kEvent:
         if (events_.size() == kMostEvents) throw Error("holds more events than a recording may");
         events_.push_back(ParseEvent(blocks_.Read(places[i])));
         break;
       case BlockKind::kEnd:
-        end_ = ParseEnd(blocks_.Read(places[i]));
-        if (end_->steps != next_step_) {
-          if (!after_gap || end_->steps < next_step_) {
-            throw Error(fmt::format("its end tells of {} steps, and it holds {}: it is not as it was written",
-                                    end_->steps, next_step_));
-          }
-          AddLostSteps(end_->steps, end_->time_s);
-        }
+        TakeEnd(places[i]);
         break;
       case BlockKind::kMeta:
       case BlockKind::kFile:
+      case BlockKind::kPiece:
+      case BlockKind::kSeal:
         break;
     }
   }
+  KeepLost(false);
 }
 
-void RecordingReader::TakeSteps(const BlockPlace& place, bool after_gap) {
+void RecordingReader::TakeEnd(const BlockPlace& place) {
+  end_ = ParseEnd(blocks_.Read(place));
+  if (end_->steps == next_step_) return;
+  if (lost_.empty() || end_->steps < next_step_) {
+    throw Error(fmt::format("its end tells of {} steps, and it holds {}: it is not as it was written", end_->steps,
+                            next_step_));
+  }
+  AddLostSteps(end_->steps, end_->time_s);
+}
+
+void RecordingReader::TakeSteps(const BlockPlace& place) {
   const RecordedBlock block = DecodeBlock(blocks_.Read(place));
   if (block.first_step != next_step_) {
-    if (!after_gap || block.first_step < next_step_) throw Error("lacks steps in the middle");
+    if (lost_.empty() || block.first_step < next_step_) throw Error("lacks steps in the middle");
     AddLostSteps(block.first_step, block.first_time_s);
   }
+  KeepLost(false);
   for (const RecordedStep& step : block.steps) {
     if (!(step.dt_s >= 0 && step.dt_s <= kLongestStep_s)) throw Error("has a tick of no time that there is");
     if ((step.flags & kRecordedPieceLeaves) != 0)
@@ -359,7 +365,43 @@ void RecordingReader::AddLostSteps(std::uint64_t until_step, double until_s) {
   damage_.lost_steps += until_step - next_step_;
   next_step_ = until_step;
   duration_s_ = until_s;
-  lost_others_ = 0;
+  KeepLost(true);
+}
+
+/// Of the blocks that are missing those that were not of steps. `with_steps`: some of them were of steps.
+void RecordingReader::KeepLost(bool with_steps) {
+  for (const LostBlocks& lost : lost_) {
+    const bool is_other = lost.count == 1 && lost.last_kind && *lost.last_kind != BlockKind::kSteps;
+    if (is_other || !with_steps) faults_.push_back(Describe(lost));
+  }
+  lost_.clear();
+}
+
+void RecordingReader::CheckSeal() {
+  const std::vector<BlockPlace>& places = blocks_.places();
+  const BlockKind last = places.back().kind;
+  if (blocks_.first_line_is_bad()) faults_.emplace_back("its first line is damaged");
+  if (const std::optional<std::uint32_t>& number = blocks_.broken_link()) {
+    faults_.push_back(
+        fmt::format("the chain is broken between its blocks {} and {}: one of them is not as it was written", *number,
+                    *number + 1));
+  }
+  seal_.is_chained = blocks_.version() > 1;
+  if (last != (seal_.is_chained ? BlockKind::kSeal : BlockKind::kEnd)) {
+    const BlockKind should_be_last = seal_.is_chained ? BlockKind::kSeal : BlockKind::kEnd;
+    const auto is_end = [&](const BlockPlace& place) { return place.kind == should_be_last; };
+    has_last_block_ = std::any_of(places.begin(), places.end(), is_end);
+    if (has_last_block_) faults_.emplace_back("it holds blocks after its end");
+    return;
+  }
+  has_last_block_ = true;
+  if (!seal_.is_chained) return;
+  const SealBlock seal = ParseSeal(blocks_.Read(places.back()));
+  if (seal.digest != blocks_.last_link().digest) faults_.emplace_back("its seal is not of these blocks");
+  const bool is_signed = IsSignedBy(seal.digest, seal.key, seal.signature);
+  if (!seal.key.empty() && !is_signed) faults_.emplace_back("its signature does not fit its blocks");
+  seal_.is_whole = blocks_.gaps().empty() && faults_.empty();
+  if (seal_.is_whole && is_signed) seal_.signer = seal.key;
 }
 
 void RecordingReader::FindDamage() {
@@ -368,19 +410,20 @@ void RecordingReader::FindDamage() {
     damage_.lost_blocks += gap.lost_blocks;
     damage_.bad_bytes += gap.bytes;
   }
-  damage_.has_end = end_.has_value();
+  damage_.has_end = end_ && has_last_block_;
   damage_.known_steps = next_step_;
   damage_.whole_steps = damage_.gaps.empty() ? next_step_ : damage_.gaps.front().first_step;
   damage_.whole_s = damage_.gaps.empty() ? duration_s_ : damage_.gaps.front().from_s;
-  const bool torn = !gaps.empty() && gaps.back().torn && !end_;
-  if (gaps.size() > (torn ? 1u : 0u)) {
+  const bool torn = !gaps.empty() && gaps.back().torn && !has_last_block_;
+  if (gaps.size() > (torn ? 1u : 0u) || !faults_.empty()) {
     damage_.state = RecordingState::kDamaged;
     LimitToPieces();
-  } else if (!end_) {
+  } else if (!damage_.has_end) {
     damage_.state = RecordingState::kCutShort;
   }
   const bool bad_tail = !gaps.empty() && gaps.back().before_place == blocks_.places().size() && !torn;
-  damage_.sentence = Describe(damage_, lost_others_, bad_tail ? gaps.back().bytes : 0, duration_s_);
+  if (bad_tail) faults_.push_back(fmt::format("the last {} bytes are damaged", gaps.back().bytes));
+  damage_.sentence = Describe(damage_, faults_, duration_s_);
 }
 
 /// A step at which a piece leaves that is missing can't be gone through.

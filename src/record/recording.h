@@ -12,6 +12,7 @@
 #include "record/block_reader.h"
 #include "record/blocks.h"
 #include "record/damage.h"
+#include "record/seal.h"
 #include "record/step.h"
 
 namespace kerf {
@@ -67,8 +68,9 @@ void CheckNewRecording(const std::string& path);
 /// Writes a recording as it comes: a block for each quarter of a second.
 class RecordingWriter {
  public:
-  /// `files`: inputs of the scene by their full name, with their bytes. Throws Error.
-  RecordingWriter(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files);
+  /// `files`: inputs of the scene by their full name, with their bytes. `key`: that signs it at its end. Throws Error.
+  RecordingWriter(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files,
+                  const std::optional<SealKey>& key = std::nullopt);
 
   /// `time_s`: at the end of the step. All throw Error when the file can't be written any further.
   void Add(const RecordedStep& step, double time_s);
@@ -90,6 +92,7 @@ class RecordingWriter {
 
  private:
   BlockFile file_;
+  std::optional<SealKey> key_;
   std::uint64_t written_steps_ = 0;
   double written_s_ = 0;
   std::size_t steps_in_block_;
@@ -119,6 +122,8 @@ class RecordingReader {
   const RecordingDamage& damage() const { return damage_; }
   /// damage().sentence: empty when the recording is whole and has its end.
   const std::string& DescribeDamage() const { return damage_.sentence; }
+  /// Whether the blocks are those that were written, and who signed them.
+  const RecordingSeal& seal() const { return seal_; }
 
   /// The i-th block of steps that was read, in order; RecordedBlock::first_step tells where one is missing before it.
   /// False when there are not as many. Throws Error.
@@ -128,8 +133,11 @@ class RecordingReader {
 
  private:
   void Read();
-  void TakeSteps(const BlockPlace& place, bool after_gap);
+  void TakeSteps(const BlockPlace& place);
   void AddLostSteps(std::uint64_t until_step, double until_s);
+  void TakeEnd(const BlockPlace& place);
+  void KeepLost(bool with_steps);
+  void CheckSeal();
   void FindDamage();
   void LimitToPieces();
 
@@ -142,7 +150,10 @@ class RecordingReader {
   std::uint64_t next_step_ = 0;  // with those that are missing
   double duration_s_ = 0;
   RecordingDamage damage_;
-  std::uint64_t lost_others_ = 0;              // blocks that are missing and were not of steps
+  RecordingSeal seal_;
+  std::vector<LostBlocks> lost_;     // since the last block of steps
+  std::vector<std::string> faults_;  // besides the steps that are missing
+  bool has_last_block_ = false;
   std::map<std::uint32_t, LostSteps> pieces_;  // where the steps name them: step and time before it
 };
 
