@@ -30,7 +30,7 @@ struct BlockGap {
   bool torn = false;  // at the end of the file: the beginning of a block that was not written to its end
 };
 
-/// Reads such a file. Memory: a block, and 32 bytes a block of the file.
+/// Reads such a file. Memory: a block, and 24 bytes for each block of the file.
 class BlockReader {
  public:
   /// Looks through all of it. Throws Error when it is no recording or can't be read. What is cut short or damaged
