@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "core/csv.h"
 #include "files/html_text.h"
 #include "practise/exercises.h"
 #include "practise/history.h"
@@ -14,15 +15,6 @@ namespace kerf {
 namespace {
 
 using nlohmann::ordered_json;
-
-std::string QuotedCsv(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
-}
 
 std::string Total(const Attempt& a) {
   return a.total ? fmt::format("{:.1f}", *a.total) : std::string("-");
@@ -117,9 +109,9 @@ std::string FormatHistoryCsv(const std::vector<Attempt>& attempts) {
   for (const MeasureInfo& info : Measures()) csv += fmt::format(",{}", info.key);
   csv += "\n";
   for (const Attempt& a : attempts) {
-    csv +=
-        fmt::format("{},{},{},{},{},{},{},{}", a.number, QuotedCsv(a.student), QuotedCsv(a.exercise), a.level,
-                    QuotedCsv(a.taken), QuotedCsv(a.recording), a.hash, a.total ? fmt::format("{:.4f}", *a.total) : "");
+    csv += fmt::format("{},{},{},{},{},{},{},{}", a.number, FormatCsvField(a.student), FormatCsvField(a.exercise),
+                       a.level, FormatCsvField(a.taken), FormatCsvField(a.recording), a.hash,
+                       a.total ? fmt::format("{:.4f}", *a.total) : "");
     const auto sheet = nlohmann::json::parse(a.measures_json, nullptr, false);
     for (const MeasureInfo& info : Measures()) {
       csv += ",";
