@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cli/commands.h"
+#include "cli/exit_codes.h"
 #include "cli/message.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -47,6 +48,7 @@ void Run(const Options& options) {
   }
   if (!options.page.empty()) WriteTextFile(options.page, FormatSheetHtml(sheet));
   fmt::print("{}", options.json ? FormatSheetJson(sheet) : options.csv ? FormatSheetCsv(sheet) : FormatSheet(sheet));
+  if (recording.damage().state != RecordingState::kWhole) throw ReadDamaged();
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/exit_codes.h"
 #include "cli/message.h"
 #include "cli/signals.h"
 #include "core/nearest_name.h"
@@ -19,8 +20,8 @@
 
 namespace {
 
-constexpr int kFailed = 1;
-constexpr int kUsage = 2;
+using kerf::cli::kFailed;
+using kerf::cli::kUsage;
 
 /// What the command line says; "kerf help run" is "kerf run --help".
 std::vector<std::string> ReadArguments(int argc, char** argv) {
@@ -116,6 +117,8 @@ int RunProgram(int argc, char** argv, double free_bytes) {
     if (e.get_exit_code() == 0) return app.exit(e);
     Say("{}; see '{} --help'", e.what(), NameParsedCommand(app));
     return kUsage;
+  } catch (const kerf::cli::ReadDamaged&) {
+    return kerf::cli::kReadDamaged;
   } catch (const kerf::Error& e) {
     Say("{}", e.what());
     return kFailed;

@@ -35,6 +35,7 @@ bool ReplayDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept 
 RecordedSteps::RecordedSteps(RecordingReader& reader, double until_s) : reader_(reader), until_s_(until_s) {}
 
 const RecordedStep* RecordedSteps::Peek() {
+  if (step_ >= reader_.damage().whole_steps) return nullptr;
   while (at_ == block_.steps.size()) {
     if (!reader_.ReadBlock(blocks_, block_)) return nullptr;
     ++blocks_;
