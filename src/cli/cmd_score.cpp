@@ -56,7 +56,9 @@ void Run(const Options& options) {
 void AddScoreCommand(CLI::App& app) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "score", "Measure what a recording did, and score it if its scene is an exercise (docs/practise.md)");
+      "score",
+      "Measure what a recording did, and score it if its scene is an exercise (docs/practise.md). Exit code 3: the "
+      "recording is damaged or cut short");
   command->add_option("FILE", options->file, "The recording (made by --record)");
   command->add_option("--bone", options->bone_file, "The bone, where it is not where it was (.vdb)");
   command->add_option("-o,--output", options->page, "Also write a page for the browser (.html)");

@@ -16,17 +16,18 @@ namespace kerf {
 namespace {
 
 constexpr std::size_t kSearchBytes = 65536;  // looked through at once
+constexpr std::uint64_t kMostInVain = 8;     // times the file's size
 
 }  // namespace
 
 BlockReader::BlockReader(const std::string& path) : path_(path) {
   Open();
   ReadMagic();
-  search_bytes_ = size_;
+  search_bytes_ = kMostInVain * size_ + kSearchBytes;
   std::uint64_t good = kRecordingMagic.size();
   while (good < size_) {
     std::optional<BlockPlace> place = TryBlock(good);
-    if (!place) place = FindBlock(good);
+    if (!place) place = FindBlock(good + 1);
     if (!place) {
       gaps_.push_back({places_.size(), size_ - good, 0, std::nullopt, LooksTorn(good)});
       break;
@@ -115,10 +116,10 @@ std::optional<BlockPlace> BlockReader::TryBlock(std::uint64_t at) {
 }
 
 /// The next whole block from there on. A file full of heads without blocks is not summed again for each of them: the
-/// search ends when it has summed as many bytes in vain as the file has.
+/// search ends when it has summed kMostInVain times as many bytes in vain as the file has.
 std::optional<BlockPlace> BlockReader::FindBlock(std::uint64_t from) {
   std::string bytes;
-  for (std::uint64_t at = from; size_ - at >= head_bytes();) {
+  for (std::uint64_t at = from; at + head_bytes() <= size_;) {
     bytes.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kSearchBytes, size_ - at)));
     if (!ReadAt(at, bytes.data(), bytes.size())) return std::nullopt;
     for (std::size_t found = bytes.find(kBlockMagic); found != std::string::npos;

@@ -212,7 +212,8 @@ std::optional<SealKey> ReadKeyFile() {
   const std::string path = FindKeyFile();
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) {
-    if (errno == ENOENT || errno == ENOTDIR) return std::nullopt;
+    // EACCES: a home that is another user's, as a service may have, holds no key of this one.
+    if (errno == ENOENT || errno == ENOTDIR || errno == EACCES) return std::nullopt;
     throw Error(fmt::format("{}: can't be read: {}", path, std::generic_category().message(errno)));
   }
   if ((status.st_mode & kOthers) != 0) {
@@ -224,6 +225,16 @@ std::optional<SealKey> ReadKeyFile() {
     const std::string what = e.what();
     throw Error(what.starts_with(path) ? what : fmt::format("{}: {}", path, what));
   }
+}
+
+std::vector<KnownKey> ListOwnKeys() {
+  try {
+    const std::optional<SealKey> key = ReadKeyFile();
+    if (key) return {{key->public_key(), "this installation's"}};
+  } catch (const Error&) {
+    // Whoever records is told.
+  }
+  return {};
 }
 
 std::string FormatPublicKey(const PublicKey& key) {

@@ -73,6 +73,8 @@ std::string FindKeyFile();
 SealKey MakeKeyFile();
 /// None when there is no such file. Throws Error when others can read it, or it is not a key.
 std::optional<SealKey> ReadKeyFile();
+/// Its public half, or none when there is no key that can be used: for showing what is known.
+std::vector<KnownKey> ListOwnKeys();
 /// One line for other people: "kerf public key 12ab...".
 std::string FormatPublicKey(const PublicKey& key);
 /// Lines as FormatPublicKey() gives, each with a name behind it or without. Throws Error.
