@@ -45,7 +45,8 @@ std::vector<std::string> MessageLimit::TakeLeftOut() {
   std::vector<std::string> sentences;
   for (const Kind& kind : kinds_) {
     if (kind.count <= most_ + 1) continue;  // the note has shown the last of them
-    sentences.push_back(fmt::format("{} more messages were like this one: {}", kind.count - most_, kind.first));
+    sentences.push_back(
+        fmt::format("{} more messages like this one were not shown: {}", kind.count - most_ - 1, kind.first));
   }
   kinds_.clear();
   index_.clear();
