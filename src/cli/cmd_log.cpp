@@ -98,7 +98,7 @@ void WriteCsv(const Options& options, RecordingReader& recording, Put&& put) {
   }
 }
 
-/// Whose signatures can be told: this installation's, and those in the file given.
+/// The keys whose signatures are recognised: this installation's, and those in the file given.
 std::vector<KnownKey> ListKeys(const Options& options) {
   std::vector<KnownKey> keys = ListOwnKeys();
   if (options.key_file.empty()) return keys;
@@ -170,7 +170,8 @@ void PrintJson(RecordingReader& recording) {
         {{"first_step", gap.first_step}, {"steps", gap.count}, {"from_s", gap.from_s}, {"to_s", gap.to_s}});
   }
   const RecordingSeal& seal = recording.seal();
-  json["seal"] = {{"chained", seal.is_chained}, {"whole", seal.is_whole}, {"signer", seal.signer}};
+  json["seal"] = {
+      {"chained", seal.is_chained}, {"broken", seal.is_broken}, {"whole", seal.is_whole}, {"signer", seal.signer}};
   json["inputs"] = nlohmann::ordered_json::array();
   for (const auto& [name, bytes] : recording.ReadFiles()) json["inputs"].push_back(name);
   json["events"] = nlohmann::ordered_json::array();

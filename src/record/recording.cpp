@@ -382,6 +382,7 @@ void RecordingReader::CheckSeal() {
   const BlockKind last = places.back().kind;
   if (blocks_.first_line_is_bad()) faults_.emplace_back("its first line is damaged");
   if (const std::optional<std::uint32_t>& number = blocks_.broken_link()) {
+    seal_.is_broken = true;
     faults_.push_back(
         fmt::format("the chain is broken between its blocks {} and {}: one of them is not as it was written", *number,
                     *number + 1));
@@ -397,9 +398,11 @@ void RecordingReader::CheckSeal() {
   has_last_block_ = true;
   if (!seal_.is_chained) return;
   const SealBlock seal = ParseSeal(blocks_.Read(places.back()));
-  if (seal.digest != blocks_.last_link().digest) faults_.emplace_back("its seal is not of these blocks");
   const bool is_signed = IsSignedBy(seal.digest, seal.key, seal.signature);
+  const bool fits = seal.digest == blocks_.last_link().digest;
+  if (!fits) faults_.emplace_back("its seal is not of these blocks");
   if (!seal.key.empty() && !is_signed) faults_.emplace_back("its signature does not fit its blocks");
+  seal_.is_broken = seal_.is_broken || !fits || (!seal.key.empty() && !is_signed);
   seal_.is_whole = blocks_.gaps().empty() && faults_.empty();
   if (seal_.is_whole && is_signed) seal_.signer = seal.key;
 }

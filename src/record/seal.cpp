@@ -164,7 +164,8 @@ SealBlock ParseSeal(const std::string& text) {
 
 std::string DescribeSeal(const RecordingSeal& seal, const std::vector<KnownKey>& known) {
   if (!seal.is_chained) return "not sealed: written as version 1 of the format, which has no chain";
-  if (!seal.is_whole) return "the chain does not reach from the first block to the seal; no signature holds for it";
+  if (seal.is_broken) return "chain broken: not as it was written; no signature holds";
+  if (!seal.is_whole) return "the chain holds for the blocks that were read, but not up to a seal; no signature holds";
   if (seal.signer.empty()) return "chain whole; not signed";
   std::string owner = "not known here";
   for (const KnownKey& one : known) {
@@ -232,7 +233,7 @@ std::vector<KnownKey> ListOwnKeys() {
     const std::optional<SealKey> key = ReadKeyFile();
     if (key) return {{key->public_key(), "this installation's"}};
   } catch (const Error&) {
-    // Whoever records is told.
+    // A key that can't be used is an error when something is recorded, not here.
   }
   return {};
 }

@@ -53,6 +53,7 @@ SealBlock ParseSeal(const std::string& text);
 /// What the seal of a recording shows.
 struct RecordingSeal {
   bool is_chained = false;  // written as version 2, with a digest in each block
+  bool is_broken = false;   // a block or the seal is not the one that was written
   bool is_whole = false;    // no block is missing, changed, added or in another place, from the first to the seal
   PublicKey signer;         // whose signature is good; empty: none
 };

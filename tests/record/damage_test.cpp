@@ -199,7 +199,7 @@ TEST_F(DamagedRecordings, SaysWhatIsMissing) {
   EXPECT_EQ(Open(Join(more)).DescribeDamage(), "100 bytes in it belong to no block");
 }
 
-// Whoever can write checksums can write any block: the chain shows it.
+// A forger who knows the format can write any block with a right checksum: the chain shows it.
 TEST_F(DamagedRecordings, ABlockThatWasPutRightBreaksTheChain) {
   const SealKey key = SealKey::Make();
   const std::vector<std::string> parts = Split(Record("a.kerf", key));
@@ -316,7 +316,8 @@ TEST_F(DamagedRecordings, KeysOfOthersAreReadOrRefused) {
   ASSERT_EQ(keys.size(), 2u);
   EXPECT_EQ(keys[0].key, key);
   EXPECT_EQ(keys[0].owner, "room 3, in " + Path("keys"));
-  for (const std::string& bad : {key, std::string("kerf public key 12"), FormatPublicKey(key) + "0", "kerf secret key " + key}) {
+  for (const std::string& bad :
+       {key, std::string("kerf public key 12"), FormatPublicKey(key) + "0", "kerf secret key " + key}) {
     WriteAll(Path("keys"), bad);
     EXPECT_THAT(Failure([&] { ReadPublicKeys(Path("keys")); }), HasSubstr("line 1 is not")) << bad;
   }

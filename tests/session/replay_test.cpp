@@ -476,6 +476,8 @@ TEST_F(Replays, FaultsOfTheDeviceComeOutTheSame) {
   {
     RecordingHead head;
     head.voxel_mm = 0.2;
+    head.state_every_steps = 1'000'000'000;  // none is written here
+    head.hash_every_steps = 1'000'000'000;
     RecordingWriter writer(Path("a.kerf"), head, {});
     for (const TickToRecord& tick : ticks) writer.Add(tick.step, 0);
   }

@@ -11,7 +11,7 @@
 
 namespace kerf::test {
 
-/// `change`: told the kind of each block and its bytes, which it may change.
+/// `change`: called with the kind of each block and its bytes, which it may change.
 inline void ForgeRecording(const std::string& from, const std::string& to,
                            const std::function<void(BlockKind, std::string&)>& change) {
   BlockReader reader(from);
