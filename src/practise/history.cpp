@@ -317,7 +317,7 @@ Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student) {
   attempt.recording_state = ToString(sheet.state);
   attempt.incomplete = fmt::format("{}", fmt::join(sheet.incomplete, "; "));
   attempt.steps_digest = sheet.steps_digest;
-  attempt.seal = !sheet.seal.is_chained ? "none" : sheet.seal.is_whole ? "whole" : "broken";
+  attempt.seal = DescribeChain(sheet.seal);
   attempt.signer = sheet.seal.signer;
   return attempt;
 }

@@ -26,7 +26,7 @@ struct Attempt {
   std::string recording_state;  // ToString(RecordingState)
   std::string incomplete;       // why it is not graded, phrases with "; " between; empty: it is complete
   std::string steps_digest;     // of what the ticks were given: the same in copies of a recording
-  std::string seal;             // of its blocks: "whole", "broken", or "none" in the first version of recordings
+  std::string seal;             // DescribeChain()
   PublicKey signer;             // whose signature is good; empty: none
 
   // What List() finds; not kept.

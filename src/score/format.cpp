@@ -36,6 +36,12 @@ std::string DescribeExercise(const ScoreSheet& sheet) {
 
 }  // namespace
 
+const char* DescribeChain(const RecordingSeal& seal) {
+  if (!seal.is_chained) return "none";
+  if (seal.is_whole) return "whole";
+  return seal.is_broken ? "broken" : "not closed";
+}
+
 std::string FormatSheet(const ScoreSheet& sheet) {
   std::string text = fmt::format("{}\n", sheet.title.empty() ? sheet.scene : sheet.title);
   text += fmt::format("  exercise  {}\n", DescribeExercise(sheet));
@@ -65,8 +71,7 @@ std::string FormatSheetJson(const ScoreSheet& sheet) {
   json["complete"] = sheet.incomplete.empty();
   json["incomplete"] = sheet.incomplete;
   json["recording_state"] = ToString(sheet.state);
-  json["seal"] = {{"chain", sheet.seal.is_chained ? (sheet.seal.is_whole ? "whole" : "broken") : "none"},
-                  {"signer", sheet.seal.signer}};
+  json["seal"] = {{"chain", DescribeChain(sheet.seal)}, {"signer", sheet.seal.signer}};
   json["measures"] = ordered_json::object();
   for (const MeasureRow& row : sheet.rows) {
     ordered_json measure{{"name", row.info->name},

@@ -79,6 +79,10 @@ void SetValue(ScoreSheet& sheet, std::string_view key, std::optional<double> val
 /// Gives points to what has values, and the total; none of either to what is incomplete.
 void CalcTotal(ScoreSheet& sheet);
 
+/// Of a recording's blocks: "whole"; "broken"; "not closed", as after a kill; "none" in the first version of
+/// recordings.
+const char* DescribeChain(const RecordingSeal& seal);
+
 /// For people: a table of lines.
 std::string FormatSheet(const ScoreSheet& sheet);
 /// Stable keys with units.
