@@ -139,5 +139,7 @@ int RunProgram(int argc, char** argv, double free_bytes) {
 int main(int argc, char** argv) {
   kerf::cli::HandleSignals();
   const auto free_bytes = static_cast<double>(kerf::LimitMemory());
-  return FlushOutput(RunProgram(argc, argv, free_bytes));
+  const int code = RunProgram(argc, argv, free_bytes);
+  kerf::cli::PrintLeftOutMessages();
+  return FlushOutput(code);
 }
