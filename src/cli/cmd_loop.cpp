@@ -12,6 +12,7 @@
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "force/measured.h"
 #include "kerf/error.h"
 #include "scene/scene.h"
@@ -170,9 +171,10 @@ void Run(Options& options) {
   }
   if (!options.hand.empty()) scene.hand.model = options.hand;
   if (options.rate_hz) scene.loop.rate_hz = *options.rate_hz;
+  std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
     CheckLoopInputsStay(scene, options.scene, options.folder);
-    MakeFolder(options.folder);  // before the long work
+    lock.emplace(options.folder);  // before the long work
   }
   const auto note = std::make_shared<std::string>();
   options.loop.costs.live = [note](const std::string& line) { *note = line; };

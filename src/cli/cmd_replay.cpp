@@ -13,6 +13,7 @@
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 #include "session/run_loop.h"
 #include "session/run_scene.h"
@@ -92,7 +93,6 @@ Replayed ReplayLoop(const Options& options, RecordingReader& recording, const Re
   loop.folder = options.folder;
   if (!options.folder.empty()) {
     CheckLoopInputsStay(scene, options.file, options.folder);
-    MakeFolder(options.folder);
   }
   StageBars bars;
   const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
@@ -123,6 +123,8 @@ void Run(const Options& options) {
                             recording.duration_s(), *options.until_s));
   }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
+  std::optional<FolderLock> lock;
+  if (!options.folder.empty()) lock.emplace(options.folder);
   if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
     SayWarning("{}: {}", options.file, damage);
   }

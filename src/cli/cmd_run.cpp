@@ -9,6 +9,7 @@
 #include "cli/message.h"
 #include "cli/progress.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "force/measured.h"
 #include "scene/scene.h"
 #include "session/run_scene.h"
@@ -136,8 +137,11 @@ void Run(const Options& options) {
     CheckNewRecording(options.record);
     CheckInputsStay(scene, options.record, options.folder);  // nor may a result take its place
   }
+  if (scene.simulation.mode == SceneMode::kSlab && options.costs) {
+    throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));
+  }
+  const FolderLock lock(options.folder);
   if (scene.simulation.mode == SceneMode::kSlab) {
-    if (options.costs) throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));
     RunSlabMode(scene, options);
     return;
   }
