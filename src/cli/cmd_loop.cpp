@@ -16,6 +16,7 @@
 #include "force/measured.h"
 #include "kerf/error.h"
 #include "scene/scene.h"
+#include "session/expected_files.h"
 #include "session/run_loop.h"
 #include "session/session_recorder.h"
 
@@ -176,6 +177,11 @@ void Run(Options& options) {
     CheckLoopInputsStay(scene, options.scene, options.folder);
     lock.emplace(options.folder);  // before the long work
   }
+  const std::vector<ExpectedFile> expected =
+      ListExpectedFiles(scene, options.loop.seconds * scene.loop.rate_hz, options.folder, options.loop.record);
+  if (const std::string lack = DescribeLackOfSpace(expected); !lack.empty()) {
+    SayWarning("{}; the loop will not be kept to its end", lack);
+  }
   const auto note = std::make_shared<std::string>();
   options.loop.costs.live = [note](const std::string& line) { *note = line; };
   options.loop.stop = &CatchInterrupt();
@@ -193,8 +199,14 @@ void Run(Options& options) {
       if (now == "cutting") bars.SetNote(*note);
     };
     summary = RunLoop(scene, options.loop, show);
-    if (!options.folder.empty())
-      WriteLoopReport(scene, summary, options.folder, show, options.full ? 0 : kSurfaceErrorMm);
+    try {
+      if (!options.folder.empty())
+        WriteLoopReport(scene, summary, options.folder, show, options.full ? 0 : kSurfaceErrorMm);
+    } catch (const Error&) {
+      // What can't be made again is said first.
+      if (summary.recorded && !summary.recorded->failure.empty()) Say("{}", summary.recorded->failure);
+      throw;
+    }
   }
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {
