@@ -1,6 +1,6 @@
 """What io_faults.py and power_loss.py have in common: small inputs, commands that write, and what a whole result is."""
 
-import hashlib
+import contextlib
 import json
 import math
 import os
@@ -89,16 +89,14 @@ def prepare(program, root, name, pictures=False):
 
 
 def snapshot(root):
-    return {str(path.relative_to(root)): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file() and not path.is_symlink()}
-
-
-def digest(content):
-    return hashlib.sha256(content).hexdigest()
+    """All files below it. OpenVDB gives each file a number of its own, which is left out."""
+    files = {str(path.relative_to(root)): path.read_bytes() for path in sorted(root.rglob("*")) if path.is_file() and not path.is_symlink()}
+    return {name: content[:21] + content[57:] if name.endswith(".vdb") and len(content) > 57 else content for name, content in files.items()}
 
 
 def list_attempts(path):
     """Of a history that must be whole."""
-    with sqlite3.connect(path) as history:
+    with contextlib.closing(sqlite3.connect(path)) as history:
         assert history.execute("PRAGMA integrity_check").fetchone() == ("ok",), "the history is damaged"
         return history.execute("SELECT student, hash FROM attempts ORDER BY number").fetchall()
 
