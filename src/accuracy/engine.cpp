@@ -12,6 +12,7 @@
 #include "accuracy/case_run.h"
 #include "accuracy/settings.h"
 #include "bench/measure.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "session/work_list.h"
@@ -348,7 +349,7 @@ void CheckFolder(const StudyFolder& folder, const StudyDescription& mine, bool e
 StudyRunOutcome RunStudy(const StudySpec& spec, const StudyWork& work, const StudyRunOptions& options) {
   const StudyPlan plan = MakePlan(spec, work.variant_of);
   const StudyFolder folder(options.shard ? FolderOfShard(options.folder, *options.shard) : options.folder);
-  const StudyLock lock(folder.path());
+  const FolderLock lock(folder.path());
   StudyDescription description{spec,           plan.hash,        options.shard,
                                options.errors, options.costs,    options.command,
                                CommitString(), CompilerString(), LookAtMachine()};

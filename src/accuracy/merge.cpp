@@ -10,6 +10,7 @@
 #include "accuracy/record_json.h"
 #include "accuracy/settings.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -268,7 +269,7 @@ MergeOutcome MergeShards(const std::vector<std::string>& folders, const std::str
           fmt::format("{}: holds the results of another study (\"{}\"); choose another folder", out, there.spec.name));
     }
   }
-  const StudyLock lock(out);
+  const FolderLock lock(out);
   return Merger(sources, target, variant_of, warn).Merge();
 }
 

@@ -1,9 +1,6 @@
 #include "accuracy/study_folder.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -14,6 +11,7 @@
 #include "accuracy/settings.h"
 #include "files/files.h"
 #include "files/json_text.h"
+#include "files/temporary.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -172,13 +170,16 @@ std::optional<WorkRecord> StudyFolder::Read(const std::string& id, CaseWork work
 void StudyFolder::Write(const WorkRecord& record, bool copy) const {
   const std::string file = FileOf(record.id, record.work);
   if (!copy) return WriteTextFile(file, FormatWorkRecord(record));
-  const std::string temporary = file + ".part";
-  std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-  out << FormatWorkRecord(record);
-  out.close();
-  std::error_code error;
-  if (out) fs::rename(temporary, file, error);
-  if (!out || error) throw Error(fmt::format("{}: can't be written", file));
+  try {
+    Temporary temporary(file);
+    std::ofstream out(temporary.path_to_write(), std::ios::binary | std::ios::trunc);
+    out << FormatWorkRecord(record);
+    out.close();
+    if (!out) throw Error("it could not be written to its end");
+    temporary.RenameTo(file, false);
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: can't be written: {}", file, e.what()));
+  }
 }
 
 std::string StudyFolder::FileOfReference(const std::string& name) const {
@@ -223,22 +224,6 @@ std::vector<std::string> StudyFolder::ListShards() const {
 
 std::string FolderOfShard(const std::string& folder, Shard shard) {
   return (fs::path(folder) / fmt::format("shard-{}-of-{}", shard.index, shard.count)).string();
-}
-
-StudyLock::StudyLock(const std::string& folder) {
-  MakeFolder(folder);
-  const std::string name = (fs::path(folder) / ".lock").string();
-  file_ = open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (file_ < 0) throw Error(fmt::format("{}: can't be written: {}", name, std::generic_category().message(errno)));
-  // File systems without locks exist on clusters; there nothing is kept from whoever starts it twice.
-  if (flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    close(file_);
-    throw Error(fmt::format("{}: another kerf study is working in this folder", folder));
-  }
-}
-
-StudyLock::~StudyLock() {
-  if (file_ >= 0) close(file_);
 }
 
 }  // namespace kerf

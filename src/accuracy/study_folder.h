@@ -91,16 +91,4 @@ class StudyFolder {
 /// "OUT/shard-3-of-8".
 std::string FolderOfShard(const std::string& folder, Shard shard);
 
-/// Keeps others from working in the folder; made when missing. Throws Error when somebody does.
-class StudyLock {
- public:
-  explicit StudyLock(const std::string& folder);
-  ~StudyLock();
-  StudyLock(const StudyLock&) = delete;
-  StudyLock& operator=(const StudyLock&) = delete;
-
- private:
-  int file_ = -1;
-};
-
 }  // namespace kerf

@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 #include <sndfile.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include "files/files.h"
@@ -26,7 +30,29 @@ struct WavFile::State {
   PendingFile pending;
   std::unique_ptr<SNDFILE, CloseSound> file;
   std::vector<std::int16_t> block{};
+  std::uint32_t samples = 0;
 };
+
+namespace {
+
+/// libsndfile does not say of each of its writes that it failed, not even of the last of the header, and reads a file
+/// whose header holds no sizes as if it did.
+bool IsWhole(const std::string& file, std::uint32_t samples) {
+  constexpr std::uint32_t kHeaderBytes = 44;
+  const std::uint32_t bytes = sizeof(std::int16_t) * samples;
+  std::array<std::uint8_t, kHeaderBytes> header{};
+  std::ifstream in(file, std::ios::binary);
+  for (std::uint8_t& byte : header) byte = static_cast<std::uint8_t>(in.get());
+  const auto number = [&header](std::size_t at) {
+    return std::uint32_t{header[at]} | std::uint32_t{header[at + 1]} << 8 | std::uint32_t{header[at + 2]} << 16 |
+           std::uint32_t{header[at + 3]} << 24;
+  };
+  std::error_code failed;
+  return in && number(4) == bytes + kHeaderBytes - 8 && number(kHeaderBytes - 4) == bytes &&
+         std::filesystem::file_size(file, failed) == std::uintmax_t{bytes} + kHeaderBytes;
+}
+
+}  // namespace
 
 WavFile::WavFile(const std::string& path, int rate_Hz) {
   PendingFile pending(path);
@@ -55,11 +81,12 @@ void WavFile::Append(std::span<const float> samples) {
   if (sf_write_short(state_->file.get(), block.data(), count) != count) {
     throw Error(fmt::format("{}: can't be written: {}", state_->pending.path(), sf_strerror(state_->file.get())));
   }
+  state_->samples += static_cast<std::uint32_t>(count);
 }
 
 void WavFile::Commit() {
-  if (sf_close(state_->file.release()) != 0) {
-    throw Error(fmt::format("{}: can't be written: it could not be closed", state_->pending.path()));
+  if (sf_close(state_->file.release()) != 0 || !IsWhole(state_->pending.temporary(), state_->samples)) {
+    throw Error(fmt::format("{}: can't be written to its end (is the disk full?)", state_->pending.path()));
   }
   state_->pending.Commit();
 }

@@ -1,15 +1,13 @@
 #include "cli/assess_picture.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <glm/geometric.hpp>
 
 #include "files/files.h"
+#include "files/temporary.h"
 #include "kerf/error.h"
 #include "render/picture.h"
 
@@ -58,14 +56,10 @@ TriangleMesh Stretched(TriangleMesh mesh, const Vec3& about) {
 }
 
 std::string ReadPng(const PictureSpec& spec) {
-  // Beside nothing of the user's.
-  const std::filesystem::path place =
-      std::filesystem::temp_directory_path() / ("kerf_assess_" + std::to_string(static_cast<long>(getpid())) + ".png");
-  WritePicture(spec, place.string());
-  std::string png = ReadTextFile(place.string());
-  std::error_code ignored;
-  std::filesystem::remove(place, ignored);
-  return png;
+  const TemporaryFolder folder("kerf_assess");
+  const std::string place = folder.path() + "/picture.png";
+  WritePicture(spec, place);
+  return ReadTextFile(place);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "pieces/join.h"
@@ -215,7 +216,8 @@ void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet*
 }
 
 void Run(const Options& options) {
-  if (!options.folder.empty()) MakeFolder(options.folder);
+  std::optional<FolderLock> lock;
+  if (!options.folder.empty()) lock.emplace(options.folder);
   Subject subject = TakeSubject(options);
   const Assessment assessment =
       AssessCut(subject.plan, subject.before, subject.after, subject.blade_mm, {.reach_mm = options.reach_mm});

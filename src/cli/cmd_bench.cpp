@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "drivers/exchange_bench.h"
 #include "drivers/libusb_bus.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 #include "removal/carve.h"
@@ -130,8 +132,9 @@ struct HourCommand {
 
 void RunHourCommand(HourCommand& options) {
   const Scene scene = ReadScene(options.scene);
+  std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
-    MakeFolder(options.folder);
+    lock.emplace(options.folder);
     for (const char* name : {"/hour.csv", "/hour.png"}) CheckWritable(options.folder + name);
   }
   options.hour.stop = &CatchInterrupt();

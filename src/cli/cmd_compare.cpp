@@ -9,7 +9,7 @@
 #include "cli/commands.h"
 #include "cli/message.h"
 #include "cli/progress.h"
-#include "files/files.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 #include "scene/scene.h"
 #include "study/compare_files.h"
@@ -63,7 +63,7 @@ void Run(const Options& options) {
   CheckOption("--repeat", {{}, preset.depth_step_mm, options.params.repetitions});
   const Scene scene = ReadScene(options.scene);
   CheckCompareInputsStay(scene, options.scene, options.folder);
-  MakeFolder(options.folder);  // before the long work
+  const FolderLock lock(options.folder);  // before the long work
   Comparison comparison;
   {
     StageBars bars;

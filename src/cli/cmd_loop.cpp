@@ -12,9 +12,11 @@
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "force/measured.h"
 #include "kerf/error.h"
 #include "scene/scene.h"
+#include "session/expected_files.h"
 #include "session/run_loop.h"
 #include "session/session_recorder.h"
 
@@ -177,9 +179,15 @@ void Run(Options& options) {
   }
   if (!options.hand.empty()) scene.hand.model = options.hand;
   if (options.rate_hz) scene.loop.rate_hz = *options.rate_hz;
+  std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
     CheckLoopInputsStay(scene, options.scene, options.folder);
-    MakeFolder(options.folder);  // before the long work
+    lock.emplace(options.folder);  // before the long work
+  }
+  const std::vector<ExpectedFile> expected =
+      ListExpectedFiles(scene, options.loop.seconds * scene.loop.rate_hz, options.folder, options.loop.record);
+  if (const std::string lack = DescribeLackOfSpace(expected); !lack.empty()) {
+    SayWarning("{}; the loop will not be kept to its end", lack);
   }
   const auto note = std::make_shared<std::string>();
   options.loop.costs.live = [note](const std::string& line) { *note = line; };
@@ -198,8 +206,14 @@ void Run(Options& options) {
       if (now == "cutting") bars.SetNote(*note);
     };
     summary = RunLoop(scene, options.loop, show);
-    if (!options.folder.empty())
-      WriteLoopReport(scene, summary, options.folder, show, options.full ? 0 : kSurfaceErrorMm);
+    try {
+      if (!options.folder.empty())
+        WriteLoopReport(scene, summary, options.folder, show, options.full ? 0 : kSurfaceErrorMm);
+    } catch (const Error&) {
+      // What can't be made again is said first.
+      if (summary.recorded && !summary.recorded->failure.empty()) Say("{}", summary.recorded->failure);
+      throw;
+    }
   }
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {

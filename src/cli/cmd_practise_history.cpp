@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -19,6 +17,7 @@
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
+#include "files/temporary.h"
 #include "kerf/error.h"
 #include "practise/agents.h"
 #include "practise/exercises.h"
@@ -101,16 +100,14 @@ LoopSummary LetDo(const std::string& agent, std::uint64_t seed, const std::strin
 
 /// Of docs/practise.md: every agent at every exercise, the measures that count and the total, means over the seeds.
 void PrintAgents(const PractiseOptions& options) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / fmt::format("kerf_agents_{}", ::getpid());
-  MakeFolder(folder.string());
+  const TemporaryFolder folder("kerf_agents");
   fmt::print("| exercise | agent | total | {} |\n|---|---|---|---|\n", "measures that count");
   for (const Exercise& exercise : ListExercises()) {
     if (!options.exercise.empty() && exercise.id != options.exercise) continue;
     for (const std::string_view agent : AgentNames()) {
       std::vector<ScoreSheet> sheets;
       for (int seed = 1; seed <= options.agents; ++seed) {
-        const std::string file = (folder / fmt::format("{}_{}_{}.kerf", exercise.id, agent, seed)).string();
+        const std::string file = fmt::format("{}/{}_{}_{}.kerf", folder.path(), exercise.id, agent, seed);
         std::atomic<bool> done{false};
         LetDo(std::string(agent), static_cast<std::uint64_t>(seed), exercise.id, options.level, 0, file, done);
         sheets.push_back(Score(file, ""));
@@ -132,7 +129,6 @@ void PrintAgents(const PractiseOptions& options) {
       std::fflush(stdout);
     }
   }
-  std::filesystem::remove_all(folder);
 }
 
 void RunAgent(const PractiseOptions& options) {

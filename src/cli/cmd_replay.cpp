@@ -14,6 +14,7 @@
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 #include "session/run_loop.h"
 #include "session/run_scene.h"
@@ -97,7 +98,6 @@ Replayed ReplayLoop(const Options& options, RecordingReader& recording, const Re
   loop.folder = options.folder;
   if (!options.folder.empty()) {
     CheckLoopInputsStay(scene, options.file, options.folder);
-    MakeFolder(options.folder);
   }
   StageBars bars;
   const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
@@ -133,6 +133,8 @@ void Run(const Options& options) {
         fmt::format("{}: {}; it can be gone through up to {:.3f} s", options.file, damage.sentence, damage.whole_s));
   }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
+  std::optional<FolderLock> lock;
+  if (!options.folder.empty()) lock.emplace(options.folder);
   if (!damage.sentence.empty()) SayWarning("{}: {}", options.file, damage.sentence);
   if (damage.whole_steps < damage.known_steps) {
     SayWarning(

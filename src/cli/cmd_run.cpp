@@ -9,6 +9,7 @@
 #include "cli/message.h"
 #include "cli/progress.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "force/measured.h"
 #include "scene/scene.h"
 #include "session/run_scene.h"
@@ -110,20 +111,39 @@ void PrintSlabSummary(const Scene& scene, const SlabSummary& s, const std::strin
   fmt::print("\n");
 }
 
-void RunSlabMode(const Scene& scene, const Options& options) {
+/// `lost`: gets a sentence when the recording could not be written to its end.
+void RunSlabMode(const Scene& scene, const Options& options, std::string& lost) {
   SlabSummary summary;
   {
     StageBars bars;
     summary = RunSlabScene(
         scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
-        {options.record, options.scene, nullptr}, options.full ? 0 : kSurfaceErrorMm);
+        {options.record, options.scene, nullptr, &lost}, options.full ? 0 : kSurfaceErrorMm);
   }
   for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
   if (options.json) {
     fmt::print("{}", FormatSlabSummaryJson(scene, summary));
   } else {
     PrintSlabSummary(scene, summary, options.folder);
-    if (options.records) fmt::print("  recorded  {}\n", options.record);
+    if (options.records && lost.empty()) fmt::print("  recorded  {}\n", options.record);
+  }
+}
+
+void RunVoxelMode(const Scene& scene, const Options& options, std::string& lost) {
+  RunSummary summary;
+  {
+    StageBars bars;
+    summary = RunScene(
+        scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
+        {options.costs, [&](const std::string& line) { bars.SetNote(line); }},
+        {options.record, options.scene, nullptr, &lost}, options.full ? 0 : kSurfaceErrorMm);
+  }
+  for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
+  if (options.json) {
+    fmt::print("{}", FormatSummaryJson(scene, summary));
+  } else {
+    PrintSummary(scene, summary, options.folder);
+    if (options.records && lost.empty()) fmt::print("  recorded  {}\n", options.record);
   }
 }
 
@@ -136,26 +156,23 @@ void Run(const Options& options) {
     CheckNewRecording(options.record);
     CheckInputsStay(scene, options.record, options.folder);  // nor may a result take its place
   }
-  if (scene.simulation.mode == SceneMode::kSlab) {
-    if (options.costs) throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));
-    RunSlabMode(scene, options);
-    return;
+  if (scene.simulation.mode == SceneMode::kSlab && options.costs) {
+    throw Error(fmt::format("{}: slab mode has no stages for --costs to show", options.scene));
   }
-  RunSummary summary;
-  {
-    StageBars bars;
-    summary = RunScene(
-        scene, options.folder, [&](const std::string& now, double fraction) { bars.Show(now, fraction); },
-        {options.costs, [&](const std::string& line) { bars.SetNote(line); }}, {options.record, options.scene, nullptr},
-        options.full ? 0 : kSurfaceErrorMm);
+  const FolderLock lock(options.folder);
+  std::string lost;
+  try {
+    if (scene.simulation.mode == SceneMode::kSlab) {
+      RunSlabMode(scene, options, lost);
+    } else {
+      RunVoxelMode(scene, options, lost);
+    }
+  } catch (const Error&) {
+    // What can't be made again is said first.
+    if (!lost.empty()) Say("{}", lost);
+    throw;
   }
-  for (const std::string& warning : summary.warnings) SayWarning("{}", warning);
-  if (options.json) {
-    fmt::print("{}", FormatSummaryJson(scene, summary));
-  } else {
-    PrintSummary(scene, summary, options.folder);
-    if (options.records) fmt::print("  recorded  {}\n", options.record);
-  }
+  if (!lost.empty()) throw Error(lost);
 }
 
 }  // namespace

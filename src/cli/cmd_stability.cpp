@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "cli/signals.h"
 #include "devices/profiles.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 #include "scene/scene.h"
 #include "study/stability.h"
@@ -133,9 +135,10 @@ void Run(Options& options) {
   const Scene scene = ReadOptionsScene(options);
   options.study.stop = &CatchInterrupt();
   if (options.profiles) return RunProfiles(options, scene);
+  std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
     CheckStabilityInputsStay(scene, options.scene, options.folder);
-    MakeFolder(options.folder);  // before the long work
+    lock.emplace(options.folder);  // before the long work
   }
   StabilityStudy study;
   {

@@ -11,10 +11,10 @@
 
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
+#include "cli/lack_of_memory.h"
 #include "cli/message.h"
 #include "cli/signals.h"
 #include "core/nearest_name.h"
-#include "files/memory.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
 
@@ -68,7 +68,7 @@ int FlushOutput(int code) {
   return code == 0 ? kFailed : code;
 }
 
-int RunProgram(int argc, char** argv, double free_bytes) {
+int RunProgram(int argc, char** argv) {
   CLI::App app{"kerf: a simulator of cutting bone with a saw", "kerf"};
   app.require_subcommand(1);
   app.set_version_flag("--version", [] {
@@ -123,8 +123,7 @@ int RunProgram(int argc, char** argv, double free_bytes) {
     Say("{}", e.what());
     return kFailed;
   } catch (const std::bad_alloc&) {
-    Say("not enough memory: {:.1f} GB were free; use larger voxels or a shorter run", 1e-9 * free_bytes);
-    return kFailed;
+    kerf::cli::EndWithoutMemory();
   } catch (const std::system_error& e) {
     if (std::ferror(stdout) == 0) Say("{}", e.what());  // else FlushOutput says it
     return kFailed;
@@ -138,8 +137,12 @@ int RunProgram(int argc, char** argv, double free_bytes) {
 
 int main(int argc, char** argv) {
   kerf::cli::HandleSignals();
-  const auto free_bytes = static_cast<double>(kerf::LimitMemory());
-  const int code = RunProgram(argc, argv, free_bytes);
-  kerf::cli::PrintLeftOutMessages();
-  return FlushOutput(code);
+  kerf::cli::HandleLackOfMemory();
+  try {
+    const int code = RunProgram(argc, argv);
+    kerf::cli::PrintLeftOutMessages();
+    return FlushOutput(code);
+  } catch (const std::bad_alloc&) {
+    kerf::cli::EndWithoutMemory();
+  }
 }

@@ -16,6 +16,16 @@ namespace {
 
 constexpr int kLetGo_ms = 300;
 
+}  // namespace
+
+void EndAtOnceWith(int status) {
+  DeviceServo::LetGoOfAll(kLetGo_ms, true);
+  RemoveTemporaries();
+  std::_Exit(status);
+}
+
+namespace {
+
 extern "C" void RemoveTemporariesAndEnd(int number) {
   DeviceServo::LetGoOfAll(kLetGo_ms, true);
   RemoveTemporaries();
@@ -25,10 +35,7 @@ extern "C" void RemoveTemporariesAndEnd(int number) {
 std::atomic<bool> exits_at_once{false};
 
 extern "C" void EndAtOnce(int status, void*) {
-  if (!exits_at_once.load()) return;
-  DeviceServo::LetGoOfAll(kLetGo_ms, true);
-  RemoveTemporaries();
-  std::_Exit(status);
+  if (exits_at_once.load()) EndAtOnceWith(status);
 }
 
 std::atomic<bool> interrupted{false};

@@ -14,6 +14,9 @@ void HandleSignals();
 /// that serves a device: it alone could, and blocks all signals.
 void HandleSignalsOfDevices();
 
+/// Ends the program at once: devices are let go, temporaries removed, nothing is taken down.
+[[noreturn]] void EndAtOnceWith(int status);
+
 /// While one stands, exit() ends the program at once, after the same: a library that gives up calls it (Xlib, whose
 /// server is gone) while threads of ours still use what the program would take down.
 class ExitsAtOnce {

@@ -6,10 +6,11 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <memory>
 
 #include "cli/numbers.h"
 #include "cli/signals.h"
-#include "files/files.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 
 namespace kerf::cli {
@@ -66,7 +67,7 @@ TheatreOptions MakeTheatreOptions(const WindowOptions& options, const std::strin
   servo.profile = options.device.profile;
   servo.told_orientation = true;  // as one looks at the bone
   theatre.device = OpenServo(options.device, servo, theatre.interrupt);
-  MakeFolder(theatre.folder);
+  theatre.lock = std::make_shared<FolderLock>(theatre.folder);
   return theatre;
 }
 

@@ -4,14 +4,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <array>
-#include <atomic>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
 
+#include "files/temporary.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -21,77 +19,6 @@ namespace fs = std::filesystem;
 
 std::string Reason(int code) {
   return std::generic_category().message(code);
-}
-
-// The temporaries there are, where a signal's handler can read them: names in place, never freed.
-struct LiveTemporary {
-  std::atomic<bool> taken{false};
-  std::atomic<bool> live{false};  // the name is whole
-  std::array<char, 4096> path{};
-};
-std::array<LiveTemporary, 16> live_temporaries;
-static_assert(std::atomic<bool>::is_always_lock_free);
-
-/// nullptr when there is no room: it then stays when a signal ends the program.
-LiveTemporary* AddLive(const std::string& path) {
-  if (path.size() >= LiveTemporary{}.path.size()) return nullptr;
-  for (LiveTemporary& entry : live_temporaries) {
-    if (entry.taken.exchange(true)) continue;
-    std::memcpy(entry.path.data(), path.c_str(), path.size() + 1);
-    entry.live = true;
-    return &entry;
-  }
-  return nullptr;
-}
-
-void RemoveLive(LiveTemporary* entry) {
-  if (entry == nullptr) return;
-  entry->live = false;
-  entry->taken = false;
-}
-
-// Removes the temporary unless it was renamed.
-class Temporary {
- public:
-  explicit Temporary(const std::string& path) {
-    const fs::path target(path);
-    // Beside the target, so that the rename stays within one file system; with its extension, which some writers go by.
-    static std::atomic<int> count{0};
-    path_ = (target.parent_path() /
-             fmt::format(".{}.{}-{}{}", target.stem().string(), getpid(), count++, target.extension().string()))
-                .string();
-    live_ = AddLive(path_);
-  }
-  ~Temporary() {
-    std::error_code ignored;
-    if (!renamed_) fs::remove(path_, ignored);
-    RemoveLive(live_);
-  }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-
-  const std::string& path() const { return path_; }
-  void RenameTo(const std::string& path) {
-    std::error_code error;
-    fs::rename(path_, path, error);
-    if (error) throw Error(fmt::format("{}: can't be written: {}", path, error.message()));
-    renamed_ = true;
-  }
-
- private:
-  std::string path_;
-  LiveTemporary* live_ = nullptr;
-  bool renamed_ = false;
-};
-
-// Onto the disk, so that the rename can't overtake the content.
-void Flush(const std::string& temporary, const std::string& path) {
-  const int file = open(temporary.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
-  const int result = fsync(file);
-  const int code = errno;
-  close(file);
-  if (result != 0) throw Error(fmt::format("{}: can't be written: {}", path, Reason(code)));
 }
 
 /// Where a link leads, so that the file is replaced and not the link.
@@ -169,7 +96,11 @@ struct PendingFile::State {
 
 PendingFile::PendingFile(const std::string& path) {
   CheckWritable(path);
-  state_ = std::make_unique<State>(path);
+  try {
+    state_ = std::make_unique<State>(path);
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: can't be written: {}", path, e.what()));
+  }
 }
 PendingFile::~PendingFile() = default;
 PendingFile::PendingFile(PendingFile&&) noexcept = default;
@@ -179,21 +110,19 @@ const std::string& PendingFile::path() const {
   return state_->path;
 }
 const std::string& PendingFile::temporary() const {
-  return state_->temporary.path();
+  return state_->temporary.path_to_write();
 }
 
 void PendingFile::Commit() {
-  Flush(temporary(), path());
-  // An earlier file's permissions stay: it may hold a patient's data.
-  std::error_code ignored;
-  if (fs::is_regular_file(state_->target, ignored)) {
-    fs::permissions(temporary(), fs::status(state_->target, ignored).permissions(), ignored);
+  try {
+    state_->temporary.RenameTo(state_->target);
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: can't be written: {}", path(), e.what()));
   }
-  state_->temporary.RenameTo(state_->target);
 }
 
 GrowingFile::GrowingFile(const std::string& path) : pending_(path) {
-  file_ = open(pending_.temporary().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  file_ = open(pending_.temporary().c_str(), O_WRONLY | O_CLOEXEC);
   if (file_ < 0) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
 }
 
@@ -250,9 +179,7 @@ void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<s
 }
 
 void RemoveTemporaries() {
-  for (const LiveTemporary& entry : live_temporaries) {
-    if (entry.live) unlink(entry.path.data());
-  }
+  RemoveLiveTemporaries();
 }
 
 void MakeFolder(const std::string& path) {

@@ -27,10 +27,10 @@ class FileShelf {
 /// Writes to a temporary beside `path`, flushes and renames: an earlier file is whole until the new one is. Throws
 /// Error.
 void WriteTextFile(const std::string& path, const std::string& content);
-/// The same for a writer that wants a file name: calls write(temporary) and renames it to `path`. The temporary keeps
-/// the extension of `path`. When `write` throws, the temporary is removed and the exception goes on.
+/// The same for a writer that wants a file name: calls write(temporary) and renames it to `path`. The temporary is
+/// there and empty, its name has no extension. When `write` throws, it is removed and the exception goes on.
 void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write);
-/// A file that is written over a long time, to a temporary beside `path` with its extension; it gets its name when it
+/// A file that is written over a long time, to a temporary beside `path` (files/temporary.h); it gets its name when it
 /// is whole. Destroyed before, it leaves nothing behind, and an earlier file is as it was.
 class PendingFile {
  public:

@@ -1,6 +1,10 @@
 #include "import/depth.h"
 
+#include <itkMultiThreaderBase.h>
 #include <itkSignedMaurerDistanceMapImageFilter.h>
+
+#include <new>
+#include <string_view>
 
 #include "import/itk_read.h"
 #include "import/itk_view.h"
@@ -8,8 +12,24 @@
 
 namespace kerf {
 
+namespace {
+
+/// ITK's pool of threads, its default, drops the exceptions of all threads but the first: for want of memory the
+/// distances would be wrong and nothing would say so. This one passes them on, as text.
+void UseThreadsThatReport() {
+  itk::MultiThreaderBase::SetGlobalDefaultThreader(itk::MultiThreaderBase::ThreaderEnum::Platform);
+}
+
+bool IsLackOfMemory(const itk::ExceptionObject& e) {
+  return dynamic_cast<const itk::MemoryAllocationError*>(&e) != nullptr ||
+         std::string_view(e.GetDescription()).find("bad_alloc") != std::string_view::npos;
+}
+
+}  // namespace
+
 std::vector<float> CalcDepth(const Volume& lattice, const std::vector<std::uint8_t>& inside) {
   const QuietItk quiet;
+  UseThreadsThatReport();
   try {
     std::vector<std::uint8_t> mask = inside;
     using Filter = itk::SignedMaurerDistanceMapImageFilter<itk::Image<std::uint8_t, 3>, itk::Image<float, 3>>;
@@ -26,6 +46,7 @@ std::vector<float> CalcDepth(const Volume& lattice, const std::vector<std::uint8
     for (float& d : depth_mm) d += half;
     return depth_mm;
   } catch (const itk::ExceptionObject& e) {
+    if (IsLackOfMemory(e)) throw std::bad_alloc();
     throw Error("the distance map failed: " + OneLine(e));
   }
 }

@@ -3,20 +3,17 @@
 #include <fmt/format.h>
 #include <vtkCellArray.h>
 #include <vtkNew.h>
-#include <vtkPLYWriter.h>
-#include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkSTLWriter.h>
 #include <vtkSmartPointer.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cctype>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <limits>
 #include <sstream>
 #include <system_error>
 #include <unordered_map>
@@ -89,43 +86,47 @@ std::string FormatObj(const TriangleMesh& mesh) {
   return fmt::to_string(text);
 }
 
-void WriteStl(vtkSTLWriter& writer, const std::string& path) {
+/// Binary.
+void WriteStl(vtkSTLWriter& writer, std::uintmax_t triangles, const std::string& path) {
   QuietVtk();
   WriteAtomically(path, [&](const std::string& temporary) {
     writer.SetFileName(temporary.c_str());
-    if (writer.Write() != 1 || writer.GetErrorCode() != 0) {
-      throw Error(fmt::format("{}: can't be written (is the folder there, and the disk not full?)", path));
-    }
-  });
-}
-
-/// Of a binary PLY of triangles whose properties are floats and bytes, from its header.
-std::uintmax_t CalcPlyBytes(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::uintmax_t bytes = 0;
-  std::uintmax_t count = 0;
-  for (std::string line; std::getline(in, line);) {
-    bytes += line.size() + 1;
-    std::istringstream words(line);
-    std::string word, type;
-    words >> word >> type;
-    if (word == "element") words >> count;
-    if (word == "property") bytes += count * (type == "list" ? 1 + 3 * sizeof(std::int32_t) : type == "uchar" ? 1 : 4);
-    if (word == "end_header") return bytes;
-  }
-  return std::numeric_limits<std::uintmax_t>::max();
-}
-
-void WritePly(vtkPLYWriter& writer, const std::string& path) {
-  QuietVtk();
-  WriteAtomically(path, [&](const std::string& temporary) {
-    writer.SetFileName(temporary.c_str());
-    // Of a full disk VTK says nothing here.
+    // VTK does not look at each of its writes.
     std::error_code failed;
-    if (writer.Write() != 1 || std::filesystem::file_size(temporary, failed) != CalcPlyBytes(temporary)) {
+    if (writer.Write() != 1 || writer.GetErrorCode() != 0 ||
+        std::filesystem::file_size(temporary, failed) != 84 + 50 * triangles) {
       throw Error(fmt::format("{}: can't be written (is the folder there, and the disk not full?)", path));
     }
   });
+}
+
+/// Binary. `point_colours`: empty, or one for each point.
+std::string FormatPly(const TriangleMesh& mesh, const std::vector<Rgb8>& point_colours) {
+  std::string text = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment VTK generated PLY File\nobj_info vtkPolyData points and polygons: "
+      "vtk4.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}element face {}\n"
+      "property list uchar int vertex_indices\nend_header\n",
+      mesh.points.size(),
+      point_colours.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n",
+      mesh.triangles.size());
+  text.reserve(text.size() + 15 * mesh.points.size() + 13 * mesh.triangles.size());
+  static_assert(std::endian::native == std::endian::little);
+  const auto add = [&text](auto number) {
+    std::array<char, sizeof(number)> bytes{};
+    std::memcpy(bytes.data(), &number, sizeof(number));
+    text.append(bytes.data(), bytes.size());
+  };
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    const Vec3& p = mesh.points[i];
+    for (const double coordinate : {p.x, p.y, p.z}) add(static_cast<float>(coordinate));
+    if (point_colours.empty()) continue;
+    for (const auto channel : point_colours[i]) add(channel);
+  }
+  for (const auto& t : mesh.triangles) {
+    add(std::uint8_t{3});
+    for (const auto corner : t) add(static_cast<std::int32_t>(corner));
+  }
+  return text;
 }
 
 }  // namespace
@@ -160,12 +161,9 @@ void WriteMesh(const TriangleMesh& mesh, const std::string& path) {
     const vtkNew<vtkSTLWriter> writer;
     writer->SetFileTypeToBinary();
     writer->SetInputData(MakePolyData(mesh));
-    WriteStl(*writer.Get(), path);
+    WriteStl(*writer.Get(), mesh.triangles.size(), path);
   } else if (extension == ".ply") {
-    const vtkNew<vtkPLYWriter> writer;
-    writer->SetFileTypeToBinary();
-    writer->SetInputData(MakePolyData(mesh));
-    WritePly(*writer.Get(), path);
+    WriteTextFile(path, FormatPly(mesh, {}));
   } else {
     FailExtension(path);
   }
@@ -176,20 +174,7 @@ void WriteColouredMesh(const TriangleMesh& mesh, const std::vector<Rgb8>& point_
   if (point_colours.size() != mesh.points.size()) {
     throw Error(fmt::format("{}: {} colours for {} points", path, point_colours.size(), mesh.points.size()));
   }
-  const auto data = MakePolyData(mesh);
-  const vtkNew<vtkUnsignedCharArray> colours;
-  colours->SetName("colours");
-  colours->SetNumberOfComponents(3);
-  colours->SetNumberOfTuples(static_cast<vtkIdType>(point_colours.size()));
-  for (std::size_t i = 0; i < point_colours.size(); ++i) {
-    colours->SetTypedTuple(static_cast<vtkIdType>(i), point_colours[i].data());
-  }
-  data->GetPointData()->SetScalars(colours);
-  const vtkNew<vtkPLYWriter> writer;
-  writer->SetFileTypeToBinary();
-  writer->SetArrayName("colours");
-  writer->SetInputData(data);
-  WritePly(*writer.Get(), path);
+  WriteTextFile(path, FormatPly(mesh, point_colours));
 }
 
 }  // namespace kerf

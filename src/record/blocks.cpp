@@ -28,6 +28,15 @@ std::string Reason(int code) {
   return std::generic_category().message(code);
 }
 
+/// So that the file's name is on the disk as soon as its blocks are. Some file systems can't, and need not.
+void SyncFolder(const std::string& path) {
+  const std::string parent = std::filesystem::path(path).parent_path().string();
+  const int folder = open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  static_cast<void>(fsync(folder) == 0);
+  close(folder);
+}
+
 }  // namespace
 
 BlockLink FirstLink() {
@@ -165,6 +174,7 @@ BlockFile::BlockFile(const std::string& path) : path_(path) {
   flusher_ = std::make_unique<Flusher>(file_);
   try {
     Write(kRecordingMagic);
+    SyncFolder(path);
   } catch (const Error&) {
     flusher_.reset();
     close(file_);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "files/disk_space.h"
 #include "kerf/error.h"
 #include "session/effect_record.h"
 
@@ -45,7 +46,8 @@ ForcePoint MakeForcePoint(const LoopRow& row) {
   return {row.time_s, glm::length(row.f_device_N), glm::length(row.f_hand_N)};
 }
 
-ForceLog::ForceLog(const std::string& path, const std::string& effects) : path_(path), file_(path) {
+ForceLog::ForceLog(const std::string& path, const std::string& effects, double keep_free_bytes)
+    : path_(path), file_(path), keep_free_bytes_(keep_free_bytes) {
   waiting_ = FormatForceHeader(effects);
   waiting_.reserve(kBlockBytes + 1024);
 }
@@ -58,9 +60,14 @@ void ForceLog::Take(const LoopRow& row, std::span<const double> channels) {
 
 void ForceLog::Write() {
   try {
-    file_.Append(waiting_);
+    if (keep_free_bytes_ > 0 && ReadFreeDiskBytes(path_) < keep_free_bytes_ + static_cast<double>(waiting_.size())) {
+      throw Error(fmt::format("{}: can't be written: the last {:.1f} MB of the disk are left to the recording", path_,
+                              1e-6 * keep_free_bytes_));
+    }
+    file_->Append(waiting_);
   } catch (const Error& e) {
     failure_ = e.what();
+    file_.reset();
   }
   waiting_.clear();
 }
@@ -68,7 +75,7 @@ void ForceLog::Write() {
 void ForceLog::Commit() {
   if (failure_.empty()) Write();
   if (!failure_.empty()) throw Error(failure_);
-  file_.Commit();
+  file_->Commit();
 }
 
 }  // namespace kerf

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -51,11 +52,12 @@ using ForceCurve = Thinned<ForcePoint, kMostForcePoints>;
 ForcePoint MakeForcePoint(const LoopRow& row);
 
 /// forces.csv, written as the rows come: its memory does not grow with the run. One thread. A disk that is full does
-/// not stop the hand: rows are dropped from there on, and Commit() tells it.
+/// not stop the hand: what was written goes, which gives its room to the recording, and Commit() says so.
 class ForceLog {
  public:
-  /// The temporary stands beside `path`. Throws Error when it can't be made.
-  ForceLog(const std::string& path, const std::string& effects);
+  /// The temporary stands beside `path`. `keep_free_bytes`: what it leaves free on the disk. Throws Error when it can't
+  /// be made.
+  ForceLog(const std::string& path, const std::string& effects, double keep_free_bytes = 0);
   void Take(const LoopRow& row, std::span<const double> channels);
   /// All rows are there: the file gets its name. Throws Error, also for what went wrong before. Once.
   void Commit();
@@ -65,7 +67,8 @@ class ForceLog {
   void Write();
 
   std::string path_;
-  GrowingFile file_;
+  std::optional<GrowingFile> file_;  // none after a failure
+  double keep_free_bytes_;
   std::string waiting_;
   std::string failure_;  // a sentence; empty when all went well
 };

@@ -16,6 +16,7 @@
 #include "haptics/step_body.h"
 #include "kerf/error.h"
 #include "scene/doubts.h"
+#include "session/expected_files.h"
 #include "session/force_noise.h"
 #include "session/hand_motion.h"
 #include "session/live_pieces.h"
@@ -355,7 +356,10 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   if (options.log != LoopLog::kNowhere) {
     s.effect_files = EffectFiles(simulation.effects(), static_cast<std::size_t>(ticks_asked) + 64, false, log_folder);
   }
-  if (!log_folder.empty()) s.force_log = std::make_unique<ForceLog>(log_folder + "/forces.csv", s.effects.Header());
+  if (!log_folder.empty()) {
+    s.force_log = std::make_unique<ForceLog>(log_folder + "/forces.csv", s.effects.Header(),
+                                             recording ? CalcRoomForRecording(ticks_asked) : 0);
+  }
   SimulatedDeviceOptions device_options;
   device_options.p_TC_mm = p_TC_mm;
   device_options.delay_ticks = scene.device.delay_ticks;

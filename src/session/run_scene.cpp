@@ -14,6 +14,7 @@
 #include "force/measured.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
+#include "session/expected_files.h"
 #include "session/make_bone.h"
 #include "session/results_folder.h"
 #include "session/run_pictures.h"
@@ -123,6 +124,12 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   const std::vector<std::string> earlier = ReadEarlierResults(folder);
   const Path path = MakePath(scene);
   CheckRunTicks(path, scene.simulation.rate_hz);
+  const auto expected_ticks = static_cast<double>(path.CountTicks(scene.simulation.rate_hz));
+  if (const std::string lack = DescribeLackOfSpace(
+          ListExpectedFiles(scene, session.replay != nullptr ? 0 : expected_ticks, folder, session.record));
+      !lack.empty()) {
+    throw Error(lack);
+  }
   const SimulationParams params = MakeSimulationParams(scene);
   RunSummary summary;
   const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
@@ -132,6 +139,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
 
   summary.hash_before = before.CalcHash();
   summary.hash_after = result.bone.CalcHash();
+  tap.Finish(summary.hash_after);
   summary.volume_before_mm3 = before.CalcVolume();
   summary.volume_after_mm3 = result.bone.CalcVolume();
   summary.removed_mm3 = result.removed_mm3;
@@ -215,7 +223,6 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   add_file("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
   RemoveStaleResults(folder, earlier, summary.files);
-  tap.Finish(summary.hash_after);
   return summary;
 }
 

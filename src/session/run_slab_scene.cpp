@@ -90,6 +90,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   const Bone bone = MakeSceneBone(scene, stage("making the bone"), &summary.material);
   SessionTap tap(session, scene, RecordedKind::kSlab, bone);
   SlabRun run = RunSlab(scene, MakeSlabProfile(scene, bone), stage("cutting"), tap.tap());
+  tap.Finish(bone.CalcHash());
   if (run.ticks.empty()) throw Error("the recording holds no tick up to then");
 
   summary.force = SummarizeForces(run.ticks, scene.simulation.rate_hz);
@@ -169,7 +170,6 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   summary.files.emplace_back("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSlabSummaryJson(scene, summary));
   RemoveStaleResults(folder, earlier, summary.files);
-  tap.Finish(bone.CalcHash());
   return summary;
 }
 

@@ -14,9 +14,9 @@ void RunRecorder::End(const TickInput& in, const TickOutput& out, std::uint64_t 
   recorder_.Take(MakeTickToRecord(in, out, voxel_hash));
 }
 
-void RunRecorder::Finish(std::optional<std::uint64_t> bone_hash) {
+std::string RunRecorder::Finish(std::optional<std::uint64_t> bone_hash) {
   recorder_.Finish("the path's end", bone_hash);
-  if (!recorder_.failure().empty()) throw Error(recorder_.failure());
+  return recorder_.failure();
 }
 
 bool RunReplay::Next(bool set_down) {
@@ -55,7 +55,7 @@ Replayed RunReplay::MakeReport(std::uint64_t bone_hash) const {
 }
 
 SessionTap::SessionTap(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone)
-    : replay_(session.replay) {
+    : replay_(session.replay), lost_(session.lost) {
   if (replay_ != nullptr) CheckBone(replay_->head(), bone);
   if (session.record.empty()) return;
   recorder_.emplace(session.record,
@@ -69,7 +69,11 @@ RunTap* SessionTap::tap() {
 }
 
 void SessionTap::Finish(std::optional<std::uint64_t> bone_hash) {
-  if (recorder_) recorder_->Finish(bone_hash);
+  if (!recorder_) return;
+  const std::string failure = recorder_->Finish(bone_hash);
+  if (failure.empty()) return;
+  if (lost_ == nullptr) throw Error(failure);
+  *lost_ = failure;
 }
 
 }  // namespace kerf

@@ -29,8 +29,8 @@ class RunRecorder final : public RunTap {
   bool SetDown(Pose& X) override;
   bool Begin(TickInput&) override { return true; }
   void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) override;
-  /// Throws Error when it could not be written to its end.
-  void Finish(std::optional<std::uint64_t> bone_hash);
+  /// Why it could not be written to its end; empty when it was.
+  std::string Finish(std::optional<std::uint64_t> bone_hash);
 
  private:
   SessionRecorder recorder_;
@@ -65,6 +65,8 @@ struct RunSession {
   std::string record;           // a file that is not there yet; empty: none
   std::string scene_file;       // of the scene, for a recording to name
   RunReplay* replay = nullptr;  // instead; may be null
+  /// Gets a sentence when the recording could not be written to its end; the results are written all the same.
+  std::string* lost = nullptr;
 };
 
 /// The tap of such a run, which goes on without it when it fails.
@@ -73,11 +75,12 @@ class SessionTap {
   /// Throws Error when there is no file to record into, or the bone is not the one that was recorded.
   SessionTap(const RunSession& session, const Scene& scene, RecordedKind kind, const Bone& bone);
   RunTap* tap();
-  /// After the results have been written. Throws Error when the recording could not be.
+  /// Before the results are written, so that they take no room from it.
   void Finish(std::optional<std::uint64_t> bone_hash);
 
  private:
   RunReplay* replay_;
+  std::string* lost_;
   std::optional<RunRecorder> recorder_;
 };
 

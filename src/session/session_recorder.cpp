@@ -197,7 +197,7 @@ void SessionRecorder::Try(Do&& act) {
     bytes_ = writer_->bytes();
   } catch (const Error& e) {
     steps_ = writer_->written_steps();
-    failure_ = fmt::format("{}; the recording holds {:.3f} s", e.what(), writer_->written_s());
+    failure_ = fmt::format("the recording ended at {:.3f} s: {}", writer_->written_s(), e.what());
     writer_.reset();
   }
 }

@@ -10,6 +10,7 @@
 #include "bone/surface.h"
 #include "bonefile/bonefile.h"
 #include "files/files.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 #include "mesh/decimate.h"
 #include "mesh/meshfile.h"
@@ -168,7 +169,7 @@ PartsReport CutAndWriteParts(const Bone& bone, const SlabCut& cut, const PartsOp
   const SlabParts parts = MakeSlabParts(bone, cut);
   done(0.2);
   std::vector<TriangleMesh> surfaces = MakeSurfaces(parts, options.triangles);
-  MakeFolder(options.folder);
+  const FolderLock lock(options.folder);
   PartsReport report;
   report.bone = options.bone_file;
   report.whole_mm3 = bone.CalcVolume();

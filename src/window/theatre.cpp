@@ -10,6 +10,7 @@
 
 #include "bonefile/bonefile.h"
 #include "files/files.h"
+#include "files/temporary.h"
 #include "kerf/error.h"
 #include "session/make_bone.h"
 #include "window/theatre_help.h"
@@ -590,11 +591,10 @@ std::string Theatre::GrabScene() {
   view_->SetHud(none);
   window_.BeginFrame();
   view_->Render();
-  const std::string path = fmt::format("{}/.scene.png", options_.folder);
+  const TemporaryFolder folder("kerf_scene");
+  const std::string path = folder.path() + "/picture.png";
   WritePng(view_->Grab(), path);
-  std::string bytes = ReadTextFile(path);
-  std::filesystem::remove(path);
-  return bytes;
+  return ReadTextFile(path);
 }
 
 }  // namespace kerf

@@ -23,10 +23,13 @@
 
 namespace kerf {
 
+class FolderLock;
+
 struct TheatreOptions {
-  std::string title;   // of the window
-  std::string folder;  // is there; recordings, pictures and bones go there
-  std::string log;     // Trace; empty: none
+  std::string title;                 // of the window
+  std::string folder;                // is there; recordings, pictures and bones go there
+  std::shared_ptr<FolderLock> lock;  // of the folder; may be null
+  std::string log;                   // Trace; empty: none
   int width = 1280;
   int height = 720;
   double scale = 0;       // of words and lines; 0: the display's

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "accuracy/record_json.h"
+#include "files/folder_lock.h"
 #include "kerf/error.h"
 #include "quick_work.h"
 #include "support/folder.h"
@@ -137,9 +138,9 @@ TEST(StudyEngine, AnotherStudyInTheFolderIsRefusedOrExtended) {
 
 TEST(StudyEngine, OneAtATimeInAFolder) {
   test::Folder folder;
-  const StudyLock lock(folder.file("out"));
+  const FolderLock lock(folder.file("out"));
   Session session(folder.file("out"));
-  EXPECT_THAT(test::MessageOf([&] { session.Run(); }), HasSubstr("another kerf study is working in this folder"));
+  EXPECT_THAT(test::MessageOf([&] { session.Run(); }), HasSubstr("another kerf is writing results into this folder"));
 }
 
 TEST(StudyEngine, FailuresAreRecordedAndTheStudyGoesOn) {

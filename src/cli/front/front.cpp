@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <new>
 #include <string>
 
 #include "front_texts.h"  // generated: what kerf_program prints
@@ -32,7 +33,13 @@ int main(int argc, char** argv) {
   if (argc == 2 && (std::strcmp(argv[1], "--help") == 0 || std::strcmp(argv[1], "-h") == 0) && Print(kFrontHelp)) {
     return 0;
   }
-  const std::string program = FindFolder() + "/kerf_program";
+  std::string program;
+  try {
+    program = FindFolder() + "/kerf_program";
+  } catch (const std::bad_alloc&) {
+    std::fputs("kerf: not enough memory to start\n", stderr);
+    return 1;
+  }
   execv(program.c_str(), argv);
   std::fprintf(stderr, "kerf: %s can't be started, which belongs beside kerf: %s\n", program.c_str(),
                std::strerror(errno));

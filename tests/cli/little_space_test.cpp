@@ -1,0 +1,161 @@
+// A disk with little room: what is looked at before the work, what is kept when the room ends, and what is said first.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <vector>
+
+#include "support/program.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+using test::ProgramResult;
+using test::Slurp;
+using testing::HasSubstr;
+
+constexpr char kScene[] = R"([bone]
+model = "block"
+[bone.block]
+size_x_mm = 6.0
+size_y_mm = 4.0
+size_z_mm = 3.0
+voxel_mm = 0.25
+[tool]
+diameter_mm = 12.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.0, 0.0, 6.5]
+end_mm = [0.0, 0.0, 2.5]
+feed_mm_per_s = {}
+disc_normal = [1.0, 0.0, 0.0]
+[output]
+pictures = false
+bone = false
+pieces = false
+)";
+
+class LittleSpace : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    // 0.8 s, and 400 s.
+    Write("short.toml", fmt::format(kScene, "5.0"));
+    Write("long.toml", fmt::format(kScene, "0.01"));
+    if (Within("mount -t tmpfs none m", "true").code != 0) GTEST_SKIP() << "no file system may be mounted here";
+  }
+
+  /// `command` after `mount` in a view of the file systems of its own, with the folders m and n to mount on; what is in
+  /// them then is in m_after and n_after.
+  ProgramResult Within(const std::string& mount, const std::string& command) const {
+    Write("commands.sh", fmt::format("mkdir -p m n m_after n_after && {} || exit 99\n"
+                                     "env -u DISPLAY {} >stdout.txt 2>stderr.txt </dev/null\n"
+                                     "code=$?\ncp -a m/. m_after && cp -a n/. n_after || exit 99\nexit $code\n",
+                                     mount, command));
+    const int status =
+        std::system(fmt::format("cd '{}' && unshare -m sh commands.sh 2>/dev/null", folder_.string()).c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), Slurp(folder_ / "stdout.txt"),
+            Slurp(folder_ / "stderr.txt")};
+  }
+  static std::string Mount(const char* name, int kB) {
+    return fmt::format("mount -t tmpfs -o size={}k none {}", kB, name);
+  }
+  /// What is said besides warnings.
+  static std::vector<std::string> Sentences(const ProgramResult& result) {
+    std::vector<std::string> sentences;
+    std::istringstream lines(result.err);
+    for (std::string line; std::getline(lines, line);) {
+      if (!line.starts_with("kerf: warning: ")) sentences.push_back(line);
+    }
+    return sentences;
+  }
+  /// The length of a recording, as `kerf log` tells it, s.
+  double Seconds(const std::string& file) const {
+    const std::string out = Kerf("log " + file + " --json").out;
+    const std::string key = "\"duration_s\": ";
+    const std::size_t at = out.find(key);
+    return at == std::string::npos ? -1 : std::stod(out.substr(at + key.size()));
+  }
+};
+
+// 400,000 ticks: rows of 100 bytes at least, and 2 bytes of the recording.
+TEST_F(LittleSpace, ARunThatCannotFitIsRefusedBeforeItsWork) {
+  const ProgramResult refused =
+      Within(Mount("m", 2048), "'" KERF_PROGRAM "' run long.toml -o m/out --record m/session.kerf");
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_THAT(Sentences(refused),
+              testing::ElementsAre("kerf: m/session.kerf and m/out/forces.csv: can't be written: at least 40.8 MB are "
+                                   "needed and 2.1 MB are free on the disk"));
+  EXPECT_FALSE(Exists("m_after/session.kerf"));
+  // Each on a disk of its own: the recording alone would fit.
+  const ProgramResult apart = Within(Mount("m", 2048) + " && " + Mount("n", 1024),
+                                     "'" KERF_PROGRAM "' run long.toml -o m/out --record n/session.kerf");
+  EXPECT_THAT(
+      Sentences(apart),
+      testing::ElementsAre("kerf: m/out/forces.csv: can't be written: at least 40.0 MB are needed and 2.1 MB are "
+                           "free on the disk"));
+  // Fewer rows, and it fits.
+  Write("fewer.toml", fmt::format(kScene, "5.0") + "forces_every_ticks = 10\n");
+  EXPECT_EQ(Within(Mount("m", 512), "'" KERF_PROGRAM "' run fewer.toml -o m/out").code, 0);
+}
+
+TEST_F(LittleSpace, ALoopThatMayNotFitIsWarnedOfAndRuns) {
+  const ProgramResult warned =
+      Within(Mount("m", 40), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 1 -o m/out");
+  EXPECT_THAT(warned.err, HasSubstr("kerf: warning: m/out/forces.csv: can't be written: at least 0.1 MB are needed and "
+                                    "0.0 MB are free on the disk; the loop will not be kept to its end"));
+  EXPECT_THAT(Sentences(warned), testing::ElementsAre(HasSubstr("can't be written")));
+  const ProgramResult fits =
+      Within(Mount("m", 4096), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 1 -o m/out");
+  EXPECT_EQ(fits.code, 0) << fits.err;
+  EXPECT_THAT(fits.err, testing::Not(HasSubstr("can't be written")));
+}
+
+// forces.csv takes 2 MB in 10 s and the recording 60 kB: without the room that is left to it the rows would fill the
+// disk.
+TEST_F(LittleSpace, TheRecordingComesBeforeTheRowsOfALoop) {
+  const ProgramResult result = Within(
+      Mount("m", 1800), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 10 -o m/out --record m/session.kerf");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(Sentences(result),
+              testing::ElementsAre("kerf: m/out/forces.csv: can't be written: the last 1.1 MB of the disk are left to "
+                                   "the recording"));
+  EXPECT_NEAR(Seconds("m_after/session.kerf"), 10, 1e-6);
+  EXPECT_TRUE(Exists("m_after/out/loop.json"));
+  EXPECT_FALSE(Exists("m_after/out/forces.csv"));
+}
+
+TEST_F(LittleSpace, TheRecordingsEndIsSaidFirst) {
+  for (const char* command : {"run short.toml", "loop short.toml --virtual --seconds 5"}) {
+    SCOPED_TRACE(command);
+    std::filesystem::remove_all(folder_ / "m_after");
+    std::filesystem::remove_all(folder_ / "n_after");
+    const ProgramResult result = Within(Mount("m", 4) + " && " + Mount("n", 100),
+                                        fmt::format("'" KERF_PROGRAM "' {} -o n/out --record m/session.kerf", command));
+    EXPECT_EQ(result.code, 1);
+    const std::vector<std::string> sentences = Sentences(result);
+    ASSERT_EQ(sentences.size(), 2u) << result.err;
+    EXPECT_THAT(sentences[0], testing::MatchesRegex(R"(kerf: the recording ended at [0-9]\.[0-9]+ s: m/session\.kerf: )"
+                                                    R"(can't be written any further: No space left on device)"));
+    EXPECT_THAT(sentences[1], HasSubstr("can't be written"));
+    const double said_s = std::stod(sentences[0].substr(sentences[0].find(" at ") + 4));
+    EXPECT_NEAR(Seconds("m_after/session.kerf"), said_s, 1e-3);
+  }
+}
+
+// The recording is whole although the results of the run are not.
+TEST_F(LittleSpace, ARunsRecordingIsFinishedBeforeItsResults) {
+  const ProgramResult result =
+      Within(Mount("m", 100), "'" KERF_PROGRAM "' run short.toml -o m/out --record session.kerf");
+  EXPECT_EQ(result.code, 1);
+  EXPECT_THAT(Sentences(result), testing::ElementsAre(HasSubstr("can't be written")));
+  const ProgramResult replayed = Kerf("replay session.kerf --verify");
+  EXPECT_EQ(replayed.code, 0) << replayed.err;
+  EXPECT_THAT(Kerf("log session.kerf").out, HasSubstr("the path's end"));
+}
+
+}  // namespace
+}  // namespace kerf

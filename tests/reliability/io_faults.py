@@ -1,0 +1,178 @@
+#!/usr/bin/env python3
+"""Makes one call of a command to the system fail, the first, the second and so on until it ends without one having failed.
+
+    tests/reliability/io_faults.py build/release/kerf build/release/tests/libkerf_io_faults.so [--most N] [--only COMMAND] [--write]
+
+After each: the exit code is 1 and there is one sentence, or it is 0 and the results are whole; each file is the old or the new one, whole; nothing
+else in the folder has changed. --most N: of each kind N calls at most, evenly spaced. --write puts the table into docs/reliability.md; exit 1 when a fault
+was not survived.
+"""
+
+import argparse
+import errno
+import pathlib
+import shutil
+import signal
+import struct
+import sys
+import tempfile
+
+from faults import COMMANDS, Program, check_whole, copy_tree, list_attempts, prepare, snapshot
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+# Kind of call, what it fails with, whether all that come after fail too.
+FAULTS = [("open", errno.EMFILE, False), ("open_elsewhere", errno.EMFILE, False), ("read", errno.EIO, False), ("write", errno.ENOSPC, True),
+          ("write", errno.EIO, False), ("fwrite", errno.ENOSPC, True), ("sync", errno.EIO, False), ("rename", errno.EIO, False), ("mmap", errno.ENOMEM, False),
+          ("alloc", errno.ENOMEM, False), ("new", errno.ENOMEM, False), ("new", errno.ENOMEM, True)]
+# There are very many of these calls: as many are made to fail, evenly spaced.
+MOST = {"new": 60, "alloc": 60, "fwrite": 25}
+OLD = b"old\n"
+HISTORY = "home/practise.db"
+
+
+class Case:
+    """A command, its folder before it and after it ended well."""
+
+    def __init__(self, program, name, folder):
+        self.program, self.name = program, name
+        self.clean, self.root = folder / "clean" / "x", folder / "work" / "x"
+        prepare(program, self.clean, name)
+        self.before = snapshot(self.clean)
+        first, self.reference = self.run_clean()
+        _, second = self.run_clean()
+        self.known = set(first.stderr.decode().splitlines())
+        self.exact = {path for path in self.reference if self.reference[path] == second.get(path)}
+        # An earlier run's results are in the way, as a rule.
+        for path in self.reference:
+            if path not in self.before and path != "session.kerf":
+                (self.clean / path).parent.mkdir(parents=True, exist_ok=True)
+                (self.clean / path).write_bytes(OLD)
+        self.before = snapshot(self.clean)
+        self.report = folder / "report"
+
+    def run_clean(self):
+        copy_tree(self.clean, self.root)
+        ended = self.program.run(self.root, COMMANDS[self.name])
+        assert ended.returncode == 0, ended.stderr
+        return ended, snapshot(self.root)
+
+    def inject(self, call, number, error, lasts):
+        """The exit code, and how many calls there were and failed. Raises AssertionError."""
+        copy_tree(self.clean, self.root)
+        self.report.unlink(missing_ok=True)
+        ended = self.program.run(self.root, COMMANDS[self.name], KERF_FAULT_CALL=call, KERF_FAULT_AT=str(number), KERF_FAULT_ERROR=str(error),
+                                 KERF_FAULT_LASTS=str(int(lasts)), KERF_FAULT_REPORT=str(self.report))
+        calls, failed = struct.unpack("<QQ", self.report.read_bytes())
+        self.check(ended)
+        return ended.returncode, calls, failed
+
+    def check(self, ended):
+        text = ended.stderr.decode(errors="replace")
+        if ended.returncode < 0:
+            raise AssertionError(f"ended by {signal.Signals(-ended.returncode).name}: {text.strip()[-300:]}")
+        assert ended.returncode in (0, 1), f"exit code {ended.returncode}: {text}"
+        said = [line for line in text.splitlines()
+                if line not in self.known and not line.startswith(("kerf: warning: ", "kerf: note: "))]
+        foreign = [line for line in said if not line.startswith("kerf: ")]
+        assert not foreign, f"not a sentence of kerf: {foreign[:3]}"
+        if ended.returncode == 1:
+            # A recording that ended early is said first, then what else was lost.
+            assert len(said) == 1 or (len(said) == 2 and "session.kerf" in said[0]), f"{len(said)} sentences: {said[:4]}"
+        self.check_files(ended.returncode == 0, "the recording ended" in text)
+
+    def check_files(self, done, shorter):
+        """`shorter`: a loop ends with its recording, and its results are of a shorter session."""
+        now = snapshot(self.root)
+        for path, content in self.before.items():
+            assert path in now or path not in self.reference or path.startswith(HISTORY), f"{path} is gone"
+            if path.startswith(HISTORY):
+                continue
+            assert path in self.reference or now.get(path) == content, f"{path} has changed"
+        for path, content in now.items():
+            if path.startswith(HISTORY):
+                continue
+            assert path in self.before or path in self.reference, f"{path} was left"
+            if content == self.before.get(path) and not (done and content == OLD):
+                continue
+            if path == "session.kerf":
+                self.check_recording(done)
+            elif path in self.exact and not shorter:
+                assert content == self.reference[path], f"{path} is neither old nor new: {len(content)} bytes"
+            else:
+                check_whole(self.program, self.root, path, content, content if shorter else self.reference[path])
+        if done:
+            assert set(self.reference) <= set(now) | {HISTORY + "-shm", HISTORY + "-wal"}, f"missing: {set(self.reference) - set(now)}"
+        if self.name == "hand-in":
+            students = [student for student, _ in list_attempts(self.root / HISTORY)]
+            assert students == ["Grace", "Ada"] or (not done and students == ["Grace"]), students
+
+    def check_recording(self, done):
+        """What was recorded until the fault opens, or is refused in one sentence where it ends before its head."""
+        log = self.program.run(self.root, ["log", "session.kerf"])
+        assert log.returncode == 0 if done else log.returncode in (0, 3) or (log.returncode == 1 and log.stderr.count(b"\n") == 1), log.stderr
+
+
+def numbers(count, most):
+    """The first, the last and others between them, evenly spaced."""
+    if count <= most:
+        return range(1, count + 1)
+    return sorted({1 + round(i * (count - 1) / max(most - 1, 1)) for i in range(most)})
+
+
+def sweep(case, most, say):
+    """A row for each kind of fault: what, calls, injected, ended with a sentence, harmless, failures."""
+    for call, error, lasts in FAULTS:
+        _, count, _ = case.inject(call, 0, error, lasts)
+        injected = sentences = harmless = 0
+        failures = []
+        for number in numbers(count, min(most, MOST.get(call, most))):
+            try:
+                code, _, failed = case.inject(call, number, error, lasts)
+            except AssertionError as problem:
+                failures.append(f"{case.name}: {call} {number} of {count}, {errno.errorcode[error]}{' from there on' if lasts else ''}: {problem}")
+                say(failures[-1])
+                injected += 1
+                continue
+            # Threads may make fewer of them.
+            injected += failed > 0
+            sentences += failed > 0 and code == 1
+            harmless += failed > 0 and code == 0
+        name = f"{call.replace('_', ' ')}, {errno.errorcode[error]}{', lasting' if lasts else ''}"
+        say(f"{case.name}: {name}: {count} calls, {injected} failed: {sentences} sentences, {harmless} harmless, {len(failures)} not survived")
+        yield name, count, injected, sentences, harmless, failures
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("kerf")
+    parser.add_argument("library")
+    parser.add_argument("--most", type=int, default=1_000_000)
+    parser.add_argument("--only", choices=list(COMMANDS), action="append")
+    parser.add_argument("--call", help="this kind of call only")
+    parser.add_argument("--write", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.call:
+        FAULTS[:] = [fault for fault in FAULTS if fault[0] == arguments.call]
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="kerf_faults_")).resolve()
+    program = Program(arguments.kerf, arguments.library)
+    rows, failures = [], []
+    for name in arguments.only or COMMANDS:
+        case = Case(program, name, folder / name)
+        for row in sweep(case, arguments.most, lambda text: print(text, flush=True)):
+            rows.append((name, *row[:-1], len(row[-1])))
+            failures += row[-1]
+    shutil.rmtree(folder)
+    injected = sum(row[3] for row in rows)
+    text = f"{injected - len(failures)} of {injected} faults survived: {sum(row[4] for row in rows)} ended in a sentence, {sum(row[5] for row in rows)} did no harm."
+    print(text)
+    if arguments.write:
+        table = "| command | fault | calls | injected | exit 1, a sentence | exit 0, whole |\n|---|---|---|---|---|---|\n"
+        table += "".join(f"| `{row[0]}` | {row[1]} | {row[2]} | {row[3]} | {row[4]} | {row[5]} |\n" for row in rows)
+        page = ROOT / "docs/reliability.md"
+        before, rest = page.read_text(encoding="utf-8").split("<!-- faults -->\n", 1)
+        page.write_text(before + "<!-- faults -->\n" + text + "\n\n" + table + "<!-- end -->" + rest.split("<!-- end -->", 1)[1], encoding="utf-8")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,240 @@
+#!/usr/bin/env python3
+"""What a command's files can be after the power went: its writes are logged (faults/io_faults.cpp), and folders are made that hold what a disk may
+hold that puts off and reorders all that was not synced.
+
+    tests/reliability/power_loss.py build/release/kerf build/release/tests/libkerf_io_faults.so [--states 1000] [--seed 1] [--only COMMAND] [--write]
+
+A file's content is that of its last fsync or fdatasync, and any of the 512-byte sectors written since, each or not; a file may have grown or not. Names
+(files made, renamed, removed) reach the disk in their order, up to any of them; those before a sync of their folder have. Then: each result is the old or
+the new one, whole; a recording is there and holds all that was synced; the history is whole and holds the old attempts or also the new one, and the new
+one for certain once the program has ended. --write puts the counts into docs/reliability.md; exit 1 when a state is none of these.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import random
+import shutil
+import sys
+import tempfile
+
+from faults import COMMANDS, Program, check_whole, copy_tree, list_attempts, prepare, snapshot
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SECTOR = 512
+HISTORY = "home/practise.db"
+# In real time, as a recording is synced by the clock.
+LIVE = {"loop": ["loop", "scene.toml", "--seconds", "2", "-o", "out", "--record", "session.kerf"]}
+
+
+def read_log(path):
+    """[what, inode, a, b, name, name, bytes] each."""
+    operations = []
+    with open(path, "rb") as log:
+        while line := log.readline():
+            what, inode, a, b, names = line.decode().rstrip("\n").split(" ", 4)
+            name, other = names.split("|")
+            size = int(b) if what in "WS" else 0
+            operations.append((what, int(inode), int(a), int(b), name, other, log.read(size)))
+    return operations
+
+
+class Disk:
+    """What has been done, and what of it has to be there."""
+
+    def __init__(self, root):
+        self.root = root
+        self.synced, self.pending, self.names, self.moves = {}, {}, {}, []
+        self.files = {}  # of inodes, whose numbers are used again
+        for path in root.rglob("*"):
+            if path.is_file():
+                file = self.files[path.stat().st_ino] = len(self.files)
+                self.synced[file] = path.read_bytes()
+                self.names[str(path.relative_to(root))] = file
+
+    def plain(self, name):
+        return os.path.relpath(os.path.join(self.root, name), self.root)
+
+    def do(self, operation):
+        what, inode, a, _, name, other, content = operation
+        if what == "O" and not name.startswith("/proc/") and self.plain(name) not in self.names_now():
+            file = self.files[inode] = len(self.synced)
+            self.synced[file] = b""
+            self.moves.append(("make", self.plain(name), file))
+        file = self.files.get(inode)
+        pending = self.pending.setdefault(file, [])
+        if what == "O" and a == 1:
+            pending.append(("cut", 0, b""))
+        elif what == "W":
+            pending.append(("write", a, content))
+        elif what == "T":
+            pending.append(("cut", a, b""))
+        elif what == "S":
+            self.synced[file], self.pending[file] = content, []
+        elif what == "R":
+            self.moves.append(("move", self.plain(name), self.plain(other)))
+        elif what == "U":
+            self.moves.append(("remove", self.plain(name), None))
+        elif what == "D":
+            folder = os.path.relpath(name, self.root)
+            here = [move for move in self.moves if (os.path.dirname(move[1]) or ".") == folder]
+            for move in here:
+                self.apply(self.names, move)
+            self.moves = [move for move in self.moves if move not in here]
+
+    def names_now(self):
+        names = dict(self.names)
+        for move in self.moves:
+            self.apply(names, move)
+        return names
+
+    @staticmethod
+    def apply(names, move):
+        kind, name, what = move
+        if kind == "make":
+            names[name] = what
+        elif name in names:
+            file = names.pop(name)
+            if kind == "move":
+                names[what] = file
+
+    def content(self, file, dice, share):
+        """With each sector that was written since the last sync, or not."""
+        data = bytearray(self.synced[file])
+        for kind, at, content in self.pending.get(file, []):
+            if kind == "cut":
+                if dice.random() < share:
+                    del data[at:]
+                    data.extend(bytes(at - len(data)))
+                continue
+            begin = at
+            while begin < at + len(content):
+                end = min((begin // SECTOR + 1) * SECTOR, at + len(content))
+                if dice.random() < share:
+                    data.extend(bytes(max(0, end - len(data))))
+                    data[begin:end] = content[begin - at:end - at]
+                begin = end
+        return bytes(data)
+
+    def after_loss(self, dice, share):
+        """A folder that may be found: its files."""
+        names = dict(self.names)
+        for move in self.moves[:round(dice.random() * len(self.moves)) if 0 < share < 1 else round(share * len(self.moves))]:
+            self.apply(names, move)
+        return {name: self.content(file, dice, share) for name, file in names.items()}
+
+
+class Trial:
+    def __init__(self, program, name, folder):
+        self.program, self.name, self.folder = program, name, folder
+        self.clean, self.root, self.found = folder / "clean" / "x", folder / "work" / "x", folder / "found" / "x"
+        prepare(program, self.clean, name)
+        copy_tree(self.clean, self.root)
+        command = LIVE.get(name, COMMANDS[name])
+        if "-o" in command:
+            # An earlier run's results are in the way.
+            without = [word for word in COMMANDS[name] if word not in ("--record", "session.kerf")]
+            assert program.run(self.root, without).returncode == 0
+        self.disk = Disk(self.root)
+        self.before = snapshot(self.root)
+        log = folder / "log"
+        ended = program.run(self.root, command, KERF_IO_LOG=str(log))
+        assert ended.returncode == 0, ended.stderr
+        self.after = snapshot(self.root)
+        self.operations = read_log(log)
+        self.lengths = {}
+
+    def duration(self, content):
+        """Of a recording, s; None for what is none."""
+        if content not in self.lengths:
+            self.found.mkdir(parents=True, exist_ok=True)
+            (self.found / "part.kerf").write_bytes(content)
+            log = self.program.run(self.found, ["log", "part.kerf", "--json"])
+            assert log.returncode in (0, 1, 3), log.stderr
+            self.lengths[content] = None if log.returncode == 1 else json.loads(log.stdout)["duration_s"]
+            (self.found / "part.kerf").unlink()
+        return self.lengths[content]
+
+    def check(self, files, ended):
+        """Raises AssertionError."""
+        if self.found.exists():
+            shutil.rmtree(self.found)
+        for name, content in files.items():
+            (self.found / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.found / name).write_bytes(content)
+        for name, content in files.items():
+            if name == "session.kerf" or name.startswith(HISTORY) or pathlib.Path(name).name.startswith("."):
+                continue
+            if (content if not name.endswith(".vdb") else content[:21] + content[57:]) in (self.before.get(name), self.after.get(name)):
+                continue
+            check_whole(self.program, self.found, name, content, self.after.get(name, b""))
+        for name in self.before:
+            assert name in files or name not in self.after or name.startswith(HISTORY), f"{name} is gone"
+        if "session.kerf" in self.after:
+            self.check_recording(files)
+        if self.name == "hand-in":
+            students = [student for student, _ in list_attempts(self.found / HISTORY)]
+            assert students == ["Grace", "Ada"] or (not ended and students == ["Grace"]), students
+
+    def check_recording(self, files):
+        synced = [content for what, _, _, _, name, _, content in self.done if what == "S" and name.endswith("/session.kerf")]
+        if not synced or self.duration(synced[-1]) is None:
+            return
+        assert "session.kerf" in files, f"the recording is gone, of which {self.duration(synced[-1]):.2f} s were synced"
+        found = self.duration(files["session.kerf"])
+        assert found is not None and found >= self.duration(synced[-1]), f"{found} s are there and {self.duration(synced[-1])} s were synced"
+
+    def run(self, states, dice, say):
+        """How many states, and what was wrong. The power goes at each moment, with nothing and with all of what was not synced, and at random ones."""
+        plan = [(moment, share) for moment in range(len(self.operations) + 1) for share in (0.0, 1.0)]
+        plan = dice.sample(plan, min(states // 2, len(plan)))
+        plan += [(dice.randrange(len(self.operations) + 1), dice.choice((0.1, 0.5, 0.9))) for _ in range(states - len(plan))]
+        plan += [(len(self.operations), 0.0)]
+        self.done, failures = [], []
+        for moment, share in sorted(plan):
+            for operation in self.operations[len(self.done):moment]:
+                self.disk.do(operation)
+                self.done.append(operation)
+            try:
+                self.check(self.disk.after_loss(dice, share), moment == len(self.operations))
+            except Exception as problem:  # of SQLite and of JSON too
+                failures.append(f"{self.name}: after {moment} of {len(self.operations)} operations, share {share}: {problem}")
+                say(failures[-1])
+        return len(plan), failures
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("kerf")
+    parser.add_argument("library")
+    parser.add_argument("--states", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", choices=list(COMMANDS), action="append")
+    parser.add_argument("--write", action="store_true")
+    arguments = parser.parse_args()
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="kerf_power_")).resolve()
+    program = Program(arguments.kerf, arguments.library)
+    rows, failures = [], []
+    for name in arguments.only or COMMANDS:
+        trial = Trial(program, name, folder / name)
+        states, wrong = trial.run(arguments.states, random.Random(arguments.seed), lambda text: print(text, flush=True))
+        syncs = sum(operation[0] in "SD" for operation in trial.operations)
+        rows.append((name, len(trial.operations), syncs, states, len(wrong)))
+        print(f"{name}: {rows[-1][1]} operations, {syncs} of them syncs; {states} states, {len(wrong)} of them wrong", flush=True)
+        failures += wrong
+    shutil.rmtree(folder)
+    total = sum(row[3] for row in rows)
+    text = f"{total - len(failures)} of {total} states after a loss of power are whole (seed {arguments.seed})."
+    print(text)
+    if arguments.write:
+        table = "| command | operations logged | of them syncs | states | whole |\n|---|---|---|---|---|\n"
+        table += "".join(f"| `{row[0]}` | {row[1]} | {row[2]} | {row[3]} | {row[3] - row[4]} |\n" for row in rows)
+        page = ROOT / "docs/reliability.md"
+        before, rest = page.read_text(encoding="utf-8").split("<!-- power -->\n", 1)
+        page.write_text(before + "<!-- power -->\n" + text + "\n\n" + table + "<!-- end -->" + rest.split("<!-- end -->", 1)[1], encoding="utf-8")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
