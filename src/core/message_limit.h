@@ -1,4 +1,4 @@
-// Messages that differ in their numbers only are of one kind, and of each kind so many are shown.
+// Messages that differ in their numbers only are of one kind, and only the first few of each kind are shown.
 #pragma once
 
 #include <cstddef>

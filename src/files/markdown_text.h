@@ -6,7 +6,7 @@
 
 namespace kerf {
 
-/// `text` as words of one line of Markdown, in a table cell too: HTML, links, code and emphasis show as they are
+/// `text` as words of one line of Markdown, in a table cell too: HTML, links and code show as they are
 /// written, control characters become spaces. Words and numbers stay as they are.
 inline std::string EscapeMarkdown(std::string_view text) {
   std::string escaped;
@@ -23,7 +23,6 @@ inline std::string EscapeMarkdown(std::string_view text) {
         break;
       case '\\':
       case '`':
-      case '*':
       case '[':
       case ']':
       case '|':

@@ -1,4 +1,4 @@
-// Of messages that differ in their numbers only, so many are shown.
+// Of messages that differ in their numbers only, the first few are shown.
 #include "core/message_limit.h"
 
 #include <fmt/format.h>

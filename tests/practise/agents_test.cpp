@@ -135,7 +135,7 @@ TEST_F(Agents, TheSameAgentScoresTheSameTwice) {
   EXPECT_NE(Score(scene, other).Get("jitter_mm"), b.Get("jitter_mm"));
 }
 
-// By the formula alone whoever stops early can gain: less way, less time, fewer faults. A part is not graded.
+// By the formula alone it can pay to stop early: less way, less time, fewer faults. A part is not graded.
 TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
   MakeFolder(folder_);
   const Scene scene = test::MakeSmallExercise("follow_line");
