@@ -32,6 +32,7 @@ LIBRARIES = [
     ("alsa", re.compile(r"^alsa/")),
     ("sqlite", re.compile(r"^sqlite3\.h")),
     ("zstd", re.compile(r"^zstd\.h")),
+    ("sodium", re.compile(r"^sodium\.h")),
     ("sleef", re.compile(r"^sleef\.h")),
     ("usb", re.compile(r"^(libusb-1\.0/|libusb\.h)")),
     ("boost", re.compile(r"^boost/")),

@@ -9,6 +9,7 @@
 #include "accuracy/knobs.h"
 #include "accuracy/pareto.h"
 #include "accuracy/study_words.h"
+#include "files/markdown_text.h"
 
 namespace kerf {
 namespace {
@@ -201,7 +202,7 @@ StudyFigure MakeWorstPose(const StudyResults& study, Holding holding) {
   figure.plot = MakeStudyPlot();
   PlotSpec& plot = figure.plot;
   plot.title = fmt::format("The worst-case pose by itself: {}", DescribeHolding(holding));
-  plot.caption = study.path_titles.contains(kWorstPath) ? study.path_titles.at(kWorstPath) : "";
+  plot.caption = study.path_titles.contains(kWorstPath) ? EscapeMarkdown(study.path_titles.at(kWorstPath)) : "";
   plot.x.label = "time per millisecond simulated, p99 (\xc2\xb5s)";
   plot.y.label = "force error, p95 (%)";
   AddKnobs(plot, study, settings, study.knobs, Kind::kWorst);

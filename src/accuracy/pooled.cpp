@@ -9,6 +9,7 @@
 #include "accuracy/knobs.h"
 #include "accuracy/pareto.h"
 #include "accuracy/settings.h"
+#include "files/markdown_text.h"
 
 namespace kerf {
 namespace {
@@ -78,7 +79,7 @@ std::optional<KnobError> ReadKnobError(const StudyResults& study, const std::str
 }  // namespace
 
 std::string PooledSetting::Name() const {
-  return is_default ? "the defaults" : fmt::format("`{} = {}`", knob, value);
+  return is_default ? "the defaults" : MarkdownCode(fmt::format("{} = {}", knob, value));
 }
 
 bool ChoosesPhysics(const std::string& knob) {

@@ -7,6 +7,7 @@
 #include "accuracy/figures.h"
 #include "accuracy/study_words.h"
 #include "files/files.h"
+#include "files/markdown_text.h"
 #include "session/results_folder.h"
 
 namespace kerf {
@@ -57,7 +58,7 @@ void AddHolding(std::string& text, const StudyResults& study, Holding holding,
 }
 
 std::string FormatReport(const StudyResults& study, const std::vector<StudyFigure>& figures) {
-  std::string text = fmt::format("# {}\n\n", study.title.empty() ? study.name : study.title);
+  std::string text = fmt::format("# {}\n\n", EscapeMarkdown(study.title.empty() ? study.name : study.title));
   Add(text, "Written by `kerf study`. What each figure means: docs/accuracy.md of kerf.\n\n");
   if (const std::string base = DescribeBase(study.base); !base.empty()) {
     Add(text, "\"The defaults\" are here the study's base settings, which differ from what kerf ships: {}.\n\n", base);
@@ -89,9 +90,9 @@ std::string FormatReport(const StudyResults& study, const std::vector<StudyFigur
   Add(text, "## Paths\n\n");
   for (const std::string& path : study.paths) {
     const auto title = study.path_titles.find(path);
-    Add(text, "- `{}`: {}\n", path, title != study.path_titles.end() ? title->second : "");
+    Add(text, "- `{}`: {}\n", path, title != study.path_titles.end() ? EscapeMarkdown(title->second) : "");
   }
-  Add(text, "\n## To make it again\n\n```\n{}\n```\n\n", study.command);
+  Add(text, "\n## To make it again\n\n```\n{}\n```\n\n", MarkdownCodeLine(study.command));
   Add(text, "The figures and this report from the tables alone: `kerf study --redraw FOLDER`.\n\n");
   Add(text, "Commit {}, {}. Measured on {}, {} cores for this program, load {:.2f}; {:.0f} s of work.\n", study.commit,
       study.build, study.machine.cpu, study.machine.cores, study.machine.load, study.seconds);

@@ -7,6 +7,7 @@
 
 #include "accuracy/knobs.h"
 #include "accuracy/study_words.h"
+#include "files/markdown_text.h"
 
 namespace kerf {
 namespace {
@@ -14,16 +15,6 @@ namespace {
 template <typename... Args>
 void Add(std::string& text, fmt::format_string<Args...> format, Args&&... args) {
   fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
-}
-
-/// Words in a cell: a bar would end it, a line break the table.
-std::string Cell(const std::string& text) {
-  std::string cell;
-  for (const char c : text) {
-    if (c == '|') cell += '\\';
-    cell += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  }
-  return cell;
 }
 
 std::string Header(const std::vector<std::string>& names) {
@@ -78,10 +69,10 @@ std::string DefaultsTable(const StudyResults& study, Holding holding) {
     for (const CaseRecord& record : study.cases) {
       if (record.holding != holding || record.path != path || record.knob != "default" || !record.errors) continue;
       const ErrorFigures& e = *record.errors;
-      Add(rows, "| {} | {} | {} | {} | {} | {} / {} | {} |", Cell(path), ShowError(CalcForceError(study, record)),
-          e.impulse_signed ? ShowSignedShare(*e.impulse_signed) : "", ShowThree(e.direction_p95_deg),
-          ShowShare(e.volume), ShowThree(e.surface_mean_mm), ShowThree(e.surface_max_mm),
-          e.breakthrough_ms ? ShowThree(*e.breakthrough_ms) : "");
+      Add(rows, "| {} | {} | {} | {} | {} | {} / {} | {} |", EscapeMarkdown(path),
+          ShowError(CalcForceError(study, record)), e.impulse_signed ? ShowSignedShare(*e.impulse_signed) : "",
+          ShowThree(e.direction_p95_deg), ShowShare(e.volume), ShowThree(e.surface_mean_mm),
+          ShowThree(e.surface_max_mm), e.breakthrough_ms ? ShowThree(*e.breakthrough_ms) : "");
       if (record.costs) {
         const CostFigures& c = *record.costs;
         Add(rows, " {} / {} / {} / {} | {} | {} |\n", ShowThree(c.tick.p50_us), ShowThree(c.tick.p99_us),
@@ -147,7 +138,7 @@ std::string SettingsTable(const StudyResults& study, Holding holding) {
                              "p99.9 (us)", "on the front"});
   for (std::size_t i = 0; i < settings.size(); ++i) {
     const PooledSetting& s = settings[i];
-    Add(text, "| {} | {} | {} on `{}` | {} |", Cell(s.Name()), s.paths, ShowError(s.worst), s.worst_path,
+    Add(text, "| {} | {} | {} on `{}` | {} |", s.Name(), s.paths, ShowError(s.worst), s.worst_path,
         ShowError(s.median));
     if (s.timed)
       Add(text, " {} | {} | {} |", ShowThree(s.p50_us), ShowThree(s.p99_us), ShowThree(s.p999_us));
@@ -165,7 +156,7 @@ std::string OrdersTable(const StudyResults& study, Holding holding) {
     if (!errors || !errors->slope) continue;
     const Knob& knob = FindKnob(name);
     Add(rows, "| `{}` | {} | {} | {} | {} |\n", name, ShowSlope(errors->slope), ShowSlope(errors->coarse),
-        knob.theory.empty() ? "none" : Cell(knob.theory), errors->slope->paths);
+        knob.theory.empty() ? "none" : EscapeMarkdown(knob.theory), errors->slope->paths);
   }
   if (rows.empty()) return "";
   return Header({"knob", "over all values (95 %)", "over the coarser half (95 %)", "theory", "paths"}) + rows + "\n";
@@ -193,7 +184,8 @@ std::string LeftOutTable(const StudyResults& study) {
   for (const CaseRecord& record : study.cases) {
     if (record.state == CaseState::kDone) continue;
     const std::string what = fmt::format(
-        "{}, {}", record.knob == "default" ? "the defaults" : fmt::format("`{} = {}`", record.knob, record.value),
+        "{}, {}",
+        record.knob == "default" ? "the defaults" : MarkdownCode(fmt::format("{} = {}", record.knob, record.value)),
         ToString(record.holding));
     const std::string state = record.state == CaseState::kFailed ? "failed" : "left out";
     const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
@@ -205,8 +197,8 @@ std::string LeftOutTable(const StudyResults& study) {
   if (groups.empty()) return "Nothing was left out, and nothing failed.\n\n";
   std::string text = Header({"setting", "paths", "", "why"});
   for (const Group& g : groups) {
-    Add(text, "| {} | {} | {} | {} |\n", Cell(g.what), Cell(fmt::format("{}", fmt::join(g.paths, ", "))), g.state,
-        Cell(g.why));
+    Add(text, "| {} | {} | {} | {} |\n", g.what, EscapeMarkdown(fmt::format("{}", fmt::join(g.paths, ", "))), g.state,
+        EscapeMarkdown(g.why));
   }
   return text + "\n";
 }
@@ -216,9 +208,9 @@ std::string ReferencesTable(const StudyResults& study) {
   std::string text = Header({"path", "held", "physics", "steps per tick", "error bar, p95", "error bar, L2", "volume",
                              "worked out in (s)", "force hash", "note"});
   for (const ReferenceRecord& r : study.references) {
-    Add(text, "| {} | {} | {} | {} | {} | {} | {} | {} | `{:016x}` | {} |\n", Cell(r.path), ToString(r.holding),
-        Cell(r.variant), r.steps_per_tick, ShowShare(r.error_bar), ShowShare(r.error_bar_l2), ShowShare(r.volume_bar),
-        ShowThree(r.seconds), r.force_hash, Cell(r.note));
+    Add(text, "| {} | {} | {} | {} | {} | {} | {} | {} | `{:016x}` | {} |\n", EscapeMarkdown(r.path),
+        ToString(r.holding), EscapeMarkdown(r.variant), r.steps_per_tick, ShowShare(r.error_bar),
+        ShowShare(r.error_bar_l2), ShowShare(r.volume_bar), ShowThree(r.seconds), r.force_hash, EscapeMarkdown(r.note));
   }
   return text + "\n";
 }

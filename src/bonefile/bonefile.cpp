@@ -18,6 +18,7 @@
 #include "bone/grids.h"
 #include "bonefile/limits.h"
 #include "bonefile/vdb_check.h"
+#include "bonefile/vdb_checksum.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "material/region_table.h"
@@ -221,6 +222,7 @@ void WriteBone(const Bone& bone, const std::string& path) {
   const Bone::Grids& grids = bone.grids();
   openvdb::MetaMap meta;
   meta.insertMeta("kerf_format", openvdb::Int32Metadata(kFormat));
+  meta.insertMeta(std::string(kVdbChecksumName), openvdb::StringMetadata(MakeVdbChecksumPlaceholder()));
   meta.insertMeta("units", openvdb::StringMetadata("mm"));
   meta.insertMeta("frame", openvdb::StringMetadata("LPS: x to the patient's left, y to the back, z to the head"));
   meta.insertMeta("region_table",
@@ -235,6 +237,7 @@ void WriteBone(const Bone& bone, const std::string& path) {
       if (grids.hu) stored.push_back(grids.hu);
       Writer().Write(out, stored, meta);
       out.close();
+      StampVdb(temporary);
     } catch (const openvdb::Exception& e) {
       throw Error(fmt::format("{}: can't be written: {}", path, e.what()));
     } catch (const std::ios_base::failure&) {

@@ -7,17 +7,18 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "bonefile/limits.h"
+#include "bonefile/vdb_checksum.h"
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
 
 constexpr std::int64_t kMagic = 0x56444220;
-constexpr std::size_t kUuidBytes = 36;
 constexpr std::size_t kValueBytes = 4;  // float and int32 alike
 constexpr std::size_t kHalfBytes = 2;
 constexpr std::uint32_t kZip = 1;
@@ -160,14 +161,19 @@ class Check {
     if (version < 222 || version > 224) source_.Refuse(fmt::format("version {}; kerf reads 222 to 224", version));
     source_.Skip(2 * sizeof(std::uint32_t));  // of the library
     const bool has_offsets = source_.Number<char>() != 0;
-    source_.Skip(kUuidBytes);
-    Metadata();
+    identity_.resize(kVdbIdentityBytes);
+    source_.Read(identity_.data(), identity_.size());
+    Metadata(true);
     const auto grids = source_.Number<std::int32_t>();
     if (grids < 0 || grids > static_cast<std::int32_t>(kMaxVdbEntries)) {
       source_.Refuse(fmt::format("{} grids; kerf reads up to {}", grids, kMaxVdbEntries));
     }
     for (int n = 0; n < grids; ++n) Descriptor(has_offsets);
   }
+
+  /// None in files of earlier versions and of other programs.
+  const std::optional<VdbChecksumEntry>& checksum() const { return checksum_; }
+  const std::string& identity() const { return identity_; }
 
  private:
   void Descriptor(bool has_offsets) {
@@ -192,7 +198,7 @@ class Check {
     }
     compression_ = source_.Number<std::uint32_t>();
     if (compression_ > (kZip | kActiveMask | kBlosc)) source_.Refuse("packed in a way that kerf doesn't know");
-    Metadata();
+    Metadata(false);
     const std::string map = source_.Text();
     const SizedType* known = Find(kMaps, map);
     if (known == nullptr) source_.Refuse("its voxels are no lattice");
@@ -200,12 +206,12 @@ class Check {
     if (!instance) Tree();
   }
 
-  void Metadata() {
+  void Metadata(bool of_file) {
     const auto count = source_.Number<std::uint32_t>();
     if (count > kMaxVdbEntries)
       source_.Refuse(fmt::format("{} entries of metadata; kerf reads up to {}", count, kMaxVdbEntries));
     for (std::uint32_t n = 0; n < count; ++n) {
-      source_.Text();  // its name
+      const std::string name = source_.Text();
       const std::string type = source_.Text();
       const auto bytes = source_.Number<std::uint32_t>();
       source_.CheckText(bytes);
@@ -215,6 +221,11 @@ class Check {
         if (source_.Number<unsigned char>() > 1) source_.Refuse("a bool that is neither true nor false");
       } else if (type == kDelayedLoad) {
         DelayedLoad(bytes);
+      } else if (of_file && type == "string") {
+        const std::uint64_t place = source_.at();
+        std::string value(bytes, '\0');
+        source_.Read(value.data(), value.size());
+        if (IsVdbChecksum(name, value)) checksum_ = {place, std::move(value)};
       } else if (sized != nullptr || type == "string") {
         source_.Skip(bytes);
       } else {
@@ -352,6 +363,8 @@ class Check {
 
   Source source_;
   const std::set<std::string>& wanted_;
+  std::string identity_;
+  std::optional<VdbChecksumEntry> checksum_;
   std::uint64_t memory_ = 0;
   // Of the grid that is being walked.
   std::uint32_t compression_ = 0;
@@ -363,7 +376,9 @@ class Check {
 }  // namespace
 
 void CheckVdb(std::istream& in, const std::string& path, const std::set<std::string>& wanted) {
-  Check(in, path, wanted).File();
+  Check check(in, path, wanted);
+  check.File();
+  if (check.checksum()) CheckVdbChecksum(in, path, *check.checksum(), check.identity());
   in.clear();
   in.seekg(0);
 }

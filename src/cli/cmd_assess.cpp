@@ -12,6 +12,7 @@
 #include "bonefile/bonefile.h"
 #include "cli/assess_picture.h"
 #include "cli/commands.h"
+#include "cli/exit_codes.h"
 #include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/progress.h"
@@ -61,6 +62,7 @@ struct Subject {
   std::vector<TakenCurve> curves;
   std::vector<TakenFact> provenance;
   bool of_patient = true;
+  bool is_whole = true;  // else of a recording that is damaged or cut short
 };
 
 bool EndsWith(const std::string& text, const std::string& end) {
@@ -84,10 +86,11 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
   if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
     SayWarning("{}: {}", options.file, damage);
+    subject.is_whole = false;
   }
   LoopOptions loop;
   loop.virtual_time = true;
-  loop.seconds = std::clamp(recording.duration_s(), 0.01, kMostLoop_s);
+  loop.seconds = std::clamp(recording.damage().whole_s, 0.01, kMostLoop_s);
   loop.stop = &CatchInterrupt();
   loop.scene_file = head.scene_file;
   loop.replay.recording = &recording;
@@ -243,10 +246,11 @@ void Run(const Options& options) {
   }
   if (options.json) {
     fmt::print("{}", FormatAssessmentJson(assessment));
-    return;
+  } else {
+    PrintForPeople(subject, assessment, pieces ? &*pieces : nullptr);
+    if (!options.folder.empty()) fmt::print("  report            {}/report.html\n", options.folder);
   }
-  PrintForPeople(subject, assessment, pieces ? &*pieces : nullptr);
-  if (!options.folder.empty()) fmt::print("  report            {}/report.html\n", options.folder);
+  if (!subject.is_whole) throw ReadDamaged();
 }
 
 }  // namespace

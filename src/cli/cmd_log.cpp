@@ -5,11 +5,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/commands.h"
+#include "cli/exit_codes.h"
+#include "cli/message.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "record/recording.h"
+#include "record/seal.h"
 
 namespace kerf::cli {
 namespace {
@@ -20,12 +24,21 @@ struct Options {
   bool csv = false;
   bool ticks = false;
   bool json = false;
+  bool make_key = false;
+  bool show_key = false;
+  std::string key_file;
 };
 
 /// The given of each tick, a row each.
 class StepsCsv {
  public:
   explicit StepsCsv(double rate_hz) : rate_hz_(rate_hz) {}
+  /// Before a block's steps: where some are missing, the count and the clock go on behind them.
+  void Begin(const RecordedBlock& block) {
+    if (block.first_step == step_) return;
+    step_ = block.first_step;
+    time_s_ = block.first_time_s;
+  }
   static const char* Header() {
     return "step,time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,dt_s,skipped,rpm,buttons,read,wrote,force_off,set_down,fidelity,"
            "flags,piece,"
@@ -79,12 +92,33 @@ void WriteCsv(const Options& options, RecordingReader& recording, Put&& put) {
   for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
     std::string csv;
     if (!options.ticks) AddStates(block, csv);
+    steps.Begin(block);
     for (std::size_t k = 0; options.ticks && k < block.steps.size(); ++k) steps.Add(block.steps[k], csv);
     put(csv);
   }
 }
 
-void PrintSummary(RecordingReader& recording) {
+/// The keys whose signatures are recognised: this installation's, and those in the file given.
+std::vector<KnownKey> ListKeys(const Options& options) {
+  std::vector<KnownKey> keys = ListOwnKeys();
+  if (options.key_file.empty()) return keys;
+  const std::vector<KnownKey> more = ReadPublicKeys(options.key_file);
+  keys.insert(keys.begin(), more.begin(), more.end());
+  return keys;
+}
+
+/// With --key only what was signed by one of these keys, and is as it was signed, is good.
+void CheckSigner(const Options& options, const RecordingReader& recording) {
+  if (options.key_file.empty()) return;
+  const RecordingSeal& seal = recording.seal();
+  for (const KnownKey& known : ReadPublicKeys(options.key_file)) {
+    if (seal.is_whole && seal.signer == known.key) return;
+  }
+  throw Error(fmt::format("{}: is not signed by a key in {}: {}", options.file, options.key_file,
+                          DescribeSeal(seal, ListOwnKeys())));
+}
+
+void PrintSummary(RecordingReader& recording, const std::vector<KnownKey>& keys) {
   const RecordingHead& head = recording.head();
   fmt::print("{}\n", head.scene_name);
   fmt::print("  kind      {} of {}\n", ToString(head.kind),
@@ -105,6 +139,7 @@ void PrintSummary(RecordingReader& recording) {
   }
   const std::string damage = recording.DescribeDamage();
   if (recording.end()) fmt::print("  end       {}\n", recording.end()->why);
+  fmt::print("  seal      {}\n", DescribeSeal(recording.seal(), keys));
   if (!damage.empty()) fmt::print("  damage    {}\n", damage);
 }
 
@@ -125,7 +160,18 @@ void PrintJson(RecordingReader& recording) {
                               {"duration_s", recording.duration_s()},
                               {"steps", recording.steps()},
                               {"bytes", recording.file_bytes()},
+                              {"state", ToString(recording.damage().state)},
                               {"damage", recording.DescribeDamage()}};
+  const RecordingDamage& damage = recording.damage();
+  json["lost"] = {
+      {"steps", damage.lost_steps}, {"blocks", damage.lost_blocks}, {"gaps", nlohmann::ordered_json::array()}};
+  for (const LostSteps& gap : damage.gaps) {
+    json["lost"]["gaps"].push_back(
+        {{"first_step", gap.first_step}, {"steps", gap.count}, {"from_s", gap.from_s}, {"to_s", gap.to_s}});
+  }
+  const RecordingSeal& seal = recording.seal();
+  json["seal"] = {
+      {"chained", seal.is_chained}, {"broken", seal.is_broken}, {"whole", seal.is_whole}, {"signer", seal.signer}};
   json["inputs"] = nlohmann::ordered_json::array();
   for (const auto& [name, bytes] : recording.ReadFiles()) json["inputs"].push_back(name);
   json["events"] = nlohmann::ordered_json::array();
@@ -140,14 +186,14 @@ void PrintJson(RecordingReader& recording) {
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
-void Run(const Options& options) {
-  RecordingReader recording(options.file);
-  if (options.json) return PrintJson(recording);
-  if (!options.csv) {
-    if (!options.output.empty()) throw CLI::ValidationError("-o", "is for --csv");
-    PrintSummary(recording);
-    return;
-  }
+void ShowKey(const Options& options) {
+  const std::optional<SealKey> key = options.make_key ? MakeKeyFile() : ReadKeyFile();
+  if (!key) throw Error(fmt::format("{}: there is no key; 'kerf log --make-key' makes one", FindKeyFile()));
+  fmt::print("{}\n", FormatPublicKey(key->public_key()));
+  if (options.make_key) Say("recordings made from now on are signed with the key in {}", FindKeyFile());
+}
+
+void WriteCsv(const Options& options, RecordingReader& recording) {
   if (options.output.empty()) {
     WriteCsv(options, recording, [](const std::string& text) { fmt::print("{}", text); });
     return;
@@ -159,12 +205,39 @@ void Run(const Options& options) {
   csv.Commit();
 }
 
+void Run(const Options& options) {
+  if (options.make_key || options.show_key) {
+    if (!options.file.empty()) throw CLI::ValidationError("--make-key and --show-key", "take no recording");
+    ShowKey(options);
+    return;
+  }
+  if (options.file.empty()) throw CLI::RequiredError("FILE");
+  if (!options.csv && !options.output.empty()) throw CLI::ValidationError("-o", "is for --csv");
+  RecordingReader recording(options.file);
+  const std::vector<KnownKey> keys = ListKeys(options);  // before anything is printed
+  if (options.json) {
+    PrintJson(recording);
+  } else if (options.csv) {
+    WriteCsv(options, recording);
+  } else {
+    PrintSummary(recording, keys);
+  }
+  if (const std::string& damage = recording.DescribeDamage(); !damage.empty()) {
+    SayWarning("{}: {}", options.file, damage);
+  }
+  CheckSigner(options, recording);
+  if (recording.damage().state != RecordingState::kWhole) throw ReadDamaged();
+}
+
 }  // namespace
 
 void AddLogCommand(CLI::App& app) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("log", "What a recording holds, for people or as CSV for notebooks");
-  command->add_option("FILE", options->file, "The recording (made by --record)")->required();
+  CLI::App* command = app.add_subcommand(
+      "log",
+      "What a recording holds, for people or as CSV for notebooks. Exit code 3: what was read is shown, but the "
+      "recording is damaged or cut short");
+  command->add_option("FILE", options->file, "The recording (made by --record)");
   CLI::Option* csv = command->add_flag(
       "--csv", options->csv,
       "As CSV, a hundred rows a second: handle, tool, force, what was removed; forces of every tick come from 'kerf "
@@ -172,6 +245,16 @@ void AddLogCommand(CLI::App& app) {
   command->add_flag("--ticks", options->ticks, "With --csv: what each tick was given, exactly")->needs(csv);
   command->add_flag("--json", options->json, "Head, inputs, events and end as JSON")->excludes(csv);
   command->add_option("-o,--output", options->output, "File for the CSV; without it, stdout");
+  command->add_option(
+      "--key", options->key_file,
+      "File of public keys, a line each as --show-key prints it, with a name behind it or without: exit "
+      "with 1 when the recording is not sealed and signed by one of them");
+  CLI::Option* make =
+      command->add_flag("--make-key", options->make_key,
+                        "Make this installation's key, which signs all its recordings from now on, in "
+                        "kerf/recording.key of $XDG_CONFIG_HOME or ~/.config, and print its public half");
+  command->add_flag("--show-key", options->show_key, "Print the public half of this installation's key")
+      ->excludes(make);
   command->callback([options] { Run(*options); });
 }
 

@@ -118,10 +118,17 @@ Scene OpenScene(Options& options, std::optional<RecordingReader>& recording, Rec
     throw Error(fmt::format("{}: is a recording of 'kerf run', which has no hand that could go on", options.from));
   }
   if (options.at_s && std::isnan(*options.at_s)) throw CLI::ValidationError("--at", "is no number");
+  const RecordingDamage& damage = recording->damage();
   if (options.at_s && *options.at_s > recording->duration_s() + 1e-9) {
     throw Error(fmt::format("{}: is {:.3f} s long; there is no moment {:g} s in it", options.from,
                             recording->duration_s(), *options.at_s));
   }
+  const bool has_gap = damage.whole_steps < damage.known_steps;
+  if (has_gap && options.at_s.value_or(damage.whole_s + 1) > damage.whole_s + 1e-9) {
+    throw Error(fmt::format("{}: {}; it can be gone on from up to {:.3f} s, with --at", options.from, damage.sentence,
+                            damage.whole_s));
+  }
+  if (!damage.sentence.empty()) SayWarning("{}: {}", options.from, damage.sentence);
   recorded = OpenRecordedScene(*recording, options.bone_file);
   options.scene = head.scene_file;
   options.loop.replay.recording = &*recording;
@@ -232,7 +239,8 @@ void AddLoopCommand(CLI::App& app) {
       "loop", "Run a scene live in a simulated hand on a simulated device, and tell how the loop kept its time");
   command->add_option("SCENE", options->scene, "The scene file (TOML; see 'kerf scene --defaults')");
   CLI::Option* from = command->add_option("--from", options->from,
-                                          "Go on from a recording, in place of a scene: its end, or the moment --at");
+                                          "Go on from a recording, in place of a scene: its end, or the moment --at. "
+                                          "One that was cut short is gone on from as it is, with a warning");
   command->add_option("--at", options->at_s, "Moment of the recording to go on from, s")
       ->needs(from)
       ->check(CLI::Range(0.0, 1e9));

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/exit_codes.h"
 #include "cli/message.h"
 #include "cli/numbers.h"
 #include "cli/practise_history.h"
@@ -48,16 +49,35 @@ ScoreSheet Score(const std::string& file, const std::string& bone_file) {
   return ScoreRecording(recording, options, [&](const std::string& now, double f) { bars.Show(now, f); });
 }
 
-void HandIn(const PractiseOptions& options) {
+/// False when the recording is not whole.
+bool HandIn(const PractiseOptions& options) {
   if (options.student.empty()) throw CLI::ValidationError("--hand-in", "needs --student NAME");
   History history(FindHistoryFile());  // before the long work
   const ScoreSheet sheet = Score(options.hand_in, options.bone_file);
   for (const std::string& warning : sheet.warnings) {
     SayWarning("{}: {}", options.hand_in, warning);
   }
-  const bool is_new = history.Add(MakeAttempt(sheet, options.student));
+  const Attempt attempt = MakeAttempt(sheet, options.student);
+  const bool is_new = history.Add(attempt);
   fmt::print("{}", options.json ? FormatSheetJson(sheet) : FormatSheet(sheet));
   Say("{} in {}", is_new ? "kept" : "was handed in before; nothing changed", history.file());
+  for (const Attempt& kept : history.List(options.student)) {
+    if (kept.hash != attempt.hash || kept.student != attempt.student) continue;
+    for (const std::string& mark : FindMarks(kept)) SayWarning("{}: marked: {}", options.hand_in, mark);
+  }
+  return sheet.state == RecordingState::kWhole;
+}
+
+/// Those of `file`, and the installation's own.
+std::vector<KnownKey> FindKnownKeys(const std::string& file) {
+  std::vector<KnownKey> known;
+  if (!file.empty()) known = ReadPublicKeys(file);
+  try {
+    if (const std::optional<SealKey> own = ReadKeyFile()) known.push_back({own->public_key(), "this installation"});
+  } catch (const Error& e) {
+    SayWarning("{}", e.what());
+  }
+  return known;
 }
 
 /// Whether it finished is told in `done`.
@@ -130,6 +150,7 @@ void AddPractiseHistoryOptions(CLI::App& command, PractiseOptions& options) {
   command.add_flag("--history", options.history, "List the attempts that were handed in");
   command.add_option("--student", options.student, "Name of the student");
   command.add_option("--report", options.report, "Write the teacher's page: curves and attempts (.html)");
+  command.add_option("--keys", options.keys, "With --report: public keys with their owners' names, a line each");
   command.add_option("--hand-in", options.hand_in, "Score a recording and keep it as an attempt of --student");
   command.add_option("--bone", options.bone_file, "With --hand-in: the bone, where it is not where it was (.vdb)");
   command.add_option("--exercise", options.exercise, "The exercise, by its id (see --list)");
@@ -166,7 +187,7 @@ int RunPractiseHistory(const PractiseOptions& options) {
   if (options.list) PrintList(options.json);
   if (options.agents > 0) PrintAgents(options);
   if (!options.agent.empty()) RunAgent(options);
-  if (!options.hand_in.empty()) HandIn(options);
+  const bool is_whole = options.hand_in.empty() || HandIn(options);
   if (options.history) {
     const std::vector<Attempt> attempts = History(FindHistoryFile()).List(options.student);
     fmt::print("{}", options.json  ? FormatHistoryJson(attempts)
@@ -175,8 +196,10 @@ int RunPractiseHistory(const PractiseOptions& options) {
   }
   if (!options.report.empty()) {
     CheckWritable(options.report);
-    WriteTextFile(options.report, FormatTeacherPage(History(FindHistoryFile()).List(options.student)));
+    WriteTextFile(options.report,
+                  FormatTeacherPage(History(FindHistoryFile()).List(options.student), FindKnownKeys(options.keys)));
   }
+  if (!is_whole) throw ReadDamaged();
   return 0;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "cli/commands.h"
+#include "cli/exit_codes.h"
 #include "cli/message.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -41,6 +42,7 @@ void PrintHead(const RecordingReader& recording) {
   if (!head.taken_up_from.empty()) fmt::print("            goes on from {}\n", head.taken_up_from);
   fmt::print("  holds     {:.3f} s, {} ticks, {:.1f} kB\n", recording.duration_s(), recording.steps(),
              1e-3 * static_cast<double>(recording.file_bytes()));
+  fmt::print("  seal      {}\n", DescribeSeal(recording.seal(), ListOwnKeys()));
 }
 
 std::string FormatJson(const RecordingReader& recording, const Replayed& replayed) {
@@ -57,6 +59,9 @@ std::string FormatJson(const RecordingReader& recording, const Replayed& replaye
                               {"ticks", recording.steps()},
                               {"bytes", recording.file_bytes()},
                               {"whole", recording.DescribeDamage().empty()},
+                              {"state", ToString(recording.damage().state)},
+                              {"damage", recording.DescribeDamage()},
+                              {"lost_ticks", recording.damage().lost_steps},
                               {"replayed_ticks", replayed.steps},
                               {"replayed_s", replayed.time_s},
                               {"identical", !replayed.divergence},
@@ -81,7 +86,7 @@ Replayed ReplayLoop(const Options& options, RecordingReader& recording, const Re
   const Scene& scene = recorded.scene;
   LoopOptions loop;
   loop.virtual_time = true;
-  loop.seconds = std::clamp(std::min(options.until_s.value_or(1e9), recording.duration_s()), 0.01, kMostLoop_s);
+  loop.seconds = std::clamp(std::min(options.until_s.value_or(1e9), recording.damage().whole_s), 0.01, kMostLoop_s);
   loop.stop = &CatchInterrupt();
   loop.scene_file = recording.head().scene_file;
   loop.replay.recording = &recording;
@@ -122,11 +127,20 @@ void Run(const Options& options) {
     throw Error(fmt::format("{}: is {:.3f} s long; there is no moment {:g} s in it", options.file,
                             recording.duration_s(), *options.until_s));
   }
+  const RecordingDamage& damage = recording.damage();
+  if (options.until_s && *options.until_s > damage.whole_s + 1e-9) {
+    throw Error(
+        fmt::format("{}: {}; it can be gone through up to {:.3f} s", options.file, damage.sentence, damage.whole_s));
+  }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) lock.emplace(options.folder);
-  if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
-    SayWarning("{}: {}", options.file, damage);
+  if (!damage.sentence.empty()) SayWarning("{}: {}", options.file, damage.sentence);
+  if (damage.whole_steps < damage.known_steps) {
+    SayWarning(
+        "{}: the replay ends at {:.3f} s: bone and forces after that depend on what is missing; 'kerf log' shows "
+        "what else was read",
+        options.file, damage.whole_s);
   }
   const bool loop = recording.head().kind == RecordedKind::kLoop;
   if (!loop && options.speed > 0) {
@@ -149,6 +163,7 @@ void Run(const Options& options) {
                replayed.force_hash);
     if (!options.folder.empty()) fmt::print("  results   {}/\n", options.folder);
   }
+  if (damage.state != RecordingState::kWhole) throw ReadDamaged();
 }
 
 }  // namespace
@@ -156,12 +171,14 @@ void Run(const Options& options) {
 void AddReplayCommand(CLI::App& app) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "replay", "Go through a recording again: the same voxels and forces to the bit, or where they are not");
+      "replay",
+      "Go through a recording again: the same voxels and forces to the bit, or where they are not. Exit code 3: as "
+      "recorded as far as it goes, but the recording is damaged or cut short");
   command->add_option("FILE", options->file, "The recording (made by --record)")->required();
   command->add_flag(
       "--verify", options->verify,
-      "Stop at the first tick that comes out otherwise, name it, and exit with 1; without it the replay goes on, "
-      "warns, and exits with 0");
+      "Stop at the first tick whose forces, voxels, row of states or events come out otherwise, name it, and exit "
+      "with 1; without it the replay goes on and warns");
   command->add_option("--speed", options->speed, "Times real time; 0: as fast as it goes")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e6));

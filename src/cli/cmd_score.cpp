@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cli/commands.h"
+#include "cli/exit_codes.h"
 #include "cli/message.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
@@ -47,6 +48,7 @@ void Run(const Options& options) {
   }
   if (!options.page.empty()) WriteTextFile(options.page, FormatSheetHtml(sheet));
   fmt::print("{}", options.json ? FormatSheetJson(sheet) : options.csv ? FormatSheetCsv(sheet) : FormatSheet(sheet));
+  if (recording.damage().state != RecordingState::kWhole) throw ReadDamaged();
 }
 
 }  // namespace
@@ -54,7 +56,9 @@ void Run(const Options& options) {
 void AddScoreCommand(CLI::App& app) {
   const auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "score", "Measure what a recording did, and score it if its scene is an exercise (docs/practise.md)");
+      "score",
+      "Measure what a recording did, and score it if its scene is an exercise (docs/practise.md). Exit code 3: the "
+      "recording is damaged or cut short");
   command->add_option("FILE", options->file, "The recording (made by --record)");
   command->add_option("--bone", options->bone_file, "The bone, where it is not where it was (.vdb)");
   command->add_option("-o,--output", options->page, "Also write a page for the browser (.html)");

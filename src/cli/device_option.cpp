@@ -71,7 +71,10 @@ std::vector<PlayedPose> ReadHandle(const std::string& file) {
   std::vector<PlayedPose> poses;
   RecordedBlock block;
   double time_s = 0;
+  std::uint64_t next_step = 0;
   for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
+    if (block.first_step != next_step) time_s = block.first_time_s;
+    next_step = block.first_step + block.steps.size();
     for (const RecordedStep& step : block.steps) {
       const double elapsed_s = CalcElapsed(step, recording.head().rate_hz);
       time_s += elapsed_s;
@@ -81,7 +84,7 @@ std::vector<PlayedPose> ReadHandle(const std::string& file) {
   }
   if (poses.empty()) throw Error(fmt::format("{}: has no pose of a handle", file));
   if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
-    SayWarning("{}: {}; the handle does not move after that", file, damage);
+    SayWarning("{}: {}; the handle does not move in what is missing", file, damage);
   }
   return poses;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/exit_codes.h"
 #include "cli/lack_of_memory.h"
 #include "cli/message.h"
 #include "cli/signals.h"
@@ -19,8 +20,8 @@
 
 namespace {
 
-constexpr int kFailed = 1;
-constexpr int kUsage = 2;
+using kerf::cli::kFailed;
+using kerf::cli::kUsage;
 
 /// What the command line says; "kerf help run" is "kerf run --help".
 std::vector<std::string> ReadArguments(int argc, char** argv) {
@@ -116,6 +117,8 @@ int RunProgram(int argc, char** argv) {
     if (e.get_exit_code() == 0) return app.exit(e);
     Say("{}; see '{} --help'", e.what(), NameParsedCommand(app));
     return kUsage;
+  } catch (const kerf::cli::ReadDamaged&) {
+    return kerf::cli::kReadDamaged;
   } catch (const kerf::Error& e) {
     Say("{}", e.what());
     return kFailed;
@@ -136,7 +139,9 @@ int main(int argc, char** argv) {
   kerf::cli::HandleSignals();
   kerf::cli::HandleLackOfMemory();
   try {
-    return FlushOutput(RunProgram(argc, argv));
+    const int code = RunProgram(argc, argv);
+    kerf::cli::PrintLeftOutMessages();
+    return FlushOutput(code);
   } catch (const std::bad_alloc&) {
     kerf::cli::EndWithoutMemory();
   }

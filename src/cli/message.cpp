@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <mutex>
+
+#include "core/message_limit.h"
 
 namespace kerf::cli {
 
@@ -18,9 +22,46 @@ std::string FormatMessage(std::string_view message) {
   return text;
 }
 
-void PrintMessage(std::string_view message) {
-  // A closed or full stderr is no reason to end: what it should have shown is lost, the exit code stays.
+namespace {
+
+constexpr std::size_t kMostOfAKind = 10;
+
+std::mutex limit_mutex;
+MessageLimit& Limit() {
+  static MessageLimit limit(kMostOfAKind);
+  return limit;
+}
+
+/// Where the sentence that begins at `begin` ends: before the next line that does not begin with a space.
+std::size_t FindSentenceEnd(std::string_view message, std::size_t begin) {
+  std::size_t end = message.find('\n', begin);
+  while (end != std::string_view::npos && end + 1 < message.size() &&
+         (message[end + 1] == ' ' || message[end + 1] == '\n')) {
+    end = message.find('\n', end + 1);
+  }
+  return std::min(end, message.size());
+}
+
+// A closed or full stderr is no reason to end: what it should have shown is lost, the exit code stays.
+void Print(std::string_view message) {
   std::fputs((FormatMessage(message) + '\n').c_str(), stderr);
+}
+
+}  // namespace
+
+void PrintMessage(std::string_view message) {
+  const std::lock_guard lock(limit_mutex);
+  std::size_t begin = 0;
+  do {
+    const std::size_t end = FindSentenceEnd(message, begin);
+    if (const auto shown = Limit().Take(message.substr(begin, end - begin))) Print(*shown);
+    begin = end + 1;
+  } while (begin < message.size());
+}
+
+void PrintLeftOutMessages() {
+  const std::lock_guard lock(limit_mutex);
+  for (const std::string& sentence : Limit().TakeLeftOut()) Print(sentence);
 }
 
 }  // namespace kerf::cli

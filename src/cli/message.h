@@ -13,8 +13,11 @@ namespace kerf::cli {
 /// before. Control characters become '?', since messages quote files and nothing in a file may control the terminal.
 std::string FormatMessage(std::string_view message);
 
-/// Prints FormatMessage(message) and a line end on stderr.
+/// Prints FormatMessage(message) and a line end on stderr; of sentences that differ in their numbers only, the first
+/// ten. Any thread.
 void PrintMessage(std::string_view message);
+/// At the program's end: how many more there were of each kind.
+void PrintLeftOutMessages();
 
 /// PrintMessage of a text formatted as by fmt::format.
 template <typename... Args>

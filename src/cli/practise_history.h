@@ -14,6 +14,7 @@ struct PractiseOptions {
   bool csv = false;
   std::string student;
   std::string report;   // a page for the teacher
+  std::string keys;     // of known signers
   std::string hand_in;  // a recording
   std::string bone_file;
   std::string agent;

@@ -67,6 +67,15 @@ std::optional<double> ParseShifted(std::string_view text, int shift) {
   return value;
 }
 
+/// What a spreadsheet takes for a formula, apostrophes before it left out of account. "-0.5" is one too, but only a
+/// number comes of it.
+bool IsFormula(std::string_view text) {
+  const auto first = text.find_first_not_of(" '");
+  if (first == std::string_view::npos) return false;
+  text.remove_prefix(first);
+  return std::string_view("=+-@\t").find(text.front()) != std::string_view::npos && !ParseShifted(text, 0);
+}
+
 /// Position of each column in the file's own order.
 std::vector<std::size_t> ParseHeader(const std::vector<std::string>& names, const std::vector<std::string>& columns,
                                      const CsvPlace& place) {
@@ -124,6 +133,9 @@ void ReadCsv(const std::string& text, const std::string& file, const std::vector
     if (trimmed.empty() || trimmed.front() == '#') continue;
     if (line.find('\0') != std::string_view::npos) place.Fail("this is not text");
     std::vector<std::string> fields = SplitLine(line, place);
+    for (std::string& field : fields) {
+      if (field.starts_with('\'') && IsFormula(std::string_view(field).substr(1))) field.erase(0, 1);
+    }
     if (position.empty()) {
       position = ParseHeader(fields, columns, place);
       continue;
@@ -161,6 +173,7 @@ std::string FormatCsvField(const std::string& text) {
   std::string line = text;
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');  // a row is one line
+  if (IsFormula(line)) line.insert(line.begin(), '\'');
   const bool plain = line.find_first_of(",\"") == std::string::npos && line == Trim(line) && !line.starts_with('#');
   if (plain) return line;
   std::string quoted = "\"";

@@ -31,7 +31,9 @@ double ParseCsvNumber(std::string_view text, int shift, const char* name, const 
 
 /// The shortest decimal text of value / 10^shift that ParseCsvNumber(text, shift) turns into the same bits.
 std::string FormatCsvNumber(double value, int shift);
-/// A field that reads back as `text`; line breaks become spaces.
+/// A field of words (a name, a title, a source) that reads back as `text`; line breaks become spaces. Of words that a
+/// spreadsheet would run as a formula, as they begin with = + - @ or a tab, an apostrophe stands in front, which
+/// ReadCsv() takes away. Every writer of such fields uses it; numbers are written as they are.
 std::string FormatCsvField(const std::string& text);
 
 }  // namespace kerf

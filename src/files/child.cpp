@@ -14,6 +14,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <fstream>
@@ -30,7 +31,8 @@ ChildReport* report_of_this_child = nullptr;  // in a child process
 
 constexpr std::uint64_t kMostOpenFiles = 256;
 
-enum ExitCode { kDone = 0, kRefused = 1, kNoMemory = 2, kFailed = 3 };
+// Other than those with which a library may end the process.
+enum ExitCode { kDone = 100, kRefused = 101, kNoMemory = 102, kFailed = 103 };
 
 class Descriptor {
  public:
@@ -87,6 +89,7 @@ void Confine(const ChildLimits& limits, std::uint64_t has_bytes, pid_t parent) {
     std::signal(signal, SIG_DFL);
   }
   std::signal(SIGINT, SIG_IGN);  // the parent decides what Ctrl-C means, and takes the child with it
+  std::set_terminate(std::abort);
   SetLimit(RLIMIT_CORE, 0);
   SetLimit(RLIMIT_NOFILE, kMostOpenFiles);
   if (!kSanitized) SetLimit(RLIMIT_AS, has_bytes + limits.memory_bytes);

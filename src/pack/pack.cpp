@@ -3,22 +3,36 @@
 #include <zstd.h>
 
 #include <array>
+#include <bit>
+#include <cstring>
 
 #include "kerf/error.h"
 
 namespace kerf {
 namespace {
 
-constexpr std::array<std::uint32_t, 256> MakeCrcTable() {
-  std::array<std::uint32_t, 256> table{};
+static_assert(std::endian::native == std::endian::little, "the sum takes eight bytes as one number");
+
+constexpr std::size_t kCrcSlices = 8;
+/// [k][i]: what byte i adds to the sum when k more bytes follow it.
+using CrcTables = std::array<std::array<std::uint32_t, 256>, kCrcSlices>;
+
+constexpr CrcTables MakeCrcTables() {
+  CrcTables tables{};
   for (std::uint32_t i = 0; i < 256; ++i) {
     std::uint32_t crc = i;
     for (int bit = 0; bit < 8; ++bit) crc = (crc & 1) != 0 ? (crc >> 1) ^ 0x82f63b78u : crc >> 1;
-    table[i] = crc;
+    tables[0][i] = crc;
   }
-  return table;
+  for (std::size_t k = 1; k < kCrcSlices; ++k) {
+    for (std::size_t i = 0; i < 256; ++i) {
+      const std::uint32_t before = tables[k - 1][i];
+      tables[k][i] = (before >> 8) ^ tables[0][before & 0xff];
+    }
+  }
+  return tables;
 }
-constexpr std::array<std::uint32_t, 256> kCrcTable = MakeCrcTable();
+constexpr CrcTables kCrcTables = MakeCrcTables();
 
 }  // namespace
 
@@ -45,7 +59,15 @@ std::string Unpack(std::string_view packed, std::size_t most_bytes) {
 
 std::uint32_t CalcCrc32c(std::string_view bytes, std::uint32_t seed) {
   std::uint32_t crc = ~seed;
-  for (const char c : bytes) crc = (crc >> 8) ^ kCrcTable[(crc ^ static_cast<unsigned char>(c)) & 0xff];
+  // Eight bytes a step, after Kounavis and Berry 2008.
+  for (; bytes.size() >= kCrcSlices; bytes.remove_prefix(kCrcSlices)) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data(), sizeof word);
+    word ^= crc;
+    crc = 0;
+    for (std::size_t k = 0; k < kCrcSlices; ++k) crc ^= kCrcTables[kCrcSlices - 1 - k][(word >> (8 * k)) & 0xff];
+  }
+  for (const char c : bytes) crc = (crc >> 8) ^ kCrcTables[0][(crc ^ static_cast<unsigned char>(c)) & 0xff];
   return ~crc;
 }
 

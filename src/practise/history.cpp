@@ -11,15 +11,15 @@
 #include "files/files.h"
 #include "kerf/error.h"
 #include "practise/exercises.h"
+#include "practise/history_check.h"
 
 namespace kerf {
 namespace {
 
 constexpr int kApplication = 0x6b657266;  // "kerf"
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 constexpr int kBusy_ms = 5000;
 constexpr std::size_t kMostName = 200;
-constexpr std::size_t kMostRecordingBytes = std::size_t{4} << 30;
 
 struct CloseDatabase {
   void operator()(sqlite3* db) const { sqlite3_close(db); }
@@ -35,7 +35,8 @@ using Statement = std::unique_ptr<sqlite3_stmt, EndStatement>;
     case SQLITE_NOTADB:
       throw Error(fmt::format("{}: is no history of kerf; move it away and a new one is begun", file));
     case SQLITE_CORRUPT:
-      throw Error(fmt::format("{}: the history is damaged; move it away and a new one is begun", file));
+      throw Error(fmt::format(
+          "{}: the history is damaged; bring back a copy of it, or move it away and a new one is begun", file));
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
       throw Error(fmt::format("{}: another program has held the history for more than {} s", file, kBusy_ms / 1000));
@@ -80,12 +81,74 @@ void Bind(const Statement& statement, int place, const std::string& text) {
   sqlite3_bind_text(statement.get(), place, text.c_str(), static_cast<int>(text.size()), SQLITE_TRANSIENT);
 }
 
+/// Of all the columns that are kept, one row after another: from the row's number to the signer.
+constexpr const char* kColumns =
+    "number, student, exercise, level, taken, recording, hash, total, measures, state, incomplete, steps, seal, signer";
+
 std::string GetText(const Statement& statement, int column) {
   const unsigned char* text = sqlite3_column_text(statement.get(), column);
   const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement.get(), column));
   std::string copy(size, '\0');
   for (std::size_t i = 0; i < size; ++i) copy[i] = static_cast<char>(text[i]);
   return copy;
+}
+
+Attempt ReadRow(const Statement& row) {
+  Attempt a;
+  a.number = sqlite3_column_int64(row.get(), 0);
+  a.student = GetText(row, 1);
+  a.exercise = GetText(row, 2);
+  a.level = sqlite3_column_int(row.get(), 3);
+  a.taken = GetText(row, 4);
+  a.recording = GetText(row, 5);
+  a.hash = GetText(row, 6);
+  if (sqlite3_column_type(row.get(), 7) != SQLITE_NULL) a.total = sqlite3_column_double(row.get(), 7);
+  a.measures_json = GetText(row, 8);
+  a.recording_state = GetText(row, 9);
+  a.incomplete = GetText(row, 10);
+  a.steps_digest = GetText(row, 11);
+  a.seal = GetText(row, 12);
+  a.signer = GetText(row, 13);
+  return a;
+}
+
+/// The row's checksum, and that of the chain up to it.
+void WriteSums(const std::string& file, sqlite3* db, std::int64_t number, const RowSums& sums) {
+  const Statement statement = Prepare(file, db, "UPDATE attempts SET sum = ?1, chain = ?2 WHERE number = ?3");
+  Bind(statement, 1, sums.own);
+  Bind(statement, 2, sums.chain);
+  sqlite3_bind_int64(statement.get(), 3, number);
+  const int code = sqlite3_step(statement.get());
+  if (code != SQLITE_DONE) Fail(file, db, code);
+}
+
+/// From 1 to 2: rows get sums, as they are now, and what is known of their recordings since then is empty.
+void BringUpToDate(const std::string& file, sqlite3* db) {
+  for (const char* column : {"state", "incomplete", "steps", "seal", "signer", "sum", "chain"}) {
+    Do(file, db, fmt::format("ALTER TABLE attempts ADD COLUMN {} TEXT NOT NULL DEFAULT ''", column).c_str());
+  }
+  std::vector<Attempt> rows;
+  {
+    const Statement statement =
+        Prepare(file, db, fmt::format("SELECT {} FROM attempts ORDER BY number", kColumns).c_str());
+    int code = sqlite3_step(statement.get());
+    for (; code == SQLITE_ROW; code = sqlite3_step(statement.get())) rows.push_back(ReadRow(statement));
+    if (code != SQLITE_DONE) Fail(file, db, code);
+  }
+  std::string chain;
+  for (const Attempt& row : rows) {
+    const RowSums sums = CalcRowSums(row, chain);
+    WriteSums(file, db, row.number, sums);
+    chain = sums.chain;
+  }
+}
+
+/// Of the whole file's structure; what stands in rows is the sums' business.
+void CheckStructure(const std::string& file, sqlite3* db) {
+  const Statement statement = Prepare(file, db, "PRAGMA quick_check(1)");
+  const int code = sqlite3_step(statement.get());
+  if (code != SQLITE_ROW) Fail(file, db, code);
+  if (GetText(statement, 0) != "ok") Fail(file, db, SQLITE_CORRUPT);
 }
 
 }  // namespace
@@ -134,12 +197,16 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
     throw Error(fmt::format("{}: the history was written by a later kerf (version {}, this one knows {})", file,
                             version, kVersion));
   }
-  if (version < kVersion) {
+  if (version < 1) {
     Do(file, db,
        "CREATE TABLE attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
        "level INTEGER NOT NULL, taken TEXT NOT NULL, recording TEXT NOT NULL, hash TEXT NOT NULL, total REAL, "
        "measures TEXT NOT NULL, UNIQUE (student, hash))");
     Do(file, db, fmt::format("PRAGMA application_id = {}", kApplication).c_str());
+  }
+  CheckStructure(file, db);
+  if (version < kVersion) {
+    BringUpToDate(file, db);
     Do(file, db, fmt::format("PRAGMA user_version = {}", kVersion).c_str());
   }
   Do(file, db, "COMMIT");
@@ -157,9 +224,31 @@ const std::string& History::file() const {
 
 bool History::Add(const Attempt& attempt) {
   sqlite3* db = state_->db.get();
-  const Statement statement = Prepare(state_->file, db,
-                                      "INSERT OR IGNORE INTO attempts (student, exercise, level, taken, recording, "
-                                      "hash, total, measures) VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  const std::string& file = state_->file;
+  // The chain goes on from the last row, which must stay the last until this one stands behind it.
+  Do(file, db, "BEGIN IMMEDIATE");
+  try {
+    const bool is_new = Insert(attempt);
+    Do(file, db, "COMMIT");
+    return is_new;
+  } catch (const Error&) {
+    sqlite3_exec(db, "ROLLBACK", nullptr, nullptr, nullptr);
+    throw;
+  }
+}
+
+bool History::Insert(const Attempt& attempt) {
+  sqlite3* db = state_->db.get();
+  const std::string& file = state_->file;
+  std::string chain;
+  {
+    const Statement last = Prepare(file, db, "SELECT chain FROM attempts ORDER BY number DESC LIMIT 1");
+    if (sqlite3_step(last.get()) == SQLITE_ROW) chain = GetText(last, 0);
+  }
+  const Statement statement =
+      Prepare(file, db,
+              "INSERT OR IGNORE INTO attempts (student, exercise, level, taken, recording, hash, total, measures, "
+              "state, incomplete, steps, seal, signer) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   Bind(statement, 1, attempt.student);
   Bind(statement, 2, attempt.exercise);
   sqlite3_bind_int(statement.get(), 3, attempt.level);
@@ -168,34 +257,39 @@ bool History::Add(const Attempt& attempt) {
   Bind(statement, 6, attempt.hash);
   if (attempt.total) sqlite3_bind_double(statement.get(), 7, *attempt.total);
   Bind(statement, 8, attempt.measures_json);
+  Bind(statement, 9, attempt.recording_state);
+  Bind(statement, 10, attempt.incomplete);
+  Bind(statement, 11, attempt.steps_digest);
+  Bind(statement, 12, attempt.seal);
+  Bind(statement, 13, attempt.signer);
   const int code = sqlite3_step(statement.get());
-  if (code != SQLITE_DONE) Fail(state_->file, db, code);
-  return sqlite3_changes(db) > 0;
+  if (code != SQLITE_DONE) Fail(file, db, code);
+  if (sqlite3_changes(db) == 0) return false;
+  Attempt row = attempt;
+  row.number = sqlite3_last_insert_rowid(db);
+  WriteSums(file, db, row.number, CalcRowSums(row, chain));
+  return true;
 }
 
 std::vector<Attempt> History::List(const std::string& student) const {
   sqlite3* db = state_->db.get();
   const Statement statement =
-      Prepare(state_->file, db,
-              "SELECT number, student, exercise, level, taken, recording, hash, total, measures "
-              "FROM attempts WHERE ?1 = '' OR student = ?1 ORDER BY number");
-  Bind(statement, 1, student);
+      Prepare(state_->file, db, fmt::format("SELECT {}, sum, chain FROM attempts ORDER BY number", kColumns).c_str());
   std::vector<Attempt> attempts;
+  std::string chain;
   int code = sqlite3_step(statement.get());
   for (; code == SQLITE_ROW; code = sqlite3_step(statement.get())) {
-    Attempt a;
-    a.number = sqlite3_column_int64(statement.get(), 0);
-    a.student = GetText(statement, 1);
-    a.exercise = GetText(statement, 2);
-    a.level = sqlite3_column_int(statement.get(), 3);
-    a.taken = GetText(statement, 4);
-    a.recording = GetText(statement, 5);
-    a.hash = GetText(statement, 6);
-    if (sqlite3_column_type(statement.get(), 7) != SQLITE_NULL) a.total = sqlite3_column_double(statement.get(), 7);
-    a.measures_json = GetText(statement, 8);
+    Attempt a = ReadRow(statement);
+    const std::string sum = GetText(statement, 14);
+    const RowSums sums = CalcRowSums(a, chain);
+    a.damaged = sum != sums.own;
+    chain = GetText(statement, 15);
+    a.follows_change = !a.damaged && chain != sums.chain;
     attempts.push_back(std::move(a));
   }
   if (code != SQLITE_DONE) Fail(state_->file, db, code);
+  FindDoubles(attempts);
+  std::erase_if(attempts, [&](const Attempt& a) { return !student.empty() && a.student != student && !a.damaged; });
   return attempts;
 }
 
@@ -220,6 +314,11 @@ Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student) {
   attempt.hash = fmt::format("{:016x}", hash);
   attempt.total = sheet.total;
   attempt.measures_json = FormatSheetJson(sheet);
+  attempt.recording_state = ToString(sheet.state);
+  attempt.incomplete = fmt::format("{}", fmt::join(sheet.incomplete, "; "));
+  attempt.steps_digest = sheet.steps_digest;
+  attempt.seal = DescribeChain(sheet.seal);
+  attempt.signer = sheet.seal.signer;
   return attempt;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "record/seal.h"
 #include "score/measures.h"
 
 namespace kerf {
@@ -21,7 +22,20 @@ struct Attempt {
   std::string hash;       // of that file's bytes
   std::optional<double> total;
   std::string measures_json;  // FormatSheetJson()
+  // Empty in attempts that an earlier version of kerf kept.
+  std::string recording_state;  // ToString(RecordingState)
+  std::string incomplete;       // why it is not graded, phrases with "; " between; empty: it is complete
+  std::string steps_digest;     // of what the ticks were given: the same in copies of a recording
+  std::string seal;             // DescribeChain()
+  PublicKey signer;             // whose signature is good; empty: none
 
+  // What List() finds; not kept.
+  bool damaged = false;                 // the row is not what Add() wrote: nothing in it can be relied on
+  bool follows_change = false;          // one or more rows before it were changed, removed or added
+  std::vector<std::int64_t> doubles{};  // attempts with the same steps, of this student or another
+
+  /// Has a total that counts.
+  bool graded() const { return total && !damaged && incomplete.empty(); }
   /// Of measures_json; none where it has none.
   std::optional<double> Get(const std::string& key) const;
 };
@@ -32,8 +46,9 @@ std::string FindHistoryFile();
 
 class History {
  public:
-  /// Makes file and folder when they are missing. Throws Error with one sentence for a file that is no history, is
-  /// damaged, or was written by a later kerf, and where it can't be written.
+  /// Makes file and folder when they are missing, and brings a history of an earlier kerf up to this one's form, all of
+  /// it or nothing. Throws Error with one sentence for a file that is no history, is damaged in its structure, or was
+  /// written by a later kerf, and where it can't be written.
   explicit History(const std::string& file);
   ~History();
   History(History&&) noexcept;
@@ -42,12 +57,16 @@ class History {
   /// False, and nothing done, when the student has handed in the same recording before. Several programs may add at the
   /// same time. Throws Error.
   bool Add(const Attempt& attempt);
-  /// In the order in which they were handed in; of one student, or of all when `student` is empty. Throws Error.
+  /// In the order in which they were handed in; of one student, or of all when `student` is empty. Each row is held
+  /// against its checksum and all of them against their chain, and attempts of all students are looked at for doubles.
+  /// A damaged row is in every list, as its name may be what is damaged. Throws Error.
   std::vector<Attempt> List(const std::string& student = "") const;
   const std::string& file() const;
 
  private:
   struct State;
+  bool Insert(const Attempt& attempt);
+
   std::unique_ptr<State> state_;
 };
 
@@ -55,11 +74,15 @@ class History {
 /// read.
 Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student);
 
+/// What is to be known of an attempt before its total is believed, a phrase each.
+std::vector<std::string> FindMarks(const Attempt& attempt);
+
 /// For people / with stable keys / as rows.
 std::string FormatHistory(const std::vector<Attempt>& attempts);
 std::string FormatHistoryJson(const std::vector<Attempt>& attempts);
 std::string FormatHistoryCsv(const std::vector<Attempt>& attempts);
-/// For the teacher: a self-contained page with the students' curves and all attempts.
-std::string FormatTeacherPage(const std::vector<Attempt>& attempts);
+/// For the teacher: a self-contained page with the students' curves and all attempts, those that are not as they should
+/// be marked. `known`: whose keys are known by name.
+std::string FormatTeacherPage(const std::vector<Attempt>& attempts, const std::vector<KnownKey>& known = {});
 
 }  // namespace kerf

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "core/csv.h"
 #include "files/html_text.h"
 #include "practise/exercises.h"
 #include "practise/history.h"
@@ -15,17 +16,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string QuotedCsv(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
-  }
-  return quoted + '"';
+/// Of a damaged row no total is shown.
+std::string Total(const Attempt& a) {
+  return a.graded() ? fmt::format("{:.1f}", *a.total) : std::string("-");
 }
 
-std::string Total(const Attempt& a) {
-  return a.total ? fmt::format("{:.1f}", *a.total) : std::string("-");
+std::string Marks(const Attempt& a) {
+  return fmt::format("{}", fmt::join(FindMarks(a), "; "));
 }
 
 /// Told apart by people who see colours otherwise too (Okabe and Ito), and by dashes.
@@ -65,7 +62,8 @@ std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>&
     const char* colour = kColours[n % kColours.size()];
     std::string points;
     for (std::size_t i = 0; i < attempts.size(); ++i) {
-      const double total = attempts[i]->total.value_or(0);
+      if (!attempts[i]->graded()) continue;
+      const double total = *attempts[i]->total;
       points += fmt::format("{:.1f},{:.1f} ", x(i), y(total));
       svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", x(i), y(total), colour);
     }
@@ -87,14 +85,37 @@ std::string DrawCurves(const std::map<std::string, std::vector<const Attempt*>>&
 constexpr std::array kShown{"cut_share",    "too_deep_mm",       "plunge_max_mm", "plane_offset_mm", "plane_angle_deg",
                             "force_peak_N", "nerve_distance_mm", "breaches",      "time_total_s"};
 
+std::string SealCell(const Attempt& a, const std::vector<KnownKey>& known) {
+  if (a.signer.empty()) return a.seal == "whole" ? "not signed" : EscapeHtml(a.seal);
+  const auto owner = std::find_if(known.begin(), known.end(), [&](const KnownKey& k) { return k.key == a.signer; });
+  return EscapeHtml(fmt::format("signed by {} ({})", ShortKey(a.signer),
+                                owner == known.end() ? std::string("a key not known here") : owner->owner));
+}
+
+std::string PageRow(const Attempt& a, const std::string& exercise, const std::vector<KnownKey>& known) {
+  const std::string marks = Marks(a);
+  std::string html = fmt::format(
+      "<tr{}><td>{}</td><td class=\"t\">{}</td><td class=\"t\">{}</td><td><b>{}</b></td><td class=\"t m\">{}</td>"
+      "<td class=\"t\">{}</td>",
+      marks.empty() ? "" : " class=\"m\"", a.number, EscapeHtml(exercise), EscapeHtml(a.taken), Total(a),
+      EscapeHtml(marks), SealCell(a, known));
+  for (const char* key : kShown) {
+    const std::optional<double> value = a.damaged ? std::nullopt : a.Get(key);
+    html += fmt::format("<td>{}</td>", value ? fmt::format("{:.3g}", *value) : std::string("-"));
+  }
+  return html + "</tr>\n";
+}
+
 }  // namespace
 
 std::string FormatHistory(const std::vector<Attempt>& attempts) {
-  std::string text = fmt::format("{:>6}  {:<20} {:<16} {:>5}  {:<20} {:>6}\n", "number", "student", "exercise", "level",
-                                 "taken", "total");
+  std::string text = fmt::format("{:>6}  {:<20} {:<16} {:>5}  {:<20} {:>6}  {}\n", "number", "student", "exercise",
+                                 "level", "taken", "total", "marks");
   for (const Attempt& a : attempts) {
-    text += fmt::format("{:>6}  {:<20} {:<16} {:>5}  {:<20} {:>6}\n", a.number, a.student, a.exercise, a.level, a.taken,
-                        Total(a));
+    std::string line = fmt::format("{:>6}  {:<20} {:<16} {:>5}  {:<20} {:>6}  {}", a.number, a.student, a.exercise,
+                                   a.level, a.taken, Total(a), Marks(a));
+    line.resize(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
   }
   return text;
 }
@@ -104,7 +125,14 @@ std::string FormatHistoryJson(const std::vector<Attempt>& attempts) {
   for (const Attempt& a : attempts) {
     ordered_json row{{"number", a.number}, {"student", a.student},     {"exercise", a.exercise}, {"level", a.level},
                      {"taken", a.taken},   {"recording", a.recording}, {"hash", a.hash},         {"total", nullptr}};
-    if (a.total) row["total"] = *a.total;
+    if (a.graded()) row["total"] = *a.total;
+    row["marks"] = FindMarks(a);
+    row["damaged"] = a.damaged;
+    row["recording_state"] = a.recording_state;
+    row["incomplete"] = a.incomplete;
+    row["doubles"] = a.doubles;
+    row["seal"] = a.seal;
+    row["signer"] = a.signer;
     const auto sheet = ordered_json::parse(a.measures_json, nullptr, false);
     row["measures"] = sheet.is_object() && sheet.contains("measures") ? sheet["measures"] : ordered_json::object();
     json.push_back(row);
@@ -115,11 +143,11 @@ std::string FormatHistoryJson(const std::vector<Attempt>& attempts) {
 std::string FormatHistoryCsv(const std::vector<Attempt>& attempts) {
   std::string csv = "number,student,exercise,level,taken,recording,hash,total";
   for (const MeasureInfo& info : Measures()) csv += fmt::format(",{}", info.key);
-  csv += "\n";
+  csv += ",marks,seal,signer\n";
   for (const Attempt& a : attempts) {
-    csv +=
-        fmt::format("{},{},{},{},{},{},{},{}", a.number, QuotedCsv(a.student), QuotedCsv(a.exercise), a.level,
-                    QuotedCsv(a.taken), QuotedCsv(a.recording), a.hash, a.total ? fmt::format("{:.4f}", *a.total) : "");
+    csv += fmt::format("{},{},{},{},{},{},{},{}", a.number, FormatCsvField(a.student), FormatCsvField(a.exercise),
+                       a.level, FormatCsvField(a.taken), FormatCsvField(a.recording), a.hash,
+                       a.total ? fmt::format("{:.4f}", *a.total) : "");
     const auto sheet = nlohmann::json::parse(a.measures_json, nullptr, false);
     for (const MeasureInfo& info : Measures()) {
       csv += ",";
@@ -127,41 +155,42 @@ std::string FormatHistoryCsv(const std::vector<Attempt>& attempts) {
       const auto& value = sheet["measures"][info.key].value("value", nlohmann::json());
       if (value.is_number()) csv += fmt::format("{:.6g}", value.get<double>());
     }
-    csv += "\n";
+    csv += fmt::format(",{},{},{}\n", FormatCsvField(Marks(a)), FormatCsvField(a.seal), FormatCsvField(a.signer));
   }
   return csv;
 }
 
-std::string FormatTeacherPage(const std::vector<Attempt>& attempts) {
+std::string FormatTeacherPage(const std::vector<Attempt>& attempts, const std::vector<KnownKey>& known) {
   std::map<std::string, std::map<std::string, std::vector<const Attempt*>>> by_student;
+  std::size_t marked = 0;
   for (const Attempt& a : attempts) {
     by_student[a.student][fmt::format("{} (level {})", a.exercise, a.level)].push_back(&a);
+    if (!FindMarks(a).empty()) ++marked;
   }
   std::string html =
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>kerf: practise</title>\n<style>"
       "body{font:16px/1.4 sans-serif;max-width:72em;margin:2em auto;padding:0 1em;color:#222}"
       "table{border-collapse:collapse;font-size:14px}td,th{padding:.2em .6em;text-align:right;border-bottom:1px solid "
-      "#ccc}td.t,th.t{text-align:left}.i{color:#666}</style></head><body>\n<h1>Practise</h1>\n";
+      "#ccc}td.t,th.t{text-align:left}.i{color:#666}tr.m td{background:#fff3cd}td.m{color:#a00000;font-weight:bold}"
+      "</style></head><body>\n<h1>Practise</h1>\n";
   html += fmt::format("<p>{} attempts of {} students. Total: points of 100, by the formula of docs/practise.md.</p>\n",
                       attempts.size(), by_student.size());
+  if (marked > 0) {
+    html += fmt::format("<p><b>{} of them {} marked: look at them before you use a total.</b></p>\n", marked,
+                        marked == 1 ? "is" : "are");
+  }
   for (const auto& [student, by_exercise] : by_student) {
     html += fmt::format("<h2>{}</h2>\n{}", EscapeHtml(student), DrawCurves(by_exercise));
-    html += "<table><tr><th class=\"t\">exercise</th><th class=\"t\">taken (UTC)</th><th>total</th>";
+    html +=
+        "<table><tr><th>number</th><th class=\"t\">exercise</th><th class=\"t\">taken (UTC)</th><th>total</th>"
+        "<th class=\"t\">marks</th><th class=\"t\">seal</th>";
     for (const char* key : kShown) {
       const MeasureInfo& info = FindMeasure(key);
       html += fmt::format("<th>{}{}</th>", info.name, info.unit[0] == '\0' ? "" : fmt::format(", {}", info.unit));
     }
     html += "</tr>\n";
     for (const auto& [exercise, of_it] : by_exercise) {
-      for (const Attempt* a : of_it) {
-        html += fmt::format("<tr><td class=\"t\">{}</td><td class=\"t\">{}</td><td><b>{}</b></td>",
-                            EscapeHtml(exercise), EscapeHtml(a->taken), Total(*a));
-        for (const char* key : kShown) {
-          const std::optional<double> value = a->Get(key);
-          html += fmt::format("<td>{}</td>", value ? fmt::format("{:.3g}", *value) : std::string("-"));
-        }
-        html += "</tr>\n";
-      }
+      for (const Attempt* a : of_it) html += PageRow(*a, exercise, known);
     }
     html += "</table>\n";
   }

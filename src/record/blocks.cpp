@@ -5,13 +5,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
-#include <filesystem>
 #include <mutex>
 #include <system_error>
 #include <thread>
@@ -24,8 +22,6 @@
 namespace kerf {
 namespace {
 
-constexpr std::string_view kBlockMagic = "KBLK";
-constexpr std::size_t kHeadBytes = 4 + 1 + 4 + 4 + 4 + 4;
 constexpr std::chrono::milliseconds kBetweenFlushes(250);
 
 std::string Reason(int code) {
@@ -43,13 +39,46 @@ void SyncFolder(const std::string& path) {
 
 }  // namespace
 
-std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, int level) {
+BlockLink FirstLink() {
+  return {BlockKind::kMeta, CalcDigest(kRecordingMagic)};
+}
+
+BlockLink LinkAfter(BlockKind kind, std::string_view head, std::string_view packed) {
+  return {kind, CalcDigest(head, packed)};
+}
+
+const char* ToString(BlockKind kind) {
+  switch (kind) {
+    case BlockKind::kMeta:
+      return "head";
+    case BlockKind::kFile:
+      return "input";
+    case BlockKind::kSteps:
+      return "steps";
+    case BlockKind::kPiece:
+      return "piece";
+    case BlockKind::kEvent:
+      return "event";
+    case BlockKind::kEnd:
+      return "end";
+    case BlockKind::kSeal:
+      break;
+  }
+  return "seal";
+}
+
+std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, const BlockLink* before,
+                        int level) {
   const std::string packed = Pack(bytes, level);
   ByteWriter head;
   head.Put(static_cast<std::uint8_t>(kind));
   head.Put(static_cast<std::uint32_t>(packed.size()));
   head.Put(static_cast<std::uint32_t>(bytes.size()));
   head.Put(number);
+  if (before != nullptr) {
+    head.Put(static_cast<std::uint8_t>(before->kind));
+    for (const unsigned char byte : before->digest) head.Put(byte);
+  }
   ByteWriter sum;
   sum.Put(CalcCrc32c(packed, CalcCrc32c(head.bytes())));
   std::string whole(kBlockMagic);
@@ -57,6 +86,31 @@ std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t nu
   whole += sum.bytes();
   whole += packed;
   return whole;
+}
+
+BlockHead ParseBlockHead(std::string_view raw) {
+  ByteReader in(raw);
+  const bool magic = in.GetBytes(kBlockMagic.size()) == kBlockMagic;
+  const auto kind = in.Get<std::uint8_t>();
+  BlockHead head;
+  head.kind = static_cast<BlockKind>(kind);
+  head.packed_bytes = in.Get<std::uint32_t>();
+  head.bytes = in.Get<std::uint32_t>();
+  head.number = in.Get<std::uint32_t>();
+  if (raw.size() == kBlockHeadBytes) {
+    head.before.kind = static_cast<BlockKind>(in.Get<std::uint8_t>());
+    for (unsigned char& byte : head.before.digest) byte = in.Get<unsigned char>();
+  }
+  head.sum = in.Get<std::uint32_t>();
+  const int most = raw.size() == kBlockHeadBytes ? 7 : 6;
+  head.is_plausible = magic && kind >= 1 && kind <= most && head.bytes <= MostBytes(head.kind);
+  return head;
+}
+
+std::uint32_t CalcBlockSum(std::string_view raw_head, std::string_view packed) {
+  const std::size_t sum_bytes = sizeof(std::uint32_t);
+  const std::string_view summed = raw_head.substr(kBlockMagic.size(), raw_head.size() - kBlockMagic.size() - sum_bytes);
+  return CalcCrc32c(packed, CalcCrc32c(summed));
 }
 
 std::size_t MostBytes(BlockKind kind) {
@@ -69,6 +123,7 @@ std::size_t MostBytes(BlockKind kind) {
       return kMostPieceBytes;
     case BlockKind::kEvent:
     case BlockKind::kEnd:
+    case BlockKind::kSeal:
       return kMostEventBytes;
     case BlockKind::kMeta:
       break;
@@ -169,7 +224,7 @@ void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
                             bytes.size() >> 20, MostBytes(kind) >> 20));
   }
   Check();
-  const std::string block = FormatBlock(kind, bytes, number_, level);
+  const std::string block = FormatBlock(kind, bytes, number_, &link_, level);
   if (bytes_ + block.size() > kMostRecordingBytes) {
     throw Error(fmt::format("{}: can't be written any further: a recording holds {} GiB at most", path_,
                             kMostRecordingBytes >> 30));
@@ -177,6 +232,7 @@ void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
   // In one go: a killed program leaves at most the last block torn.
   Write(block);
   ++number_;
+  link_ = LinkAfter(kind, block, {});
 }
 
 void BlockFile::Close() {
@@ -187,71 +243,6 @@ void BlockFile::Close() {
   file_ = -1;
   if (failed != 0 || closed != 0) {
     throw Error(fmt::format("{}: can't be written to its end: {}", path_, Reason(failed != 0 ? failed : closed)));
-  }
-}
-
-BlockReader::BlockReader(const std::string& path) : path_(path) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw Error(fmt::format("{}: there is no such file", path));
-  if (!fs::is_regular_file(status)) throw Error(fmt::format("{}: is not a regular file", path));
-  in_.open(path, std::ios::binary);
-  if (!in_) throw Error(fmt::format("{}: can't be read: {}", path, Reason(errno)));
-  size_ = fs::file_size(path, error);
-  if (error) throw Error(fmt::format("{}: can't be read: {}", path, error.message()));
-  if (size_ > kMostRecordingBytes) {
-    throw Error(fmt::format("{}: is larger than {} GiB, which is more than a recording holds", path,
-                            kMostRecordingBytes >> 30));
-  }
-  std::string magic(kRecordingMagic.size(), '\0');
-  in_.read(magic.data(), static_cast<std::streamsize>(magic.size()));
-  if (in_ && magic != kRecordingMagic && magic.starts_with("kerf recording ")) {
-    throw Error(fmt::format("{}: is a recording of another version of kerf", path));
-  }
-  if (!in_ || magic != kRecordingMagic) throw Error(fmt::format("{}: is not a recording of kerf", path));
-  good_ = kRecordingMagic.size();
-  std::string packed;
-  while (size_ - good_ >= kHeadBytes) {
-    std::array<char, kHeadBytes> raw{};
-    in_.seekg(static_cast<std::streamoff>(good_));
-    in_.read(raw.data(), kHeadBytes);
-    if (!in_) break;
-    ByteReader head(std::string_view(raw.data(), kHeadBytes));
-    if (head.GetBytes(4) != kBlockMagic) break;
-    const auto kind = head.Get<std::uint8_t>();
-    BlockPlace place;
-    place.kind = static_cast<BlockKind>(kind);
-    place.packed_bytes = head.Get<std::uint32_t>();
-    place.bytes = head.Get<std::uint32_t>();
-    const auto number = head.Get<std::uint32_t>();
-    const auto crc = head.Get<std::uint32_t>();
-    place.offset = good_ + kHeadBytes;
-    if (kind < 1 || kind > 6 || number != places_.size() || place.bytes > MostBytes(place.kind) ||
-        place.packed_bytes > size_ - place.offset) {
-      break;
-    }
-    packed.resize(place.packed_bytes);
-    in_.read(packed.data(), static_cast<std::streamsize>(packed.size()));
-    if (!in_ || CalcCrc32c(packed, CalcCrc32c(std::string_view(raw.data() + 4, kHeadBytes - 8))) != crc) break;
-    places_.push_back(place);
-    good_ = place.offset + place.packed_bytes;
-  }
-  in_.clear();
-}
-
-std::string BlockReader::Read(const BlockPlace& place) {
-  std::string packed(place.packed_bytes, '\0');
-  in_.clear();
-  in_.seekg(static_cast<std::streamoff>(place.offset));
-  in_.read(packed.data(), static_cast<std::streamsize>(packed.size()));
-  if (!in_) throw Error(fmt::format("{}: can't be read to its end", path_));
-  try {
-    std::string bytes = Unpack(packed, MostBytes(place.kind));
-    if (bytes.size() != place.bytes) throw Error("is not as long unpacked as it says");
-    return bytes;
-  } catch (const Error& e) {
-    throw Error(fmt::format("{}: a block at byte {} {}", path_, place.offset, e.what()));
   }
 }
 

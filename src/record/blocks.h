@@ -1,15 +1,16 @@
 // The file of a recording: a line that names it, then blocks, each with its own checksum, only ever added to.
 //
-// A block: "KBLK", its kind, how many bytes it has packed and unpacked, its number, a CRC-32C of all that and of the
-// bytes, the bytes (Zstandard). Whatever cuts the file short, all whole blocks before the cut are good.
+// A block: "KBLK", its kind, how many bytes it has packed and unpacked, its number, the kind and the digest of the
+// block before it, a CRC-32C of all that and of the bytes, the bytes (Zstandard). Each block can be read without the
+// others.
 #pragma once
 
 #include <cstdint>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "record/seal.h"
 
 namespace kerf {
 
@@ -19,10 +20,14 @@ enum class BlockKind : std::uint8_t {
   kSteps = 3,  // RecordedBlock
   kPiece = 4,  // a piece of bone that is going to leave
   kEvent = 5,  // JSON: for people, and for tools
-  kEnd = 6,    // JSON: how it ended; the last
+  kEnd = 6,    // JSON: how it ended
+  kSeal = 7,   // JSON: SealBlock; the last. Not in version 1
 };
+const char* ToString(BlockKind kind);
 
-inline constexpr std::string_view kRecordingMagic = "kerf recording 1\n";
+// The first line. Version 1 has no chain and no seal; it is read, and no longer written.
+inline constexpr std::string_view kRecordingMagic1 = "kerf recording 1\n";
+inline constexpr std::string_view kRecordingMagic = "kerf recording 2\n";
 // Before memory is asked for, sizes are held against these.
 inline constexpr std::size_t kMostMetaBytes = std::size_t{16} << 20;
 inline constexpr std::size_t kMostFileBytes = std::size_t{64} << 20;
@@ -33,8 +38,38 @@ inline constexpr std::size_t kMostEvents = 100'000;                       // of 
 inline constexpr std::size_t kMostBytesOfFiles = std::size_t{256} << 20;  // all together
 inline constexpr std::uint64_t kMostRecordingBytes = std::uint64_t{4} << 30;
 
-/// A block as it stands in the file. `number`: how many stand before it.
-std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, int level = 3);
+inline constexpr std::string_view kBlockMagic = "KBLK";
+inline constexpr std::size_t kBlockHeadBytes1 = 4 + 1 + 4 + 4 + 4 + 4;
+inline constexpr std::size_t kBlockHeadBytes = kBlockHeadBytes1 + 1 + 32;
+
+/// What a block holds of the one before it.
+struct BlockLink {
+  BlockKind kind = BlockKind::kMeta;
+  Digest digest{};  // of all its bytes, which hold that of the one before it in turn
+};
+/// Before the first block, which follows the first line.
+BlockLink FirstLink();
+/// After `block`, as it stands in the file.
+BlockLink LinkAfter(BlockKind kind, std::string_view head, std::string_view packed);
+
+/// What stands before a block's packed bytes.
+struct BlockHead {
+  BlockKind kind = BlockKind::kMeta;
+  std::uint32_t packed_bytes = 0;
+  std::uint32_t bytes = 0;
+  std::uint32_t number = 0;
+  BlockLink before;  // not in version 1
+  std::uint32_t sum = 0;
+  bool is_plausible = false;  // the magic, the kind and the size are possible ones
+};
+/// `raw`: kBlockHeadBytes of them, or kBlockHeadBytes1 of version 1.
+BlockHead ParseBlockHead(std::string_view raw);
+/// The checksum that a block must have.
+std::uint32_t CalcBlockSum(std::string_view raw_head, std::string_view packed);
+
+/// A block as it stands in the file. `number`: how many stand before it. `before`: null in version 1.
+std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, const BlockLink* before,
+                        int level = 3);
 
 /// Writes blocks to a file that was not there. A thread of its own asks the disk for them twice a second and more.
 class BlockFile {
@@ -49,6 +84,8 @@ class BlockFile {
   /// Throws Error, with a sentence that says why, when it could not be written, now or since the last call: the disk is
   /// full, the file is gone. What was written before stays whole.
   void Append(BlockKind kind, std::string_view bytes, int level = 3);
+  /// Of all blocks that were appended.
+  const Digest& digest() const { return link_.digest; }
   /// Onto the disk. Throws Error likewise.
   void Close();
   std::uint64_t bytes() const { return bytes_; }
@@ -63,38 +100,8 @@ class BlockFile {
   int file_ = -1;
   std::uint64_t bytes_ = 0;
   std::uint32_t number_ = 0;
+  BlockLink link_ = FirstLink();
   std::unique_ptr<Flusher> flusher_;
-};
-
-/// A whole block of a file.
-struct BlockPlace {
-  BlockKind kind = BlockKind::kMeta;
-  std::uint64_t offset = 0;  // of its packed bytes
-  std::uint32_t packed_bytes = 0;
-  std::uint32_t bytes = 0;
-};
-
-/// Reads such a file. Memory: a block, and 24 bytes a block of the file.
-class BlockReader {
- public:
-  /// Looks through all of it. Throws Error when it is no recording or can't be read; what is cut short or damaged
-  /// somewhere is no error: the blocks before are there.
-  explicit BlockReader(const std::string& path);
-
-  const std::vector<BlockPlace>& places() const { return places_; }
-  /// Throws Error.
-  std::string Read(const BlockPlace& place);
-  /// After the last whole block: 0 when the file ends there.
-  std::uint64_t bytes_lost() const { return size_ - good_; }
-  std::uint64_t size() const { return size_; }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-  std::ifstream in_;
-  std::uint64_t size_ = 0;
-  std::uint64_t good_ = 0;
-  std::vector<BlockPlace> places_;
 };
 
 std::size_t MostBytes(BlockKind kind);

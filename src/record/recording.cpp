@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
 #include "files/files.h"
@@ -19,6 +20,9 @@ using nlohmann::ordered_json;
 
 constexpr double kBlock_s = 0.25;
 constexpr double kLongestStep_s = 1000;
+constexpr double kLongest_s = 1e12;
+constexpr std::uint64_t kMostSteps = 1'000'000'000'000'000;
+constexpr double kSameTime_s = 1e-6;
 
 /// Without what a terminal would take for a command: control characters, also the second set (U+0080 to U+009F), and
 /// what turns the direction of writing (U+202A to U+202E, U+2066 to U+2069).
@@ -91,7 +95,7 @@ class JsonReader {
 std::string FormatHead(const RecordingHead& head) {
   const Vec3& p = head.X_WT_start.p_AB;
   const Quat& q = head.X_WT_start.R_AB;
-  const ordered_json json{{"kerf_recording", 1},
+  const ordered_json json{{"kerf_recording", 2},
                           {"kind", ToString(head.kind)},
                           {"version", head.version},
                           {"commit", head.commit},
@@ -116,7 +120,7 @@ std::string FormatHead(const RecordingHead& head) {
 RecordingHead ParseHead(const std::string& text) {
   const JsonReader json(text, "head");
   RecordingHead head;
-  if (const double version = json.Number("kerf_recording", 1, 1e9); version != 1) {
+  if (const double version = json.Number("kerf_recording", 1, 1e9); version > 2) {
     throw Error(fmt::format("was written by a later version of kerf (format {:g})", version));
   }
   const std::string kind = json.Text("kind");
@@ -162,8 +166,8 @@ std::string FormatEnd(const RecordingEnd& end) {
 RecordingEnd ParseEnd(const std::string& text) {
   const JsonReader json(text, "end");
   RecordingEnd end;
-  end.steps = static_cast<std::uint64_t>(json.Number("steps", 0, 1e15));
-  end.time_s = json.Number("time_s", 0, 1e12);
+  end.steps = static_cast<std::uint64_t>(json.Number("steps", 0, static_cast<double>(kMostSteps)));
+  end.time_s = json.Number("time_s", 0, kLongest_s);
   end.force_hash = json.Hash("force_hash");
   end.voxel_hash = json.Hash("voxel_hash");
   if (json.Has("bone_hash")) end.bone_hash = json.Hash("bone_hash");
@@ -183,8 +187,8 @@ std::string FormatEvent(const RecordedEvent& event) {
 RecordedEvent ParseEvent(const std::string& text) {
   const JsonReader json(text, "list of events");
   RecordedEvent event;
-  event.step = static_cast<std::uint64_t>(json.Number("step", 0, 1e15));
-  event.time_s = json.Number("time_s", 0, 1e12);
+  event.step = static_cast<std::uint64_t>(json.Number("step", 0, static_cast<double>(kMostSteps)));
+  event.time_s = json.Number("time_s", 0, kLongest_s);
   event.what = Printable(json.Text("what"));
   event.name = Printable(json.Text("name"));
   event.number = static_cast<std::uint32_t>(json.Number("number", 0, 4e9));
@@ -215,11 +219,13 @@ void CheckNewRecording(const std::string& path) {
 }
 
 RecordingWriter::RecordingWriter(const std::string& path, const RecordingHead& head,
-                                 const std::map<std::string, std::string>& files)
+                                 const std::map<std::string, std::string>& files, const std::optional<SealKey>& key)
     : file_(path),
+      key_(key),
       steps_in_block_(static_cast<std::size_t>(
           std::clamp(std::floor(kBlock_s * head.rate_hz), 1.0, static_cast<double>(kMostStepsInBlock)))) {
-  file_.Append(BlockKind::kMeta, FormatHead(head));
+  // Twice: without its head no recording can be read.
+  for (int i = 0; i < 2; ++i) file_.Append(BlockKind::kMeta, FormatHead(head));
   for (const auto& [name, bytes] : files) {
     ByteWriter out;
     out.PutText(name);
@@ -273,49 +279,168 @@ void RecordingWriter::Flush() {
 void RecordingWriter::Finish(const RecordingEnd& end) {
   Flush();
   file_.Append(BlockKind::kEnd, FormatEnd(end));
+  file_.Append(BlockKind::kSeal, FormatSeal(MakeSeal(file_.digest(), key_)));
   file_.Close();
 }
 
 RecordingReader::RecordingReader(const std::string& path) : blocks_(path) {
   const std::vector<BlockPlace>& places = blocks_.places();
   if (places.empty() || places.front().kind != BlockKind::kMeta) {
-    throw Error(fmt::format("{}: is cut short before its head; nothing can be read of it", path));
+    const bool damaged = !blocks_.gaps().empty() && !blocks_.gaps().front().torn;
+    throw Error(fmt::format("{}: {} its head; nothing can be read of it", path,
+                            damaged ? "is damaged in" : "is cut short before"));
   }
   try {
     head_ = ParseHead(blocks_.Read(places.front()));
-    for (const BlockPlace& place : places) {
-      switch (place.kind) {
-        case BlockKind::kSteps: {
-          const RecordedBlock block = DecodeBlock(blocks_.Read(place));
-          if (block.first_step != steps_) throw Error("lacks steps in the middle");
-          steps_ += block.steps.size();
-          for (const RecordedStep& step : block.steps) {
-            if (!(step.dt_s >= 0 && step.dt_s <= kLongestStep_s)) throw Error("has a tick of no time that there is");
-            duration_s_ += CalcElapsed(step, head_.rate_hz);
-          }
-          steps_places_.push_back(place);
-          break;
-        }
-        case BlockKind::kPiece:
-          break;
-        case BlockKind::kEvent:
-          if (events_.size() == kMostEvents) throw Error("holds more events than a recording may");
-          events_.push_back(ParseEvent(blocks_.Read(place)));
-          break;
-        case BlockKind::kEnd:
-          end_ = ParseEnd(blocks_.Read(place));
-          break;
-        case BlockKind::kMeta:
-        case BlockKind::kFile:
-          break;
-      }
-    }
-    if (end_ && end_->steps != steps_) {
-      throw Error(
-          fmt::format("its end tells of {} steps, and it holds {}: it is not as it was written", end_->steps, steps_));
-    }
+    Read();
+    CheckSeal();
+    FindDamage();
   } catch (const Error& e) {
     throw Error(fmt::format("{}: {}", path, e.what()));
+  }
+}
+
+void RecordingReader::Read() {
+  auto gap = blocks_.gaps().begin();
+  const std::vector<BlockPlace>& places = blocks_.places();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    for (; gap != blocks_.gaps().end() && gap->before_place <= i; ++gap) {
+      if (gap->lost_blocks > 0) lost_.push_back({gap->lost_blocks, gap->last_kind});
+    }
+    switch (places[i].kind) {
+      case BlockKind::kSteps:
+        TakeSteps(places[i]);
+        break;
+      case BlockKind::kEvent:
+        if (events_.size() == kMostEvents) throw Error("holds more events than a recording may");
+        events_.push_back(ParseEvent(blocks_.Read(places[i])));
+        break;
+      case BlockKind::kEnd:
+        TakeEnd(places[i]);
+        break;
+      case BlockKind::kMeta:
+      case BlockKind::kFile:
+      case BlockKind::kPiece:
+      case BlockKind::kSeal:
+        break;
+    }
+  }
+  KeepLost(false);
+}
+
+void RecordingReader::TakeEnd(const BlockPlace& place) {
+  end_ = ParseEnd(blocks_.Read(place));
+  if (end_->steps == next_step_) return;
+  if (lost_.empty() || end_->steps < next_step_) {
+    throw Error(fmt::format("its end tells of {} steps, and it holds {}: it is not as it was written", end_->steps,
+                            next_step_));
+  }
+  AddLostSteps(end_->steps, end_->time_s);
+}
+
+void RecordingReader::TakeSteps(const BlockPlace& place) {
+  const RecordedBlock block = DecodeBlock(blocks_.Read(place));
+  if (block.first_step != next_step_) {
+    if (lost_.empty() || block.first_step < next_step_) throw Error("lacks steps in the middle");
+    AddLostSteps(block.first_step, block.first_time_s);
+  }
+  KeepLost(false);
+  for (const RecordedStep& step : block.steps) {
+    if (!(step.dt_s >= 0 && step.dt_s <= kLongestStep_s)) throw Error("has a tick of no time that there is");
+    if ((step.flags & kRecordedPieceLeaves) != 0)
+      pieces_.try_emplace(step.piece, LostSteps{next_step_, 0, duration_s_, 0});
+    ++next_step_;
+    duration_s_ += CalcElapsed(step, head_.rate_hz);
+  }
+  steps_ += block.steps.size();
+  steps_places_.push_back(place);
+}
+
+/// The blocks of these steps are among those that are missing.
+void RecordingReader::AddLostSteps(std::uint64_t until_step, double until_s) {
+  if (until_step > kMostSteps || !(until_s >= duration_s_ - kSameTime_s && until_s <= kLongest_s)) {
+    throw Error("has steps after a gap at a time that can't be");
+  }
+  damage_.gaps.push_back({next_step_, until_step - next_step_, duration_s_, until_s});
+  damage_.lost_steps += until_step - next_step_;
+  next_step_ = until_step;
+  duration_s_ = until_s;
+  KeepLost(true);
+}
+
+/// Of the blocks that are missing those that were not of steps. `with_steps`: some of them were of steps.
+void RecordingReader::KeepLost(bool with_steps) {
+  for (const LostBlocks& lost : lost_) {
+    const bool is_other = lost.count == 1 && lost.last_kind && *lost.last_kind != BlockKind::kSteps;
+    if (is_other || !with_steps) faults_.push_back(Describe(lost));
+  }
+  lost_.clear();
+}
+
+void RecordingReader::CheckSeal() {
+  const std::vector<BlockPlace>& places = blocks_.places();
+  const BlockKind last = places.back().kind;
+  if (blocks_.first_line_is_bad()) faults_.emplace_back("its first line is damaged");
+  if (const std::optional<std::uint32_t>& number = blocks_.broken_link()) {
+    seal_.is_broken = true;
+    faults_.push_back(
+        fmt::format("the chain is broken between its blocks {} and {}: one of them is not as it was written", *number,
+                    *number + 1));
+  }
+  seal_.is_chained = blocks_.version() > 1;
+  if (last != (seal_.is_chained ? BlockKind::kSeal : BlockKind::kEnd)) {
+    const BlockKind should_be_last = seal_.is_chained ? BlockKind::kSeal : BlockKind::kEnd;
+    const auto is_end = [&](const BlockPlace& place) { return place.kind == should_be_last; };
+    has_last_block_ = std::any_of(places.begin(), places.end(), is_end);
+    if (has_last_block_) faults_.emplace_back("it holds blocks after its end");
+    return;
+  }
+  has_last_block_ = true;
+  if (!seal_.is_chained) return;
+  const SealBlock seal = ParseSeal(blocks_.Read(places.back()));
+  const bool is_signed = IsSignedBy(seal.digest, seal.key, seal.signature);
+  const bool fits = seal.digest == blocks_.last_link().digest;
+  if (!fits) faults_.emplace_back("its seal is not of these blocks");
+  if (!seal.key.empty() && !is_signed) faults_.emplace_back("its signature does not fit its blocks");
+  seal_.is_broken = seal_.is_broken || !fits || (!seal.key.empty() && !is_signed);
+  seal_.is_whole = blocks_.gaps().empty() && faults_.empty();
+  if (seal_.is_whole && is_signed) seal_.signer = seal.key;
+}
+
+void RecordingReader::FindDamage() {
+  const std::vector<BlockGap>& gaps = blocks_.gaps();
+  for (const BlockGap& gap : gaps) {
+    damage_.lost_blocks += gap.lost_blocks;
+    damage_.bad_bytes += gap.bytes;
+  }
+  damage_.has_end = end_ && has_last_block_;
+  damage_.known_steps = next_step_;
+  damage_.whole_steps = damage_.gaps.empty() ? next_step_ : damage_.gaps.front().first_step;
+  damage_.whole_s = damage_.gaps.empty() ? duration_s_ : damage_.gaps.front().from_s;
+  const bool torn = !gaps.empty() && gaps.back().torn && !has_last_block_;
+  if (gaps.size() > (torn ? 1u : 0u) || !faults_.empty()) {
+    damage_.state = RecordingState::kDamaged;
+    LimitToPieces();
+  } else if (!damage_.has_end) {
+    damage_.state = RecordingState::kCutShort;
+  }
+  const bool bad_tail = !gaps.empty() && gaps.back().before_place == blocks_.places().size() && !torn;
+  if (bad_tail) faults_.push_back(fmt::format("the last {} bytes are damaged", gaps.back().bytes));
+  damage_.sentence = Describe(damage_, faults_, duration_s_);
+}
+
+/// A step at which a piece leaves that is missing can't be gone through.
+void RecordingReader::LimitToPieces() {
+  std::set<std::uint64_t> there;
+  for (const BlockPlace& place : blocks_.places()) {
+    if (place.kind != BlockKind::kPiece) continue;
+    const std::string bytes = blocks_.Read(place);
+    there.insert(ByteReader(bytes).GetNumber());
+  }
+  for (const auto& [number, at] : pieces_) {
+    if (there.contains(number) || at.first_step >= damage_.whole_steps) continue;
+    damage_.whole_steps = at.first_step;
+    damage_.whole_s = at.from_s;
   }
 }
 
@@ -335,15 +460,6 @@ std::map<std::string, std::string> RecordingReader::ReadFiles() {
     }
   }
   return files;
-}
-
-std::string RecordingReader::DescribeDamage() const {
-  if (blocks_.bytes_lost() > 0) {
-    return fmt::format("the last {} of {} bytes are torn or damaged; what is before them, {:.3f} s, is whole",
-                       blocks_.bytes_lost(), blocks_.size(), duration_s_);
-  }
-  if (!end_) return fmt::format("it was cut short: it has no end, but {:.3f} s that are whole", duration_s_);
-  return "";
 }
 
 bool RecordingReader::ReadBlock(std::size_t i, RecordedBlock& block) {

@@ -9,7 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "record/block_reader.h"
 #include "record/blocks.h"
+#include "record/damage.h"
+#include "record/seal.h"
 #include "record/step.h"
 
 namespace kerf {
@@ -65,8 +68,9 @@ void CheckNewRecording(const std::string& path);
 /// Writes a recording as it comes: a block for each quarter of a second.
 class RecordingWriter {
  public:
-  /// `files`: inputs of the scene by their full name, with their bytes. Throws Error.
-  RecordingWriter(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files);
+  /// `files`: inputs of the scene by their full name, with their bytes. `key`: that signs it at its end. Throws Error.
+  RecordingWriter(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files,
+                  const std::optional<SealKey>& key = std::nullopt);
 
   /// `time_s`: at the end of the step. All throw Error when the file can't be written any further.
   void Add(const RecordedStep& step, double time_s);
@@ -88,6 +92,7 @@ class RecordingWriter {
 
  private:
   BlockFile file_;
+  std::optional<SealKey> key_;
   std::uint64_t written_steps_ = 0;
   double written_s_ = 0;
   std::size_t steps_in_block_;
@@ -99,8 +104,8 @@ class RecordingWriter {
 /// Memory: a block of steps and an index of the file.
 class RecordingReader {
  public:
-  /// Throws Error when it is none, or its head does not make sense. One that was cut short or damaged is read as far as
-  /// it is whole: `damage`.
+  /// Throws Error when it is none, or its head does not make sense. One that was cut short or damaged is read, but for
+  /// what is missing: damage().
   explicit RecordingReader(const std::string& path);
 
   const std::string& path() const { return blocks_.path(); }
@@ -109,24 +114,47 @@ class RecordingReader {
   std::map<std::string, std::string> ReadFiles();
   const std::optional<RecordingEnd>& end() const { return end_; }
   const std::vector<RecordedEvent>& events() const { return events_; }
+  /// That were read; damage().whole_steps of them can be gone through again.
   std::uint64_t steps() const { return steps_; }
+  /// At the end of the last step that was read.
   double duration_s() const { return duration_s_; }
-  /// A sentence; empty when the recording is whole and has its end.
-  std::string DescribeDamage() const;
+  /// What is missing, if anything is.
+  const RecordingDamage& damage() const { return damage_; }
+  /// damage().sentence: empty when the recording is whole and has its end.
+  const std::string& DescribeDamage() const { return damage_.sentence; }
+  /// Whether the blocks are those that were written, and who signed them.
+  const RecordingSeal& seal() const { return seal_; }
 
-  /// The i-th block of steps, in order. False when there are not so many. Throws Error.
+  /// The i-th block of steps that was read, in order; RecordedBlock::first_step tells where one is missing before it.
+  /// False when there are not as many. Throws Error.
   bool ReadBlock(std::size_t i, RecordedBlock& block);
   /// Of a piece that was going to leave. Throws Error when there is none of that number.
   std::string ReadPiece(std::uint32_t number);
 
  private:
+  void Read();
+  void TakeSteps(const BlockPlace& place);
+  void AddLostSteps(std::uint64_t until_step, double until_s);
+  void TakeEnd(const BlockPlace& place);
+  void KeepLost(bool with_steps);
+  void CheckSeal();
+  void FindDamage();
+  void LimitToPieces();
+
   BlockReader blocks_;
   RecordingHead head_;
   std::optional<RecordingEnd> end_;
   std::vector<RecordedEvent> events_;
   std::vector<BlockPlace> steps_places_;
   std::uint64_t steps_ = 0;
+  std::uint64_t next_step_ = 0;  // with those that are missing
   double duration_s_ = 0;
+  RecordingDamage damage_;
+  RecordingSeal seal_;
+  std::vector<LostBlocks> lost_;     // since the last block of steps
+  std::vector<std::string> faults_;  // besides the steps that are missing
+  bool has_last_block_ = false;
+  std::map<std::uint32_t, LostSteps> pieces_;  // where the steps name them: step and time before it
 };
 
 }  // namespace kerf

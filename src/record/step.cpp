@@ -1,5 +1,7 @@
 #include "record/step.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <bit>
 #include <cmath>
@@ -171,21 +173,29 @@ void GetLatticePoses(ByteReader& in, std::vector<RecordedStep>& steps) {
 // ---- what is noted among them
 
 struct StateColumn {
+  const char* name;  // as `kerf log --csv` calls it
   double (*get)(const RecordedState&);
   void (*set)(RecordedState&, double);
   double unit;
 };
 const std::array<StateColumn, 9> kStateColumns{{
-    {[](const RecordedState& s) { return s.time_s; }, [](RecordedState& s, double x) { s.time_s = x; }, 1e-6},
-    {[](const RecordedState& s) { return s.p_WT_mm.x; }, [](RecordedState& s, double x) { s.p_WT_mm.x = x; }, 1e-3},
-    {[](const RecordedState& s) { return s.p_WT_mm.y; }, [](RecordedState& s, double x) { s.p_WT_mm.y = x; }, 1e-3},
-    {[](const RecordedState& s) { return s.p_WT_mm.z; }, [](RecordedState& s, double x) { s.p_WT_mm.z = x; }, 1e-3},
-    {[](const RecordedState& s) { return s.f_N.x; }, [](RecordedState& s, double x) { s.f_N.x = x; }, 1e-3},
-    {[](const RecordedState& s) { return s.f_N.y; }, [](RecordedState& s, double x) { s.f_N.y = x; }, 1e-3},
-    {[](const RecordedState& s) { return s.f_N.z; }, [](RecordedState& s, double x) { s.f_N.z = x; }, 1e-3},
-    {[](const RecordedState& s) { return s.removed_mm3; }, [](RecordedState& s, double x) { s.removed_mm3 = x; }, 1e-3},
-    {[](const RecordedState& s) { return s.engaged_teeth; }, [](RecordedState& s, double x) { s.engaged_teeth = x; },
+    {"time_s", [](const RecordedState& s) { return s.time_s; }, [](RecordedState& s, double x) { s.time_s = x; }, 1e-6},
+    {"tool_x_mm", [](const RecordedState& s) { return s.p_WT_mm.x; },
+     [](RecordedState& s, double x) { s.p_WT_mm.x = x; }, 1e-3},
+    {"tool_y_mm", [](const RecordedState& s) { return s.p_WT_mm.y; },
+     [](RecordedState& s, double x) { s.p_WT_mm.y = x; }, 1e-3},
+    {"tool_z_mm", [](const RecordedState& s) { return s.p_WT_mm.z; },
+     [](RecordedState& s, double x) { s.p_WT_mm.z = x; }, 1e-3},
+    {"force_x_N", [](const RecordedState& s) { return s.f_N.x; }, [](RecordedState& s, double x) { s.f_N.x = x; },
      1e-3},
+    {"force_y_N", [](const RecordedState& s) { return s.f_N.y; }, [](RecordedState& s, double x) { s.f_N.y = x; },
+     1e-3},
+    {"force_z_N", [](const RecordedState& s) { return s.f_N.z; }, [](RecordedState& s, double x) { s.f_N.z = x; },
+     1e-3},
+    {"removed_total_mm3", [](const RecordedState& s) { return s.removed_mm3; },
+     [](RecordedState& s, double x) { s.removed_mm3 = x; }, 1e-3},
+    {"engaged_teeth", [](const RecordedState& s) { return s.engaged_teeth; },
+     [](RecordedState& s, double x) { s.engaged_teeth = x; }, 1e-3},
 }};
 
 // So many units of a column come back from a double as they went in.
@@ -228,6 +238,17 @@ void GetStates(ByteReader& in, RecordedBlock& block) {
 }
 
 }  // namespace
+
+std::string DescribeDifference(const RecordedState& recorded, const RecordedState& now) {
+  for (const StateColumn& c : kStateColumns) {
+    const std::int64_t before = Round(c.get(recorded), c.unit);
+    const std::int64_t after = Round(c.get(now), c.unit);
+    if (before == after) continue;
+    return fmt::format("{} is recorded as {:.6g} and comes out as {:.6g}", c.name, static_cast<double>(before) * c.unit,
+                       static_cast<double>(after) * c.unit);
+  }
+  return "";
+}
 
 std::string EncodeBlock(const RecordedBlock& block) {
   ByteWriter out;

@@ -56,6 +56,9 @@ struct RecordedState {
   double engaged_teeth = 0;  // to 1e-3
 };
 
+/// The first column in which they differ, rounded as they are kept, with both values; empty when none does.
+std::string DescribeDifference(const RecordedState& recorded, const RecordedState& now);
+
 /// Hashes after a tick: of all forces and poses so far, and of all voxels that have changed so far.
 struct RecordedHash {
   std::uint64_t step = 0;

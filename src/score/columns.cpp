@@ -72,28 +72,41 @@ const CutColumn* DepthGauge::Find(double s_mm) const {
   return i < 0 ? nullptr : &columns_[static_cast<std::size_t>(i)];
 }
 
-std::optional<DepthReading> DepthGauge::Calc(const Pose& X_WT) const {
+/// visit(column, p): each point of the tool's rim that is not beside the cut, in the cut's frame, and its column.
+template <typename Visit>
+void DepthGauge::VisitRim(const Pose& X_WT, Visit&& visit) const {
   const Vec3 centre = cut_.ToCut(X_WT.p_AB);
-  if (std::abs(centre.z) > kBeside_mm + cut_.radius_mm) return {};
-  std::optional<DepthReading> reading;
+  if (std::abs(centre.z) > kBeside_mm + cut_.radius_mm) return;
   for (int i = 0; i < kRimPoints; ++i) {
     const double turn = 2 * kPi * i / kRimPoints;
     const double c = cut_.radius_mm * std::cos(turn);
     const double s = cut_.radius_mm * std::sin(turn);
     const Vec3 p = cut_.is_disc ? cut_.ToCut(X_WT.Point({c, s, 0})) : centre + Vec3(c, s, 0);
     if (std::abs(p.z) > kBeside_mm) continue;
-    const CutColumn* column = Find(p.x);
-    if (column == nullptr) continue;
-    const double depth_mm = p.y - column->near_mm;
-    const double beyond_mm = p.y - column->far_mm;
+    if (const CutColumn* column = Find(p.x); column != nullptr) visit(*column, p);
+  }
+}
+
+std::optional<DepthReading> DepthGauge::Calc(const Pose& X_WT) const {
+  std::optional<DepthReading> reading;
+  VisitRim(X_WT, [&](const CutColumn& column, const Vec3& p) {
+    const double depth_mm = p.y - column.near_mm;
+    const double beyond_mm = p.y - column.far_mm;
     if (!reading) reading = {depth_mm, cut_.depth_mm - depth_mm};
     reading->depth_mm = std::max(reading->depth_mm, depth_mm);
     reading->to_goal_mm = std::min(reading->to_goal_mm, cut_.depth_mm - depth_mm);
     // Beside the line the bone may end anywhere, as at a round border.
-    const bool on_line = column->s_mm > -0.5 * step_mm_ && column->s_mm < cut_.length_mm + 0.5 * step_mm_;
+    const bool on_line = column.s_mm > -0.5 * step_mm_ && column.s_mm < cut_.length_mm + 0.5 * step_mm_;
     if (on_line) reading->beyond_mm = std::max(reading->beyond_mm, beyond_mm);
-  }
+  });
   return reading;
+}
+
+void DepthGauge::TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) const {
+  VisitRim(X_WT, [&](const CutColumn& column, const Vec3& p) {
+    double& deepest = deepest_mm[static_cast<std::size_t>(&column - columns_.data())];
+    deepest = std::max(deepest, p.y - column.near_mm);
+  });
 }
 
 double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT) {

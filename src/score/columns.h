@@ -41,11 +41,16 @@ class DepthGauge {
   DepthGauge(const Bone& before, const WantedCut& cut);
   /// None where the tool is beside the wanted cut. Its rim is looked at, of a ball its outline.
   std::optional<DepthReading> Calc(const Pose& X_WT) const;
+  /// Of each of columns(), how deep below its surface the tool has been so far: the larger of `deepest_mm` and where it
+  /// is now. `deepest_mm`: one for each column.
+  void TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) const;
   const WantedCut& cut() const { return cut_; }
   const std::vector<CutColumn>& columns() const { return columns_; }
 
  private:
   const CutColumn* Find(double s_mm) const;
+  template <typename Visit>
+  void VisitRim(const Pose& X_WT, Visit&& visit) const;
 
   WantedCut cut_;
   double step_mm_ = 0;

@@ -36,10 +36,17 @@ std::string DescribeExercise(const ScoreSheet& sheet) {
 
 }  // namespace
 
+const char* DescribeChain(const RecordingSeal& seal) {
+  if (!seal.is_chained) return "none";
+  if (seal.is_whole) return "whole";
+  return seal.is_broken ? "broken" : "not closed";
+}
+
 std::string FormatSheet(const ScoreSheet& sheet) {
   std::string text = fmt::format("{}\n", sheet.title.empty() ? sheet.scene : sheet.title);
   text += fmt::format("  exercise  {}\n", DescribeExercise(sheet));
   if (sheet.total) text += fmt::format("  total     {:.1f} of 100\n", *sheet.total);
+  for (const std::string& why : sheet.incomplete) text += fmt::format("  not graded: {}\n", why);
   text += fmt::format("\n  {:<50} {:>10} {:<8} {}\n", "measure", "value", "unit", sheet.total ? "points" : "");
   for (const MeasureRow& row : sheet.rows) {
     if (!row.value && row.weight == 0) continue;
@@ -61,6 +68,10 @@ std::string FormatSheetJson(const ScoreSheet& sheet) {
   json["level"] = sheet.level;
   json["total"] = nullptr;
   if (sheet.total) json["total"] = *sheet.total;
+  json["complete"] = sheet.incomplete.empty();
+  json["incomplete"] = sheet.incomplete;
+  json["recording_state"] = ToString(sheet.state);
+  json["seal"] = {{"chain", DescribeChain(sheet.seal)}, {"signer", sheet.seal.signer}};
   json["measures"] = ordered_json::object();
   for (const MeasureRow& row : sheet.rows) {
     ordered_json measure{{"name", row.info->name},
@@ -85,6 +96,7 @@ std::string FormatSheetCsv(const ScoreSheet& sheet) {
                        row.points ? fmt::format("{:.4f}", *row.points) : "");
   }
   if (sheet.total) csv += fmt::format("total,\"total\",,{:.4f},1,,\n", *sheet.total);
+  csv += fmt::format("complete,\"complete, so that it is graded\",,{},0,,\n", sheet.incomplete.empty() ? 1 : 0);
   return csv;
 }
 
@@ -99,6 +111,8 @@ std::string FormatSheetHtml(const ScoreSheet& sheet) {
   html += fmt::format("<p>{}; recorded {}; {}</p>\n", EscapeHtml(DescribeExercise(sheet)), EscapeHtml(sheet.created),
                       EscapeHtml(sheet.recording));
   if (sheet.total) html += fmt::format("<p class=\"total\">{:.1f} of 100</p>\n", *sheet.total);
+  for (const std::string& why : sheet.incomplete)
+    html += fmt::format("<p><b>Not graded: {}</b></p>\n", EscapeHtml(why));
   for (const std::string& warning : sheet.warnings)
     html += fmt::format("<p><b>Mind: {}</b></p>\n", EscapeHtml(warning));
   html += "<table><tr><th>measure</th><th>value</th><th>unit</th><th>points</th><th>formula</th></tr>\n";

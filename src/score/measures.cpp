@@ -31,6 +31,10 @@ constexpr std::array kMeasures{
     MeasureInfo{"cut_share", "share of the wanted cut that was made", "",
                 "area of the wanted cut's plane in bone, of which something was removed within the margin / all of it",
                 kProduct, 0},
+    MeasureInfo{"line_share", "share of the line that was gone along", "",
+                "share of the line's places where the tool was at least half as deep as wanted, within 8 mm of the "
+                "wanted plane; below 0.8 the exercise is not finished",
+                kNone, 0},
     MeasureInfo{"depth_error_mean_mm", "depth error, mean", "mm",
                 "mean over the line of |depth reached - depth wanted|", kNone, 0},
     MeasureInfo{"depth_error_p95_mm", "depth error, 95th percentile", "mm", "of the same", kNone, 0},
@@ -182,6 +186,10 @@ void CalcTotal(ScoreSheet& sheet) {
     sum += row.weight * *row.points;
   }
   sheet.total.reset();
+  if (!sheet.incomplete.empty()) {
+    for (MeasureRow& row : sheet.rows) row.points.reset();
+    return;
+  }
   if (weights > 0) sheet.total = 100 * sheet.Get("cut_share").value_or(0) * sum / weights;
 }
 

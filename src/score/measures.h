@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "record/damage.h"
+#include "record/seal.h"
 #include "scene/exercise.h"
 
 namespace kerf {
@@ -57,8 +59,14 @@ struct ScoreSheet {
   int level = 0;
   std::vector<MeasureRow> rows;  // one for each of Measures()
   /// 0 to 100: 100 x cut_share x the weighted mean of the points of the exercise's goals. None where there was no
-  /// exercise.
+  /// exercise, or the attempt is incomplete.
   std::optional<double> total;
+  /// Why it is not graded, a phrase each: the recording is cut short or damaged, the session ended by a failure, the
+  /// exercise is not finished. Its measures are those of what there is; there are no points and no total.
+  std::vector<std::string> incomplete;
+  RecordingState state = RecordingState::kWhole;
+  std::string steps_digest;  // of what the ticks were given: CalcStepsDigest()
+  RecordingSeal seal;
   std::vector<std::string> warnings;
 
   /// Throws Error when there is none of that key.
@@ -68,8 +76,12 @@ struct ScoreSheet {
 /// All measures without values, with the weights of the exercise if it is one.
 ScoreSheet MakeSheet(std::optional<ExerciseKind> kind);
 void SetValue(ScoreSheet& sheet, std::string_view key, std::optional<double> value);
-/// Gives points to what has values, and the total.
+/// Gives points to what has values, and the total; none of either to what is incomplete.
 void CalcTotal(ScoreSheet& sheet);
+
+/// Of a recording's blocks: "whole"; "broken"; "not closed", as after a kill; "none" in the first version of
+/// recordings.
+const char* DescribeChain(const RecordingSeal& seal);
 
 /// For people: a table of lines.
 std::string FormatSheet(const ScoreSheet& sheet);

@@ -57,6 +57,9 @@ double CalcSparc(const std::vector<double>& speed) {
 }
 
 /// Sums from the beginning, for means over any stretch.
+/// So much of the wanted depth is enough for a place of the line to be gone along.
+constexpr double kGoneAlong = 0.5;
+
 std::vector<Vec3> SumPlaces(std::span<const Vec3> p) {
   std::vector<Vec3> sums(p.size() + 1, Vec3(0));
   for (std::size_t i = 0; i < p.size(); ++i) sums[i + 1] = sums[i] + p[i];
@@ -153,6 +156,23 @@ void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
   SetValue(sheet, "jitter_mm", *middle);
 }
 
+void MotionMeter::MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const {
+  const std::vector<CutColumn>& columns = gauge.columns();
+  std::vector<double> deepest_mm(columns.size(), -kAbove_mm);
+  for (const Row& row : rows_) {
+    if (row.contact) gauge.TakeDepths(row.X_WT, deepest_mm);
+  }
+  int places = 0;
+  int gone_along = 0;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
+    const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
+    ++places;
+    if (deepest_mm[i] >= kGoneAlong * wanted_mm) ++gone_along;
+  }
+  if (places > 0) SetValue(sheet, "line_share", static_cast<double>(gone_along) / places);
+}
+
 void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {
   if (gauge.columns().empty()) return;
   double largest_mm = 0;
@@ -198,6 +218,7 @@ void MotionMeter::Finish(const Tool& tool, const DepthGauge* gauge, const Region
   SetValue(sheet, "strokes", strokes_);
   MeasureForces(sheet);
   MeasureMotion(sheet);
+  if (gauge != nullptr) MeasureLine(*gauge, sheet);
   if (gauge != nullptr) MeasurePlunge(*gauge, sheet);
   if (nerve == nullptr || nerve->empty()) return;
   MeasureNerve(tool, *nerve, sheet);

@@ -44,6 +44,7 @@ class MotionMeter {
   };
   void MeasureForces(ScoreSheet& sheet) const;
   void MeasureMotion(ScoreSheet& sheet) const;
+  void MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const;
   void MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const;
   void MeasureNerve(const Tool& tool, const RegionDistance& nerve, ScoreSheet& sheet) const;
 

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
+#include <string_view>
 
 #include "kerf/error.h"
+#include "pack/bytes.h"
 #include "score/cut_measures.h"
 #include "score/motion.h"
 #include "session/make_bone.h"
@@ -103,7 +106,56 @@ void SetHalves(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& 
   }
 }
 
+/// A loop's and a path's, when all went as it should.
+constexpr std::array<std::string_view, 3> kGoodEnds{"asked", "stopped", "the path's end"};
+/// Of the measure line_share: less is an exercise that was given up or cut off.
+constexpr double kFinished = 0.8;
+
+std::vector<std::string> FindIncomplete(const RecordingReader& recording, const ScoreSheet& sheet) {
+  std::vector<std::string> found;
+  if (sheet.state != RecordingState::kWhole) {
+    found.push_back(fmt::format("the recording is {}", ToString(sheet.state)));
+  }
+  if (recording.end() && std::find(kGoodEnds.begin(), kGoodEnds.end(), recording.end()->why) == kGoodEnds.end()) {
+    found.push_back(fmt::format("the session ended by a failure: {}", recording.end()->why));
+  }
+  if (!sheet.kind) return found;
+  const double share = sheet.Get("line_share").value_or(0);
+  if (share < kFinished) {
+    found.push_back(
+        fmt::format("the exercise is not finished: the tool has gone along {:.0f} % of the line, of {:.0f} "
+                    "% at least",
+                    100 * share, 100 * kFinished));
+  }
+  return found;
+}
+
 }  // namespace
+
+std::string CalcStepsDigest(RecordingReader& recording) {
+  constexpr std::size_t kChunk = 4096;  // of steps; blocks may be split otherwise
+  Digest digest{};
+  ByteWriter bytes;
+  std::size_t count = 0;
+  const auto take = [&] {
+    const std::string chunk = bytes.Take();
+    bytes = {};
+    digest = CalcDigest({reinterpret_cast<const char*>(digest.data()), digest.size()}, chunk);
+  };
+  RecordedBlock block;
+  for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
+    for (const RecordedStep& step : block.steps) {
+      const Vec3& p = step.X.p_AB;
+      const Quat& q = step.X.R_AB;
+      for (const double x : {p.x, p.y, p.z, q.w, q.x, q.y, q.z, step.dt_s, step.rpm}) bytes.Put(x);
+      bytes.Put(step.buttons);
+      bytes.Put(step.flags);
+      if (++count % kChunk == 0) take();
+    }
+  }
+  take();
+  return ToHex(digest);
+}
 
 ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& options,
                           const std::function<void(const std::string&, double)>& progress) {
@@ -123,6 +175,9 @@ ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& option
   sheet.title = scene.title;
   sheet.created = head.created;
   sheet.level = exercise.given ? exercise.level : 0;
+  sheet.state = recording.damage().state;
+  sheet.seal = recording.seal();
+  sheet.steps_digest = CalcStepsDigest(recording);
   if (const std::string damage = recording.DescribeDamage(); !damage.empty()) sheet.warnings.push_back(damage);
 
   const Tool tool = MakeTool(scene);
@@ -142,6 +197,7 @@ ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& option
   show("measuring", 0.5);
   const RegionDistance nerve(gone.before, Tissue::kCanal);
   meter.Finish(tool, gauge ? &*gauge : nullptr, &nerve, FindRegionsOf(gone.before, Tissue::kCanal), sheet);
+  sheet.incomplete = FindIncomplete(recording, sheet);
   CalcTotal(sheet);
   show("measuring", 1);
   return sheet;

@@ -16,6 +16,10 @@ struct ScoreOptions {
   const std::atomic<bool>* stop = nullptr;  // ends it by an Error; may be null
 };
 
+/// Of what its ticks were given, as far as it was read, and of nothing else: the same for a copy with another name,
+/// another head or another seal.
+std::string CalcStepsDigest(RecordingReader& recording);
+
 /// Goes through the recording again without the clock, as `kerf replay` does, and measures what it did: the same
 /// recording gives the same sheet, wherever. `progress` gets a stage's name and 0..1; may be empty. Throws Error for a
 /// recording that can't be gone through, or of slab mode, in which nothing is cut.

@@ -18,7 +18,7 @@ LoopReplay::LoopReplay(const LoopReplayOptions& options, StepBody& body, Coupled
 
 void LoopReplay::GoThrough(HapticLoop& loop, const std::function<bool(double)>& read) {
   using Clock = std::chrono::steady_clock;
-  const double all_s = std::min(options_.until_s, options_.recording->duration_s());
+  const double all_s = std::min(options_.until_s, options_.recording->damage().whole_s);
   const Clock::time_point began = Clock::now();
   std::uint64_t done = 0;
   loop.GoThrough([&] {

@@ -10,6 +10,7 @@
 
 #include "bonefile/bonefile.h"
 #include "files/files.h"
+#include "files/markdown_text.h"
 #include "force/measured.h"
 #include "kerf/error.h"
 #include "kerf/version.h"
@@ -339,13 +340,15 @@ std::string FormatLoopCsv(const LoopSummary& s) {
 }
 
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pictures) {
-  std::string text = fmt::format("# {}\n\n", scene.title.empty() ? scene.name : scene.title);
-  text += fmt::format("`{}` with {}, {:.1f} s of it {} at {:g} Hz.\n\n", scene.name, DescribeHeld(s), s.simulated_s,
-                      s.virtual_time ? "without the clock" : "live", s.rate_hz);
-  if (s.end != LoopEnd::kAsked) text += fmt::format("**The loop ended by itself: {}.**\n\n", s.failure);
-  for (const std::string& warning : s.warnings) text += fmt::format("**Warning: {}.**\n\n", warning);
+  std::string text = fmt::format("# {}\n\n", EscapeMarkdown(scene.title.empty() ? scene.name : scene.title));
+  text += fmt::format("{} with {}, {:.1f} s of it {} at {:g} Hz.\n\n", MarkdownCode(scene.name),
+                      EscapeMarkdown(DescribeHeld(s)), s.simulated_s, s.virtual_time ? "without the clock" : "live",
+                      s.rate_hz);
+  if (s.end != LoopEnd::kAsked) text += fmt::format("**The loop ended by itself: {}.**\n\n", EscapeMarkdown(s.failure));
+  for (const std::string& warning : s.warnings) text += fmt::format("**Warning: {}.**\n\n", EscapeMarkdown(warning));
   if (!s.virtual_time) text += fmt::format("- {}\n- {}\n", s.grants.scheduling, s.grants.memory);
-  text += fmt::format("- Coupling: {}. Limits: {}.\n", DescribeCoupling(s.setup), DescribeLimits(s.setup));
+  text += fmt::format("- Coupling: {}. Limits: {}.\n", EscapeMarkdown(DescribeCoupling(s.setup)),
+                      EscapeMarkdown(DescribeLimits(s.setup)));
   text += fmt::format(
       "- {} ticks; {} deadlines missed, at most {} in a row; the watchdog made the force zero {} times, and {} times "
       "it began again from zero.\n",
@@ -354,7 +357,7 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
       "- Force that was not finite: {}. Handle poses that were none: {}. Ticks limited or faulty: {} (bits of the "
       "status column).\n",
       s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks);
-  if (!s.served.empty()) text += fmt::format("- The device itself: {}.\n", DescribeServed(s));
+  if (!s.served.empty()) text += fmt::format("- The device itself: {}.\n", EscapeMarkdown(DescribeServed(s)));
   text += fmt::format(
       "- Largest force on the device {:.3f} N, in the simulation {:.3f} N; largest step from tick to tick {:.4f} N, "
       "where the slew limit is {:.4g} N a tick.\n",
@@ -366,7 +369,8 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
       fmt::format("- {}, {} times through the path, {} removed.\n", DescribeStrokes(s), s.rounds, DescribeRemoved(s));
   text += fmt::format("- The bone is {}.\n", DescribePieces(s));
   text += fmt::format("- Energy: {}.\n", DescribeEnergy(s));
-  for (const std::string& effect : DescribeEffects(s.effects)) text += fmt::format("- Effect: {}.\n", effect);
+  for (const std::string& effect : DescribeEffects(s.effects))
+    text += fmt::format("- Effect: {}.\n", EscapeMarkdown(effect));
   if (s.heat) text += fmt::format("- Heat: {}.\n", DescribeHeat(*s.heat));
   if (s.fragments) text += fmt::format("- Fragments: {}.\n", DescribeFragments(*s.fragments));
   text += fmt::format("- {} leaves were sent to readers; a copy of the bone made from them is {}.\n", s.leaves_sent,

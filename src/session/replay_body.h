@@ -10,16 +10,10 @@
 #include "devices/device.h"
 #include "haptics/step_body.h"
 #include "record/recording.h"
+#include "session/event_check.h"
 #include "session/session_recorder.h"
 
 namespace kerf {
-
-/// Where what comes out is not what came out.
-struct Divergence {
-  std::uint64_t step = 0;  // the first
-  double time_s = 0;       // at its end
-  std::string what;        // a sentence's end: "the force on the hand or the tool's pose"
-};
 
 /// What came of a recording that was gone through again.
 struct Replayed {
@@ -77,8 +71,8 @@ class LateDevice final : public Device {
 /// The recording's steps one by one, a block of them in memory.
 class RecordedSteps {
  public:
-  const RecordingHead& head() const { return reader_.head(); }
-  /// Those that end by `until_s`. The reader must outlive it.
+  const RecordingReader& recording() const { return reader_; }
+  /// Those that end by `until_s`, or before the first that is missing. The reader must outlive it.
   RecordedSteps(RecordingReader& reader, double until_s);
   /// The next one, null when there is none. Not tick-safe. Throws Error.
   const RecordedStep* Peek();
@@ -104,9 +98,11 @@ void CheckBone(const RecordingHead& head, const Bone& bone);
 /// What was gone through to its end ends as it did; else that is a divergence too.
 void CheckEnd(const RecordingReader& recording, Replayed& replayed);
 
-/// Holds what comes out of one tick after another against what was recorded.
+/// Holds what comes out of one tick after another against what was recorded: the checks and hashes of forces and
+/// voxels, the rows of states, and the events.
 class ReplayCheck {
  public:
+  explicit ReplayCheck(const RecordingReader& recording) : recording_(recording), events_(recording) {}
   /// The next step that is gone through, with what is noted after it.
   void Expect(const RecordedSteps& steps, const RecordedStep& step);
   /// `time_s`: at its end.
@@ -116,14 +112,19 @@ class ReplayCheck {
   std::uint64_t voxel_hash() const { return voxel_hash_; }
 
  private:
+  std::string FindDifference(const TickToRecord& came, double time_s) const;
+  void Diverge(double time_s, const std::string& what);
+
+  const RecordingReader& recording_;
+  EventCheck events_;
   std::uint64_t number_ = 0;
-  std::uint16_t mask_ = 0xffff;
   RecordedStep step_;
   std::optional<RecordedState> state_;
   std::optional<RecordedHash> hash_;
   std::optional<Divergence> divergence_;
   std::uint64_t force_hash_ = 0;
   std::uint64_t voxel_hash_ = 0;
+  double removed_mm3_ = 0;
 };
 
 /// Between the loop and its body: before each tick it puts things as they were, after it looks whether the same came

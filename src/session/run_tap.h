@@ -41,7 +41,7 @@ class RunReplay final : public RunTap {
  public:
   /// `recording` must outlive it. `verify`: ends where something else comes out.
   RunReplay(RecordingReader& recording, double until_s, bool verify)
-      : recording_(recording), steps_(recording, until_s), verify_(verify) {}
+      : recording_(recording), steps_(recording, until_s), verify_(verify), check_(recording) {}
   bool SetDown(Pose& X) override;
   bool Begin(TickInput& in) override;
   void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) override;

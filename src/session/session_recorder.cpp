@@ -185,7 +185,7 @@ SessionRecorder::SessionRecorder(const std::string& path, const RecordingHead& h
       check_mask_(MaskOf(head.check_bits)),
       state_every_(head.state_every_steps),
       hash_every_(head.hash_every_steps) {
-  writer_.emplace(path, head, files);
+  writer_.emplace(path, head, files, ReadKeyFile());
   bytes_ = writer_->bytes();
 }
 

@@ -52,7 +52,8 @@ inline std::uint16_t MaskOf(int check_bits) {
 
 class SessionRecorder {
  public:
-  /// Throws Error when the file can't be made.
+  /// It is signed at its end when there is a key of the installation. Throws Error when the file can't be made, or the
+  /// key can't be used.
   SessionRecorder(const std::string& path, const RecordingHead& head, const std::map<std::string, std::string>& files);
 
   /// Every tick, in order. After the file could not be written any further it does nothing: failure().

@@ -3,6 +3,7 @@
 
 #include <iterator>
 
+#include "files/markdown_text.h"
 #include "kerf/version.h"
 #include "study/compare_files.h"
 #include "study/conclusion.h"
@@ -39,10 +40,10 @@ std::string DescribeSlab(const SlabParams& p) {
 void AddSetting(std::string& text, const Comparison& c) {
   Add(text, "## What was compared\n\n");
   Add(text,
-      "- Scene `{}`{}{}: disc {:g} x {:g} mm with {} teeth at {:g} rpm, moved at up to {:g} mm/s, {:g} ticks a "
+      "- Scene {}{}{}: disc {:g} x {:g} mm with {} teeth at {:g} rpm, moved at up to {:g} mm/s, {:g} ticks a "
       "second.\n",
-      c.scene, c.title.empty() ? "" : ": ", c.title, c.saw.diameter_mm, c.saw.thickness_mm, c.saw.teeth, c.rpm,
-      c.feed_mm_per_s, c.rate_hz);
+      MarkdownCode(c.scene), c.title.empty() ? "" : ": ", c.title, c.saw.diameter_mm, c.saw.thickness_mm, c.saw.teeth,
+      c.rpm, c.feed_mm_per_s, c.rate_hz);
   Add(text, "- Material: {}.\n", c.material);
   Add(text, "- Voxel mode: voxels of {:g} mm; the force of every tooth in the bone that it meets.\n", c.voxel_mm);
   Add(text, "- Slab mode: a slice {:.2f} mm long along [{:.4g}, {:.4g}, {:.4g}], its layers from {}; {}.\n",
@@ -157,7 +158,7 @@ void AddCost(std::string& text, const Comparison& c, const std::vector<std::stri
 }
 
 void AddAgain(std::string& text, const Comparison& c) {
-  Add(text, "## To make it again\n\nIn the scene's folder:\n\n```\n{}\n```\n\n", c.command);
+  Add(text, "## To make it again\n\nIn the scene's folder:\n\n```\n{}\n```\n\n", MarkdownCodeLine(c.command));
   Add(text, "Made by kerf {} (commit {}). Equal hashes mean equal bits{}.\n\n", VersionString(), CommitString(),
       c.repetitions > 1 ? "; each case gave the same in all its repetitions" : "");
   Add(text, "| case | every tick's force | bone after the cut |\n|---|---|---|\n");
@@ -169,8 +170,14 @@ void AddAgain(std::string& text, const Comparison& c) {
 
 }  // namespace
 
-std::string FormatCompareReport(const Comparison& c) {
-  std::string text = fmt::format("# {}: the same cut in several ways\n\n", c.title.empty() ? c.scene : c.title);
+std::string FormatCompareReport(const Comparison& comparison) {
+  Comparison c = comparison;
+  c.title = EscapeMarkdown(c.title);
+  c.material = EscapeMarkdown(c.material);
+  for (CompareRegion& region : c.regions) region.name = EscapeMarkdown(region.name);
+  for (std::string& warning : c.warnings) warning = EscapeMarkdown(warning);
+  std::string text =
+      fmt::format("# {}: the same cut in several ways\n\n", c.title.empty() ? EscapeMarkdown(c.scene) : c.title);
   Add(text, "Written by `kerf compare`. What each figure means: docs/compare.md of kerf.\n\n");
   const Conclusion words = WriteConclusion(c);
   Add(text, "## In words\n\n");

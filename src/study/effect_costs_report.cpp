@@ -7,6 +7,7 @@
 #include "bench/times_json.h"
 #include "core/csv.h"
 #include "effect_costs_csv.h"
+#include "files/markdown_text.h"
 #include "kerf/version.h"
 #include "study/effect_costs.h"
 
@@ -138,7 +139,10 @@ std::string FormatKeptCosts(const EffectCosts& costs) {
       "# p50_us, p99_us: added to a tick in the cut; air_us: whole tick in the air, p50, the larger of before and "
       "after "
       "the cut.\n";
-  csv += fmt::format("# {}: {}.\n# {}; kerf {}.\n{}\n", costs.scene, DescribeStretch(costs), DescribeMachine(costs),
+  std::string scene = costs.scene;
+  std::replace_if(
+      scene.begin(), scene.end(), [](char c) { return c < ' ' || c == ',' || c == '"'; }, ' ');  // no cells
+  csv += fmt::format("# {}: {}.\n# {}; kerf {}.\n{}\n", scene, DescribeStretch(costs), DescribeMachine(costs),
                      CommitString(), fmt::join(KeptColumns(), ","));
   for (const EffectCost* c : Rows(costs)) {
     csv += fmt::format("{},{:.2f},{:.2f},{:.2f},{:.4f}\n", c->name, AddedP50(*c), AddedP99(*c),
@@ -197,10 +201,10 @@ std::string FormatEffectCostsMarkdown(const EffectCosts& c) {
                                               : fmt::format("`{:016x}`, `{:016x}`", with.bone_hash, with.force_hash));
   }
   text +=
-      fmt::format("\n`{}`: {}. {}; commit {}. All together fit into {}. Adds 0: below the noise of the measurement.\n",
-                  c.scene, DescribeStretch(c), DescribeMachine(c), CommitString(), DescribeFit(c));
+      fmt::format("\n{}: {}. {}; commit {}. All together fit into {}. Adds 0: below the noise of the measurement.\n",
+                  MarkdownCode(c.scene), DescribeStretch(c), DescribeMachine(c), CommitString(), DescribeFit(c));
   for (const EffectLeftOut& left_out : c.left_out)
-    text += fmt::format("\nNot on: {}: {}.\n", left_out.name, left_out.why);
+    text += fmt::format("\nNot on: {}: {}.\n", left_out.name, EscapeMarkdown(left_out.why));
   return text;
 }
 

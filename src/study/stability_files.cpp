@@ -7,6 +7,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "core/csv.h"
 #include "files/files.h"
 #include "kerf/version.h"
 #include "session/results_folder.h"
@@ -79,11 +80,6 @@ const char* HoldsCsv(Judgement judgement) {
 
 ordered_json CountJson(const StabilityStudy::Count& count) {
   return {{"asked", count.asked}, {"judged", count.judged}, {"broken", count.broken}};
-}
-
-/// A field of CSV: names hold neither quotes nor line ends.
-std::string Field(const std::string& text) {
-  return text.find(',') == std::string::npos ? text : fmt::format("\"{}\"", text);
 }
 
 }  // namespace
@@ -181,8 +177,9 @@ std::string FormatFiguresCsv(const StabilityStudy& s) {
   std::string csv = "scenario,figure,unit,value,kind,bound,holds\n";
   for (const ScenarioResult& scenario : s.scenarios) {
     for (const StabilityFigure& f : scenario.figures) {
-      fmt::format_to(std::back_inserter(csv), "{},{},{},{:.7g},{},{:.7g},{}\n", scenario.name, Field(f.name),
-                     Field(f.unit), f.value, f.at_most ? "at_most" : "at_least", f.bound, f.holds());
+      fmt::format_to(std::back_inserter(csv), "{},{},{},{:.7g},{},{:.7g},{}\n", FormatCsvField(scenario.name),
+                     FormatCsvField(f.name), FormatCsvField(f.unit), f.value, f.at_most ? "at_most" : "at_least",
+                     f.bound, f.holds());
     }
   }
   return csv;
@@ -192,7 +189,8 @@ std::string FormatMarginsCsv(const StabilityStudy& s) {
   std::string csv = "hand,state,linear,gain,gain_beyond,delay_ticks,delay_beyond,holds\n";
   for (const HandMargins& m : s.margins) {
     if (!m.done) continue;
-    fmt::format_to(std::back_inserter(csv), "{},{},{},", m.hand, Field(ToString(m.state)), m.linear);
+    fmt::format_to(std::back_inserter(csv), "{},{},{},", FormatCsvField(m.hand), FormatCsvField(ToString(m.state)),
+                   m.linear);
     if (m.margins.unjudged.empty()) {
       fmt::format_to(std::back_inserter(csv), "{:.5g},{},{},{},", m.margins.gain, m.margins.gain_beyond,
                      m.margins.delay_ticks, m.margins.delay_beyond);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "files/markdown_text.h"
 #include "kerf/version.h"
 #include "study/stability_files.h"
 
@@ -26,21 +27,21 @@ bool Wrote(const StabilityStudy& s, const std::string& file) {
 
 void AddVerdict(std::string& text, const StabilityStudy& s) {
   Add(text, "**{}**\n\n", DescribeVerdict(s));
-  for (const std::string& finding : s.findings) Add(text, "- {}\n", finding);
+  for (const std::string& finding : s.findings) Add(text, "- {}\n", EscapeMarkdown(finding));
   if (!s.findings.empty()) text += "\n";
   if (const std::string worst = DescribeWorst(s); !worst.empty()) Add(text, "Nearest to its bound: {}.\n\n", worst);
-  for (const std::string& warning : s.warnings) Add(text, "Warning: {}.\n\n", warning);
+  for (const std::string& warning : s.warnings) Add(text, "Warning: {}.\n\n", EscapeMarkdown(warning));
 }
 
 void AddSetting(std::string& text, const StabilityStudy& s) {
   Add(text, "## What was examined\n\n");
-  Add(text, "- {}, {:g} rpm, in bone of {:g} mm voxels, where the path first meets it ({:.3f} s).\n", s.tool, s.rpm,
-      s.voxel_mm, s.touch.time_s);
+  Add(text, "- {}, {:g} rpm, in bone of {:g} mm voxels, where the path first meets it ({:.3f} s).\n",
+      EscapeMarkdown(s.tool), s.rpm, s.voxel_mm, s.touch.time_s);
   Add(text, "- Device {} in the hand {}, {:g} ticks a second; {:.3g} N on the device for 1 N in the simulation.\n",
-      s.setup.profile.name, s.setup.hand.name, s.rate_hz, s.setup.force_scale);
-  Add(text, "- Coupling: {}; damping {:.4g} N s/mm.\n", DescribeCoupling(s.setup),
+      EscapeMarkdown(s.setup.profile.name), EscapeMarkdown(s.setup.hand.name), s.rate_hz, s.setup.force_scale);
+  Add(text, "- Coupling: {}; damping {:.4g} N s/mm.\n", EscapeMarkdown(DescribeCoupling(s.setup)),
       s.setup.fitted.coupling.damping_Ns_per_mm);
-  Add(text, "- Limits: {}.\n\n", DescribeLimits(s.setup));
+  Add(text, "- Limits: {}.\n\n", EscapeMarkdown(DescribeLimits(s.setup)));
 }
 
 void AddScenarios(std::string& text, const StabilityStudy& s) {
@@ -85,8 +86,8 @@ void AddMargins(std::string& text, const StabilityStudy& s) {
     });
     const bool has_linear = linear != s.margins.end();
     const Judgement both = has_linear ? Both(m.judgement(), linear->judgement()) : m.judgement();
-    Add(text, "| {}{} | {} | {} | {} | {} |\n", m.hand, m.own ? " (the scene's)" : "", ToString(m.state),
-        DescribeMargins(m.margins), has_linear ? DescribeMargins(linear->margins) : std::string(),
+    Add(text, "| {}{} | {} | {} | {} | {} |\n", EscapeMarkdown(m.hand), m.own ? " (the scene's)" : "",
+        ToString(m.state), DescribeMargins(m.margins), has_linear ? DescribeMargins(linear->margins) : std::string(),
         both == Judgement::kBroken ? "**no**" : ToString(both));
   }
   text += "\n";
@@ -150,7 +151,8 @@ std::string DescribeMargins(const Margins& m) {
 }
 
 std::string FormatStabilityReport(const StabilityStudy& s) {
-  std::string text = fmt::format("# {}: is it stable in a hand?\n\n", s.title.empty() ? s.scene : s.title);
+  std::string text =
+      fmt::format("# {}: is it stable in a hand?\n\n", EscapeMarkdown(s.title.empty() ? s.scene : s.title));
   AddVerdict(text, s);
   AddSetting(text, s);
   AddScenarios(text, s);
@@ -159,7 +161,7 @@ std::string FormatStabilityReport(const StabilityStudy& s) {
   Add(text,
       "## To make it again\n\nIn this folder, whose scene.toml has the hand and the device that were "
       "chosen:\n\n```\n{}\n```\n\nMade by kerf {} (commit {}).\n",
-      s.command, VersionString(), CommitString());
+      MarkdownCodeLine(s.command), VersionString(), CommitString());
   return text;
 }
 

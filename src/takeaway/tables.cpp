@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
+#include "core/csv.h"
 #include "pieces/measure.h"
 #include "takeaway/contacts.h"
 
@@ -16,17 +17,11 @@ Json List(const Vec3& v) {
   return Json::array({v.x, v.y, v.z});
 }
 
-std::string Quoted(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
-
 class CsvRows {
  public:
   void Add(const std::string& subject, const char* measure, const std::string& unit, double value) {
-    text_ += fmt::format("{},{},{},{:.6g}\n", Quoted(subject), Quoted(measure), Quoted(unit), value);
+    text_ +=
+        fmt::format("{},{},{},{:.6g}\n", FormatCsvField(subject), FormatCsvField(measure), FormatCsvField(unit), value);
   }
   const std::string& text() const { return text_; }
 

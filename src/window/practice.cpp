@@ -202,7 +202,9 @@ void Practice::Score() {
 HudResult Practice::MakeResult() const {
   HudResult result;
   result.title = fmt::format("{}, level {}", exercise_->title, options_.level);
-  result.headline = sheet_->total ? fmt::format("{:.0f} of 100", *sheet_->total) : "not scored";
+  result.headline = sheet_->total                ? fmt::format("{:.0f} of 100", *sheet_->total)
+                    : sheet_->incomplete.empty() ? "not scored"
+                                                 : "not graded";
   if (const std::optional<double> share = sheet_->Get("cut_share"); share && sheet_->total) {
     result.rows.push_back({.name = "share of the wanted cut",
                            .value = fmt::format("{:.2f}", *share),
@@ -291,7 +293,8 @@ void Practice::Update(double /*dt_s*/) {
   if (sheet_->Get("removed_mm3").value_or(0) <= 0) return theatre_->Say("Nothing was cut: the attempt is not kept");
   try {
     history_->Add(MakeAttempt(*sheet_, options_.student));
-    theatre_->Say(fmt::format("Kept for {}", options_.student));
+    theatre_->Say(fmt::format("Kept for {}{}{}", options_.student,
+                              sheet_->incomplete.empty() ? "" : "; not graded: ", fmt::join(sheet_->incomplete, "; ")));
   } catch (const Error& e) {
     theatre_->Say(
         fmt::format("Not kept: {}; 'kerf practise --hand-in {}' does it later", e.what(), recordings_.back()));

@@ -30,6 +30,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// As a program does that knows OpenVDB and not kerf: it carries the metadata over. Files that were damaged after that
+/// get past kerf's checksum.
+void WriteAgainByOpenVdb(const std::string& from, const std::string& to, bool with_checksum = true) {
+  openvdb::io::File file(from);
+  file.open(false);
+  openvdb::MetaMap meta(*file.getMetadata());
+  if (!with_checksum) meta.removeMeta("kerf_checksum");
+  openvdb::GridPtrVec grids;
+  for (const char* name : {"phi", "region", "hu"}) {
+    if (file.hasGrid(name)) grids.push_back(file.readGrid(name));
+  }
+  openvdb::io::File out(to);
+  out.write(grids, meta);
+  out.close();
+}
+
 class BoneFile : public testing::Test {
  protected:
   void SetUp() override {
@@ -83,7 +99,8 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
   SetHu(
       bone, [](const Vec3& p) { return 100 * p.x; }, 0.5);
   WriteBone(bone, Path("a.vdb"));
-  const std::string whole = ReadTextFile(Path("a.vdb"));
+  WriteAgainByOpenVdb(Path("a.vdb"), Path("whole.vdb"));
+  const std::string whole = ReadTextFile(Path("whole.vdb"));
   std::mt19937 random(11);
   for (int n = 0; n < 240; ++n) {
     std::string content = whole;
@@ -110,8 +127,10 @@ TEST_F(BoneFile, TruncatedAndCorruptFilesNeverCrash) {
   SetHu(
       bone, [](const Vec3& p) { return 100 * p.x; }, 0.5);
   WriteBone(bone, path);
-  const std::string whole = ReadTextFile(path);
+  WriteAgainByOpenVdb(path, path + ".again");
+  const std::string whole = ReadTextFile(path + ".again");
   fs::remove(path);
+  fs::remove(path + ".again");
   std::istringstream first(whole);
   ReadBone(first, "whole", {.hu = true});  // what OpenVDB and TBB need for good
   test::LimitMemory(std::uint64_t{256} << 20);
@@ -153,6 +172,42 @@ TEST_F(BoneFile, LengthsThatLieAreRefusedWithASentence) {
   EXPECT_NE(with(61, 4'000'000'000).find("a text of 4000000000 bytes where "), std::string::npos);
 }
 
+TEST_F(BoneFile, AFlippedBitAnywhereIsFound) {
+  Bone bone = test::MakeSphere({10, 10, 10}, 1, 0.4);
+  SetHu(
+      bone, [](const Vec3& p) { return 100 * p.x; }, 0.5);
+  bone.set_note("input", "a sphere");
+  WriteBone(bone, Path("a.vdb"));
+  const std::string whole = ReadTextFile(Path("a.vdb"));
+  std::mt19937 random(3);
+  std::size_t by_checksum = 0;
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string content = whole;
+    content[at] = static_cast<char>(content[at] ^ (1 << random() % 8));
+    std::istringstream in(content);
+    try {
+      ReadBone(in, "flipped");
+      FAIL() << "byte " << at << " of " << whole.size();
+    } catch (const Error& e) {
+      if (std::string(e.what()).find("as their checksum shows; use another copy") != std::string::npos) ++by_checksum;
+    }
+  }
+  // The rest does not get so far: it is no OpenVDB file any more.
+  EXPECT_GT(by_checksum, whole.size() / 4);
+}
+
+TEST_F(BoneFile, WhatCarriesNoChecksumOfItsOwnIsRead) {
+  const Bone bone = test::MakeSphere({10, 10, 10}, 1, 0.4);
+  WriteBone(bone, Path("a.vdb"));
+  EXPECT_NE(ReadTextFile(Path("a.vdb")).find("kerf_checksum"), std::string::npos);
+  WriteAgainByOpenVdb(Path("a.vdb"), Path("again.vdb"));
+  EXPECT_NE(ReadTextFile(Path("again.vdb")).find("kerf_checksum"), std::string::npos);
+  EXPECT_EQ(ReadBone(Path("again.vdb")).CalcHash(), bone.CalcHash());
+  WriteAgainByOpenVdb(Path("a.vdb"), Path("earlier.vdb"), false);
+  EXPECT_EQ(ReadTextFile(Path("earlier.vdb")).find("kerf_checksum"), std::string::npos);
+  EXPECT_EQ(ReadBone(Path("earlier.vdb")).CalcHash(), bone.CalcHash());
+}
+
 TEST_F(BoneFile, FailedWriteLeavesTheEarlierFileWhole) {
   const Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.4);
   WriteBone(bone, Path("a.vdb"));
@@ -188,8 +243,12 @@ TEST_F(BoneFile, CtNumbersAreReadBackWhenAskedAndElseCostNothing) {
   EXPECT_EQ(without.CalcHash(), bone.CalcHash());
   EXPECT_EQ(without.CalcMemoryBytes(), ReadBone(Path("plain.vdb")).CalcMemoryBytes());
   EXPECT_FALSE(ReadBone(Path("plain.vdb"), {.hu = true}).has_hu());
-  // And it is not even looked at: a file cut off within the CT numbers, the last grid, still gives the bone.
-  const std::string whole = ReadTextFile(Path("hu.vdb"));
+  // Without a checksum they are not even looked at: a file cut off within them, the last grid, still gives the bone.
+  const std::string own = ReadTextFile(Path("hu.vdb"));
+  std::ofstream(Path("cut.vdb"), std::ios::binary) << own.substr(0, own.size() - 100);
+  EXPECT_NE(MessageOf(Path("cut.vdb")).find("is damaged"), std::string::npos);
+  WriteAgainByOpenVdb(Path("hu.vdb"), Path("again.vdb"));
+  const std::string whole = ReadTextFile(Path("again.vdb"));
   std::ofstream(Path("cut.vdb"), std::ios::binary) << whole.substr(0, whole.size() - 100);
   EXPECT_EQ(ReadBone(Path("cut.vdb")).CalcHash(), bone.CalcHash());
   EXPECT_NE(MessageOf(Path("cut.vdb"), {.hu = true}).find("not a whole OpenVDB file"), std::string::npos);

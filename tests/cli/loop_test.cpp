@@ -27,6 +27,15 @@ class Loop : public test::ProgramTest {
   }
 };
 
+TEST_F(Loop, ATitleIsNoHtmlInItsReport) {
+  Write("a<b>.toml", std::string("title = \"<script>alert(1)</script> | [x](y)\"\n") + kScene);
+  ASSERT_EQ(Kerf("loop 'a<b>.toml' --virtual --seconds 0.1 -o out").code, 0);
+  const std::string report = test::Slurp(folder_ / "out" / "report.md");
+  EXPECT_THAT(report, HasSubstr("# &lt;script&gt;alert(1)&lt;/script&gt; \\| \\[x\\](y)\n"));
+  EXPECT_THAT(report, HasSubstr("a&lt;b&gt; with"));
+  EXPECT_THAT(report, testing::Not(HasSubstr("<")));
+}
+
 TEST_F(Loop, WithoutTheClockTellsTheSameTwice) {
   const ProgramResult a = Kerf("loop s.toml --seconds 1 --virtual --hand h2 --rate-hz 2000 --json");
   ASSERT_EQ(a.code, 0) << a.err;

@@ -51,6 +51,29 @@ TEST_F(Messages, LostOnesLeaveTheExitCodeAsItIs) {
   }
 }
 
+TEST_F(Messages, OfOneKindAreCountedAfterTheFirstTen) {
+  constexpr int kStrokes = 30;
+  std::string scene = "[bone]\nmodel = \"block\"\n";
+  for (int i = 0; i < kStrokes; ++i) {
+    scene += fmt::format(
+        "[[path.stroke]]\nstart_mm = [0.0, 0.0, 9.0]\nend_mm = [1.0, 0.0, 9.0]\ndisc_normal = [0.0, 1.0, 0.0]\n"
+        "feed_mm_per_s = -{}.5\n",
+        i + 1);
+  }
+  Write("faults.toml", scene + "[nonsense]\n");
+  const ProgramResult result = Kerf("check faults.toml");
+  EXPECT_NE(result.code, 0);
+  int lines = 0;
+  std::istringstream err(result.err);
+  for (std::string line; std::getline(err, line);) lines += line.find("feed_mm_per_s = -") != std::string::npos ? 1 : 0;
+  EXPECT_EQ(lines, 12) << result.err;  // ten, one with the note that the rest is counted, one with the count
+  EXPECT_THAT(result.err, HasSubstr("feed_mm_per_s = -10.5"));
+  EXPECT_THAT(result.err, testing::Not(HasSubstr("feed_mm_per_s = -12.5")));
+  EXPECT_THAT(result.err,
+              HasSubstr(fmt::format("kerf: {} more messages like this one were not shown: ", kStrokes - 11)));
+  EXPECT_THAT(result.err, HasSubstr("nonsense"));
+}
+
 // A program that filters stderr by the prefix misses nothing.
 TEST_F(Messages, EachBeginsWithTheProgramsName) {
   Write("faults.toml", "[bone]\nmodel = \"block\"\nsise = 1\n[tool]\nteeht = 3\n[nonsense]\n");

@@ -137,8 +137,8 @@ TEST_F(ReplayCommand, OneSentenceForWhatIsNone) {
   const std::string bytes = Slurp(folder_ / "a.kerf");
   Write("short.kerf", bytes.substr(0, bytes.size() / 2));
   const ProgramResult part = Kerf("replay short.kerf --verify --json");
-  EXPECT_EQ(part.code, 0);
-  EXPECT_THAT(part.err, HasSubstr("torn or damaged"));
+  EXPECT_EQ(part.code, 3);
+  EXPECT_THAT(part.err, HasSubstr("cut short"));
   EXPECT_GT(nlohmann::json::parse(part.out).at("replayed_ticks"), 250);
 }
 
@@ -163,7 +163,7 @@ TEST_F(ReplayCommand, AFullDiskCostsTheRecordingAlone) {
   EXPECT_THAT(made.err, HasSubstr("can't be written any further"));
   EXPECT_THAT(made.out, HasSubstr("removed"));
   const ProgramResult replayed = Kerf("replay a.kerf --verify --json");
-  EXPECT_EQ(replayed.code, 0) << replayed.err;
+  EXPECT_EQ(replayed.code, 3) << replayed.err;
   EXPECT_THAT(replayed.err, HasSubstr("cut short"));
 }
 

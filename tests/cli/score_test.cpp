@@ -98,6 +98,40 @@ TEST_F(Score, AnAgentsRecordingIsHandedInAndListed) {
   EXPECT_TRUE(Exists("page.html"));
 }
 
+TEST_F(Score, IncompleteAndDoubledHandInsAreMarkedEverywhere) {
+  ASSERT_EQ(Kerf("run groove.toml -o out --record a.kerf").code, 0);
+  const std::string bytes = test::Slurp(folder_ / "a.kerf");
+  Write("cut.kerf", bytes.substr(0, bytes.size() / 2));
+  Write("copy.kerf", bytes);
+  const ProgramResult cut = Kerf("score cut.kerf --json");
+  EXPECT_EQ(cut.code, 3) << cut.err;
+  const Json sheet = Json::parse(cut.out);
+  EXPECT_EQ(sheet["complete"], false);
+  EXPECT_EQ(sheet["recording_state"], "cut short");
+  EXPECT_TRUE(sheet["total"].is_null());
+  EXPECT_EQ(sheet["incomplete"][0], "the recording is cut short");
+  EXPECT_EQ(Json::parse(Kerf("score a.kerf --json").out)["complete"], true);
+
+  EXPECT_EQ(Practise("--hand-in a.kerf --student Ida").code, 0);
+  const ProgramResult doubled = Practise("--hand-in copy.kerf --student =Ole");
+  EXPECT_EQ(doubled.code, 0);
+  EXPECT_THAT(doubled.err, HasSubstr("copy.kerf: marked: same recording as number 1"));
+  EXPECT_EQ(Practise("--hand-in cut.kerf --student Ida").code, 3);
+  const Json history = Json::parse(Practise("--history --json").out);
+  ASSERT_EQ(history.size(), 3U);
+  EXPECT_EQ(history[0]["doubles"], Json({2}));
+  EXPECT_EQ(history[1]["doubles"], Json({1}));
+  EXPECT_TRUE(history[2]["total"].is_null());
+  EXPECT_EQ(history[2]["recording_state"], "cut short");
+  EXPECT_THAT(Practise("--history").out, HasSubstr("not graded: the recording is cut short"));
+  EXPECT_THAT(Practise("--history --csv").out, HasSubstr("\n2,'=Ole,"));
+  ASSERT_EQ(Practise("--report page.html").code, 0);
+  const std::string page = test::Slurp(folder_ / "page.html");
+  EXPECT_THAT(page, HasSubstr("3 of them are marked"));
+  EXPECT_THAT(page, HasSubstr("same recording as number 2"));
+  EXPECT_THAT(page, HasSubstr("not graded: the recording is cut short"));
+}
+
 TEST_F(Score, PractiseRefusesWhatItCanNotTake) {
   EXPECT_EQ(Practise("--hand-in a.kerf").code, 2);
   EXPECT_EQ(Practise("--agent expert").code, 2);

@@ -14,6 +14,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <iterator>
@@ -96,8 +97,14 @@ TEST(Child, ForeignExceptionsBecomeASentence) {
             "scan.dcm: the file is damaged: the library that reads it failed (at)");
   EXPECT_EQ(Refusal([](ChildReport&) -> std::string { throw 7; }),
             "scan.dcm: the file is damaged: the library that reads it failed");
-  EXPECT_EQ(Refusal([](ChildReport&) -> std::string { std::exit(9); }),
-            "scan.dcm: the file is damaged: the library that reads it failed");
+  for (const int code : {0, 1, 2, 9}) {
+    EXPECT_EQ(Refusal([code](ChildReport&) -> std::string { std::exit(code); }),
+              "scan.dcm: the file is damaged: the library that reads it failed");
+  }
+  std::set_terminate([] { _exit(1); });  // as a program's own handler may end
+  EXPECT_EQ(Refusal([](ChildReport&) -> std::string { std::terminate(); }),
+            "scan.dcm: the file is damaged: the library that reads it failed (Aborted)");
+  std::set_terminate(nullptr);
 }
 
 TEST(Child, ExcessiveMemoryIsRefused) {

@@ -4,14 +4,18 @@
 namespace kerf::fuzz {
 namespace {
 
-/// Kind, length in two bytes, and as many bytes, again and again: as blocks of a recording with their right sums, which
-/// no fuzzer would guess.
-std::string MakeFile(std::string_view bytes) {
-  std::string file(kRecordingMagic);
+/// Kind, length in two bytes, and as many bytes, again and again: as blocks of a recording with their right sums and,
+/// in version 2, their digests, which no fuzzer would guess.
+std::string MakeFile(std::string_view bytes, int version) {
+  std::string file(version == 1 ? kRecordingMagic1 : kRecordingMagic);
+  BlockLink link = FirstLink();
   for (std::uint32_t number = 0; bytes.size() >= 3; ++number) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(bytes[i]); };
     const std::size_t size = std::min<std::size_t>(byte(1) | byte(2) << 8, bytes.size() - 3);
-    file += FormatBlock(static_cast<BlockKind>(byte(0)), bytes.substr(3, size), number, 1);
+    const auto kind = static_cast<BlockKind>(byte(0));
+    const std::string block = FormatBlock(kind, bytes.substr(3, size), number, version == 1 ? nullptr : &link, 1);
+    link = LinkAfter(kind, block, {});
+    file += block;
     bytes.remove_prefix(3 + size);
   }
   return file + std::string(bytes);
@@ -40,7 +44,7 @@ void Read(const std::string& path) {
 
 KERF_FUZZ_TARGET(recording) {
   static const MemoryFolder folder;
-  Read(folder.Write("made.kerf", MakeFile(bytes)));
+  for (const int version : {1, 2}) Read(folder.Write("made.kerf", MakeFile(bytes, version)));
   Read(folder.Write("raw.kerf", bytes));
 }
 

@@ -48,6 +48,12 @@ TEST(Crc32c, KnownValues) {
   EXPECT_EQ(CalcCrc32c(std::string(32, '\0')), 0x8a9136aau);
   EXPECT_EQ(CalcCrc32c(std::string(32, '\xff')), 0x62a8ab43u);
   EXPECT_EQ(CalcCrc32c("6789", CalcCrc32c("12345")), 0xe3069283u);
+  // In parts of any lengths it is that of the whole.
+  std::string bytes;
+  for (int i = 0; i < 40; ++i) bytes += static_cast<char>(37 * i);
+  for (std::size_t at = 0; at <= bytes.size(); ++at) {
+    EXPECT_EQ(CalcCrc32c(bytes.substr(at), CalcCrc32c(bytes.substr(0, at))), CalcCrc32c(bytes)) << at;
+  }
 }
 
 RC_GTEST_PROP(Bytes, NumbersComeBack, (std::vector<std::int64_t> numbers, const std::string& text)) {

@@ -2,10 +2,14 @@
 #include "practise/agents.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
 
 #include "files/files.h"
 #include "kerf/error.h"
@@ -129,6 +133,86 @@ TEST_F(Agents, TheSameAgentScoresTheSameTwice) {
   AgentParams other = params;
   other.seed = 5;
   EXPECT_NE(Score(scene, other).Get("jitter_mm"), b.Get("jitter_mm"));
+}
+
+// By the formula alone whoever stops early can gain: less way, less time, fewer faults. A part is not graded.
+TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
+  MakeFolder(folder_);
+  const Scene scene = test::MakeSmallExercise("follow_line");
+  const std::string whole_file = folder_ + "/whole.kerf";
+  const ScoreSheet whole = test::ScoreAgent(scene, MakeAgentParams("novice", 1), whole_file);
+  ASSERT_TRUE(whole.total);
+  EXPECT_TRUE(whole.incomplete.empty());
+  EXPECT_EQ(whole.state, RecordingState::kWhole);
+  const std::string bytes = ReadTextFile(whole_file, std::size_t{1} << 30);
+  bool one_would_gain = false;
+  for (const double share : {0.3, 0.5, 0.7, 0.9}) {
+    const std::string file = fmt::format("{}/{:.0f}.kerf", folder_, 100 * share);
+    WriteTextFile(file, bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
+    RecordingReader recording(file);
+    ScoreSheet part = ScoreRecording(recording, {}, {});
+    EXPECT_FALSE(part.total) << share;
+    ASSERT_FALSE(part.incomplete.empty()) << share;
+    EXPECT_EQ(part.incomplete[0], "the recording is cut short");
+    EXPECT_TRUE(part.Get("time_total_s")) << share;
+    const auto json = nlohmann::json::parse(FormatSheetJson(part));
+    EXPECT_EQ(json["complete"], false);
+    EXPECT_EQ(json["recording_state"], "cut short");
+    EXPECT_TRUE(json["total"].is_null());
+    EXPECT_THAT(FormatSheet(part), testing::HasSubstr("not graded: the recording is cut short"));
+    for (const MeasureRow& row : part.rows) EXPECT_FALSE(row.points) << row.info->key;
+    part.incomplete.clear();
+    CalcTotal(part);
+    one_would_gain = one_would_gain || part.total.value() > *whole.total;
+  }
+  EXPECT_TRUE(one_would_gain) << "whole: " << *whole.total;
+}
+
+TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {
+  MakeFolder(folder_);
+  Scene scene = test::MakeSmallExercise("groove");
+  scene.tool.diameter_mm = 8;  // so small that it is not over the whole line at once
+  scene.exercise.start_mm = {-6, 0, 0};
+  scene.exercise.end_mm = {6, 0, 0};
+  scene.path.strokes[0].start_mm = {-6, 0, 5};
+  scene.path.strokes[0].end_mm = {-6, 0, 4};
+  const AgentParams params = MakeAgentParams("expert", 1);
+  std::optional<double> share;
+  for (const bool finishes : {false, true}) {
+    const std::string file = fmt::format("{}/{}.kerf", folder_, finishes);
+    std::atomic<bool> done{false};
+    LoopOptions loop;
+    loop.virtual_time = true;
+    loop.seconds = finishes ? CalcAgentTime(params, scene) : 3.5;
+    loop.log = LoopLog::kNowhere;
+    loop.record = file;
+    loop.scene_file = file + ".toml";
+    loop.stop = &done;
+    loop.make_hand = MakeAgent(params, scene, &done);
+    RunLoop(scene, loop, {});
+    RecordingReader recording(file);
+    const ScoreSheet sheet = ScoreRecording(recording, {}, {});
+    EXPECT_EQ(sheet.state, RecordingState::kWhole);
+    EXPECT_EQ(sheet.total.has_value(), finishes) << FormatSheet(sheet);
+    EXPECT_EQ(done.load(), finishes);
+    EXPECT_EQ(sheet.incomplete.empty(), finishes);
+    EXPECT_GT(sheet.Get("line_share").value(), share.value_or(-1));
+    share = sheet.Get("line_share");
+  }
+}
+
+// The digest is of what the ticks were given: another name, head or seal is the same; another second is not.
+TEST_F(Agents, CopiesOfARecordingHaveTheSameDigest) {
+  MakeFolder(folder_);
+  Scene scene = test::MakeSmallExercise("groove");
+  const ScoreSheet one = test::ScoreAgent(scene, MakeAgentParams("expert", 1), folder_ + "/one.kerf");
+  scene.title = "of another student";
+  scene.name = "another";
+  const ScoreSheet two = test::ScoreAgent(scene, MakeAgentParams("expert", 1), folder_ + "/two.kerf");
+  const ScoreSheet other = test::ScoreAgent(scene, MakeAgentParams("expert", 2), folder_ + "/other.kerf");
+  EXPECT_NE(ReadTextFile(folder_ + "/one.kerf", 1 << 30), ReadTextFile(folder_ + "/two.kerf", 1 << 30));
+  EXPECT_EQ(one.steps_digest, two.steps_digest);
+  EXPECT_NE(one.steps_digest, other.steps_digest);
 }
 
 TEST(AgentParams, AreRefusedOutOfRange) {

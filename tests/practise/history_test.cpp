@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -133,13 +134,146 @@ TEST_F(HistoryTest, SaysInOneSentenceWhatIsWrongWithItsFile) {
   History(File()).Add(MakeOne("Ida", "a", 1));
   Execute("PRAGMA user_version = 7");
   EXPECT_THAT(MessageOfOpening(), HasSubstr("later kerf"));
-  Execute("PRAGMA user_version = 1");
+  Execute("PRAGMA user_version = 2");
   EXPECT_EQ(History(File()).List().size(), 1U);
   // Cut short, as by a full disk.
   std::filesystem::resize_file(File(), 1000);
   std::filesystem::remove(File() + "-wal");
   EXPECT_NE(MessageOfOpening(), "");
   EXPECT_EQ(MessageOfOpening().find('\n'), std::string::npos);
+}
+
+TEST_F(HistoryTest, ARowThatWasChangedIsMarkedAndHasNoTotal) {
+  {
+    History history(File());
+    for (const char* hash : {"a", "b", "c", "d"}) history.Add(MakeOne("Ida", hash, 40));
+    for (const Attempt& a : history.List()) EXPECT_TRUE(FindMarks(a).empty() && a.graded()) << a.number;
+  }
+  const auto expect_damaged = [&](const char* change, const char* back) {
+    Execute(change);
+    const std::vector<Attempt> rows = History(File()).List("Ida");
+    ASSERT_EQ(rows.size(), 4U) << change;
+    EXPECT_TRUE(rows[1].damaged) << change;
+    EXPECT_FALSE(rows[1].graded()) << change;
+    EXPECT_FALSE(rows[0].damaged || rows[2].damaged || rows[3].damaged) << change;
+    EXPECT_THAT(FormatHistory(rows), HasSubstr("-  DAMAGED in the history")) << change;
+    EXPECT_TRUE(nlohmann::json::parse(FormatHistoryJson(rows))[1]["total"].is_null()) << change;
+    EXPECT_THAT(FormatTeacherPage(rows), HasSubstr("1 of them is marked")) << change;
+    Execute(back);
+  };
+  expect_damaged("UPDATE attempts SET total = 99 WHERE number = 2", "UPDATE attempts SET total = 40 WHERE number = 2");
+  expect_damaged("UPDATE attempts SET student = 'Ole' WHERE number = 2",
+                 "UPDATE attempts SET student = 'Ida' WHERE number = 2");
+  expect_damaged("UPDATE attempts SET incomplete = 'x' WHERE number = 2",
+                 "UPDATE attempts SET incomplete = '' WHERE number = 2");
+  EXPECT_TRUE(FindMarks(History(File()).List()[1]).empty());
+  // One that is taken away is missed by the one behind it.
+  Execute("DELETE FROM attempts WHERE number = 2");
+  const std::vector<Attempt> rows = History(File()).List();
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_TRUE(rows[1].follows_change);
+  EXPECT_FALSE(rows[0].follows_change || rows[2].follows_change);
+}
+
+// Whichever byte of the file is changed: it is refused, or the row is marked, or nothing that is shown has changed.
+TEST_F(HistoryTest, NoChangedByteShowsAnotherAttemptAsGood) {
+  {
+    History history(File());
+    for (const char* hash : {"a", "b", "c"}) history.Add(MakeOne("Ida", hash, 40));
+  }
+  const std::vector<Attempt> kept = History(File()).List();
+  const std::string whole = ReadTextFile(File());
+  int refused = 0;
+  int marked = 0;
+  for (std::size_t at = 0; at < whole.size(); at += 37) {
+    std::string content = whole;
+    content[at] = static_cast<char>(content[at] ^ (1 << at % 8));
+    for (const char* with : {"-wal", "-shm", ""}) std::filesystem::remove(File() + with);
+    WriteTextFile(File(), content);
+    try {
+      std::size_t good = 0;
+      for (const Attempt& a : History(File()).List()) {
+        if (a.damaged) {
+          ++marked;
+          continue;
+        }
+        ++good;
+        const auto same = std::find_if(kept.begin(), kept.end(), [&](const Attempt& k) {
+          return k.number == a.number && k.student == a.student && k.total == a.total && k.level == a.level &&
+                 k.exercise == a.exercise && k.measures_json == a.measures_json && k.hash == a.hash;
+        });
+        EXPECT_NE(same, kept.end()) << "byte " << at;
+      }
+      EXPECT_LE(good, kept.size()) << "byte " << at;
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 0);
+  EXPECT_GT(marked, 0);
+}
+
+TEST_F(HistoryTest, OneOfAnEarlierVersionIsBroughtUpToDateWholeOrNotAtAll) {
+  MakeFolder(folder_ + "/data");
+  Execute(
+      "CREATE TABLE attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
+      "level INTEGER NOT NULL, taken TEXT NOT NULL, recording TEXT NOT NULL, hash TEXT NOT NULL, total REAL, "
+      "measures TEXT NOT NULL, UNIQUE (student, hash));"
+      "PRAGMA application_id = 1801810534; PRAGMA user_version = 1;"
+      "INSERT INTO attempts VALUES (1, 'Ida', 'groove', 1, '2026', '/a.kerf', 'a', 40.5, '{}');"
+      "INSERT INTO attempts VALUES (2, 'Ole', 'groove', 1, '2026', '/b.kerf', 'a', 7, '{}');"
+      "CREATE TRIGGER hold BEFORE UPDATE ON attempts WHEN new.number = 2 BEGIN SELECT RAISE(ABORT, 'held'); END");
+  const std::string before = ReadTextFile(File());
+  EXPECT_THAT(MessageOfOpening(), HasSubstr("held"));
+  EXPECT_EQ(ReadTextFile(File()), before);
+  Execute("DROP TRIGGER hold");
+  {
+    History history(File());
+    const std::vector<Attempt> rows = history.List();
+    ASSERT_EQ(rows.size(), 2U);
+    EXPECT_EQ(rows[0].total, 40.5);
+    EXPECT_TRUE(rows[0].graded());
+    EXPECT_EQ(rows[0].doubles, std::vector<std::int64_t>{2});  // by the file's hash
+    EXPECT_TRUE(history.Add(MakeOne("Ida", "c", 30)));
+  }
+  for (const Attempt& a : History(File()).List()) EXPECT_FALSE(a.damaged || a.follows_change) << a.number;
+  Execute("UPDATE attempts SET total = 50 WHERE number = 1");
+  EXPECT_TRUE(History(File()).List()[0].damaged);
+}
+
+TEST_F(HistoryTest, DoublesAndIncompleteAttemptsAreMarked) {
+  History history(File());
+  Attempt one = MakeOne("Ida", "a", 40);
+  one.steps_digest = "same";
+  one.seal = "whole";
+  one.signer = std::string(64, 'd');
+  Attempt copy = MakeOne("Ole", "b", 40);  // another file of the same ticks
+  copy.steps_digest = "same";
+  copy.seal = "broken";
+  Attempt cut = MakeOne("Ole", "c", 0);
+  cut.total.reset();
+  cut.steps_digest = "other";
+  cut.recording_state = "cut short";
+  cut.incomplete = "the recording is cut short";
+  for (const Attempt& a : {one, copy, cut}) EXPECT_TRUE(history.Add(a));
+  const std::vector<Attempt> rows = history.List();
+  EXPECT_THAT(FindMarks(rows[0]), testing::ElementsAre("same recording as number 2"));
+  EXPECT_THAT(FindMarks(rows[1]), testing::ElementsAre("seal broken", "same recording as number 1"));
+  EXPECT_THAT(FindMarks(rows[2]), testing::ElementsAre("not graded: the recording is cut short"));
+  // Another student's attempt is known in a list of one student, too.
+  EXPECT_THAT(FindMarks(history.List("Ida")[0]), testing::ElementsAre("same recording as number 2"));
+  const std::string page = FormatTeacherPage(rows, {{one.signer, "room 3"}});
+  EXPECT_THAT(page, HasSubstr("3 of them are marked"));
+  EXPECT_THAT(page, HasSubstr("signed by dddddddddddddddd (room 3)"));
+  EXPECT_THAT(page, HasSubstr("same recording as number 2"));
+  EXPECT_THAT(FormatTeacherPage(rows), HasSubstr("(a key not known here)"));
+  // What is not graded is no point of a curve.
+  const auto circles = [](const std::string& html) {
+    std::size_t count = 0;
+    for (auto at = html.find("<circle"); at != std::string::npos; at = html.find("<circle", at + 1)) ++count;
+    return count;
+  };
+  EXPECT_EQ(circles(page), 2U);
 }
 
 TEST_F(HistoryTest, IsWhereTheEnvironmentSays) {
@@ -167,6 +301,7 @@ TEST_F(HistoryTest, IsWrittenAsTableJsonCsvAndPage) {
   const std::string csv = FormatHistoryCsv(attempts);
   EXPECT_THAT(csv, HasSubstr("\"Ole, \"\"Ol\"\"\""));
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 4);
+  EXPECT_THAT(FormatHistoryCsv({MakeOne("=cmd|' /C calc'!A0", "d", 1)}), HasSubstr(",'=cmd|"));
   const std::string page = FormatTeacherPage(attempts);
   EXPECT_THAT(page, HasSubstr("&lt;i&gt;Ida"));
   EXPECT_THAT(page, testing::Not(HasSubstr("<i>Ida")));

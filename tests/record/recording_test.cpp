@@ -61,18 +61,34 @@ class Recordings : public ::testing::Test {
     }
     return "";
   }
-  /// All steps that are there are those that were written, in order.
-  static void ExpectPrefix(RecordingReader& reader) {
-    int i = 0;
+  /// All steps that are there are those that were written, in order; damage() has the others.
+  static void ExpectAsWritten(RecordingReader& reader) {
+    std::uint64_t next = 0;
+    std::uint64_t read = 0;
+    std::vector<LostSteps> gaps;
     RecordedBlock block;
     for (std::size_t k = 0; reader.ReadBlock(k, block); ++k) {
+      if (block.first_step != next) gaps.push_back({next, block.first_step - next, 0, 0});
+      next = block.first_step;
       for (const RecordedStep& step : block.steps) {
-        ASSERT_EQ(step.X.p_AB, Step(i).X.p_AB);
-        ASSERT_EQ(step.force_check, Step(i).force_check);
-        ++i;
+        ASSERT_EQ(step.X.p_AB, Step(static_cast<int>(next)).X.p_AB);
+        ASSERT_EQ(step.force_check, Step(static_cast<int>(next)).force_check);
+        ++next;
+        ++read;
       }
     }
-    EXPECT_EQ(static_cast<std::uint64_t>(i), reader.steps());
+    if (reader.end() && reader.end()->steps > next) gaps.push_back({next, reader.end()->steps - next, 0, 0});
+    EXPECT_EQ(read, reader.steps());
+    const RecordingDamage& damage = reader.damage();
+    EXPECT_EQ(read + damage.lost_steps, damage.known_steps);
+    ASSERT_EQ(damage.gaps.size(), gaps.size());
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+      EXPECT_EQ(damage.gaps[i].first_step, gaps[i].first_step);
+      EXPECT_EQ(damage.gaps[i].count, gaps[i].count);
+      EXPECT_NEAR(damage.gaps[i].from_s, 1e-3 * static_cast<double>(gaps[i].first_step), 1e-9);
+      EXPECT_NEAR(damage.gaps[i].to_s, 1e-3 * static_cast<double>(gaps[i].first_step + gaps[i].count), 1e-9);
+    }
+    EXPECT_EQ(damage.whole_steps, gaps.empty() ? damage.known_steps : gaps.front().first_step);
   }
 
   test::Folder own_;
@@ -91,7 +107,7 @@ TEST_F(Recordings, ComesBack) {
   ASSERT_TRUE(reader.end());
   EXPECT_EQ(reader.end()->bone_hash, 3u);
   EXPECT_EQ(reader.DescribeDamage(), "");
-  ExpectPrefix(reader);
+  ExpectAsWritten(reader);
 }
 
 // What stands in a file must not drive the terminal that it is shown on.
@@ -149,12 +165,12 @@ TEST_F(Recordings, CutShortAnywhereIsWholeBeforeTheCut) {
     EXPECT_NE(reader->DescribeDamage(), "");
     EXPECT_GE(reader->steps(), most);  // more bytes, no fewer steps
     most = reader->steps();
-    if (size % 50 == 0) ExpectPrefix(*reader);
+    if (size % 50 == 0) ExpectAsWritten(*reader);
   }
   EXPECT_EQ(most, 1100u);
 }
 
-TEST_F(Recordings, DamageIsFoundAndWhatIsBeforeItStays) {
+TEST_F(Recordings, DamageIsFoundAndAllElseIsRead) {
   Write(Path("a.kerf"), 1100);
   const std::string bytes = ReadAll(Path("a.kerf"));
   std::mt19937_64 dice(1);
@@ -167,7 +183,7 @@ TEST_F(Recordings, DamageIsFoundAndWhatIsBeforeItStays) {
     try {
       RecordingReader reader(Path("b.kerf"));
       EXPECT_NE(reader.DescribeDamage(), "") << at;
-      ExpectPrefix(reader);
+      ExpectAsWritten(reader);
       ++damaged;
     } catch (const Error&) {
       EXPECT_LT(at, 1200u);  // the head: it is that long
@@ -228,7 +244,7 @@ TEST_F(Recordings, AFullDiskLeavesItWhole) {
   EXPECT_GE(reader.steps(), 250u);
   EXPECT_EQ(reader.steps() % 250, 0u);
   EXPECT_THAT(reader.DescribeDamage(), HasSubstr("cut short"));  // and no torn bytes
-  ExpectPrefix(reader);
+  ExpectAsWritten(reader);
 }
 
 TEST_F(Recordings, WhatIsNoneIsRefused) {

@@ -19,6 +19,7 @@
 #include "session/run_scene.h"
 #include "session/run_slab_scene.h"
 #include "support/folder.h"
+#include "support/forge_recording.h"
 #include "support/motion.h"
 
 namespace kerf {
@@ -121,17 +122,10 @@ class Replays : public ::testing::Test {
   /// The same recording with a step changed.
   void Tamper(const std::string& from, const std::string& to, std::uint64_t step,
               const std::function<void(RecordedStep&)>& change) const {
-    RecordingReader reader(Path(from));
-    RecordingWriter writer(Path(to), reader.head(), reader.ReadFiles());
-    RecordedBlock block;
-    for (std::size_t i = 0; reader.ReadBlock(i, block); ++i) {
-      for (std::size_t k = 0; k < block.steps.size(); ++k) {
-        RecordedStep s = block.steps[k];
-        if (block.first_step + k == step) change(s);
-        writer.Add(s, 0);
-      }
-    }
-    writer.Finish(*reader.end());
+    test::ForgeSteps(Path(from), Path(to), [&](RecordedBlock& block) {
+      const std::uint64_t at = step - block.first_step;
+      if (step >= block.first_step && at < block.steps.size()) change(block.steps[at]);
+    });
   }
   static std::string Failure(const std::function<void()>& act) {
     try {
@@ -482,6 +476,8 @@ TEST_F(Replays, FaultsOfTheDeviceComeOutTheSame) {
   {
     RecordingHead head;
     head.voxel_mm = 0.2;
+    head.state_every_steps = 1'000'000'000;  // none is written here
+    head.hash_every_steps = 1'000'000'000;
     RecordingWriter writer(Path("a.kerf"), head, {});
     for (const TickToRecord& tick : ticks) writer.Add(tick.step, 0);
   }

@@ -368,6 +368,14 @@ TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
   ASSERT_EQ(material.warnings.size(), 2u);  // the share outside the range; a law recalled rather than verified
   const std::string report = FormatCompareReport(c);
   EXPECT_THAT(report, HasSubstr("- Material: " + c.material + ".\n"));
+  Comparison named = c;
+  named.title = "<b>a | b</b>";
+  named.regions[0].name = "<i>x|y</i>";
+  const std::string escaped = FormatCompareReport(named);
+  EXPECT_THAT(escaped, HasSubstr("# &lt;b&gt;a \\| b&lt;/b&gt;: the same cut"));
+  EXPECT_THAT(escaped, HasSubstr(" &lt;i&gt;x\\|y&lt;/i&gt; ("));
+  EXPECT_THAT(escaped, testing::Not(HasSubstr("<b>")));
+  EXPECT_THAT(escaped, testing::Not(HasSubstr("<i>")));
   const auto json = nlohmann::json::parse(FormatCompareJson(c));
   const std::string kept = report.substr(report.find("To keep in mind:"), report.find("## Force and work"));
   for (const std::string& warning : material.warnings) {

@@ -170,6 +170,10 @@ TEST(TakeAway, CsvHasAValueALine) {
   EXPECT_THAT(csv, HasSubstr("\"ramus, height \"\"x\"\"\",distance,mm,41.25\n"));
   EXPECT_THAT(csv, HasSubstr("right,turned,deg,30\n"));
   EXPECT_THAT(csv, HasSubstr("session,duration,s,12.5\n"));
+  // A name that a spreadsheet would run.
+  Session other;
+  other.taken.measures[0].name = "=HYPERLINK(1)";
+  EXPECT_THAT(FormatMeasuresCsv(other.taken), HasSubstr("\n'=HYPERLINK(1),distance,mm,41.25\n"));
   // The ball's centre went 2 mm along x and then about (6, 0, 0): its radius and half the box are off 6 + 2 cos 30.
   const std::string before_gap = "and right\",least gap,mm,";
   const std::size_t at = csv.find(before_gap);

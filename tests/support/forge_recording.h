@@ -1,0 +1,39 @@
+// A recording with something changed in it, and all checksums and digests right.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "record/block_reader.h"
+#include "record/blocks.h"
+#include "record/step.h"
+
+namespace kerf::test {
+
+/// `change`: called with the kind of each block and its bytes, which it may change.
+inline void ForgeRecording(const std::string& from, const std::string& to,
+                           const std::function<void(BlockKind, std::string&)>& change) {
+  BlockReader reader(from);
+  BlockFile file(to);
+  for (const BlockPlace& place : reader.places()) {
+    std::string bytes = reader.Read(place);
+    change(place.kind, bytes);
+    if (place.kind == BlockKind::kSeal) bytes = FormatSeal(MakeSeal(file.digest(), std::nullopt));
+    file.Append(place.kind, bytes);
+  }
+  file.Close();
+}
+
+/// The same with its blocks of steps.
+inline void ForgeSteps(const std::string& from, const std::string& to,
+                       const std::function<void(RecordedBlock&)>& change) {
+  ForgeRecording(from, to, [&](BlockKind kind, std::string& bytes) {
+    if (kind != BlockKind::kSteps) return;
+    RecordedBlock block = DecodeBlock(bytes);
+    change(block);
+    bytes = EncodeBlock(block);
+  });
+}
+
+}  // namespace kerf::test
