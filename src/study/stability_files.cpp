@@ -106,6 +106,7 @@ std::string FormatStabilityJson(const StabilityStudy& s) {
                          {"holds", HoldsJson(scenario.judgement())},
                          {"judgement", ToString(scenario.judgement())},
                          {"unjudged", scenario.unjudged},
+                         {"cut_through_s", scenario.cut_through_s ? ordered_json(*scenario.cut_through_s) : nullptr},
                          {"figures", figures}});
   }
   ordered_json margins = ordered_json::array();
@@ -183,6 +184,10 @@ std::string FormatFiguresCsv(const StabilityStudy& s) {
     for (const StabilityFigure& f : scenario.figures) {
       fmt::format_to(std::back_inserter(csv), "{},{},{},{:.7g},{},{:.7g},{}\n", scenario.name, Field(f.name),
                      Field(f.unit), f.value, f.at_most ? "at_most" : "at_least", f.bound, f.holds());
+    }
+    if (scenario.cut_through_s) {
+      fmt::format_to(std::back_inserter(csv), "{},cut through,s,{:.7g},when,,not_asked\n", scenario.name,
+                     *scenario.cut_through_s);
     }
   }
   return csv;
