@@ -251,7 +251,7 @@ void ScenarioRun::AddNoise(std::size_t from, std::size_t to, double share) {
   const std::size_t end = std::min(to, now());
   if (is_through() && static_cast<double>(end - from) * T() < kLeastWindow_s) from = std::min(FirstSteady(), end);
   if (static_cast<double>(end - from) * T() < (is_through() ? kLeastOfAll_s : kLeastWindow_s)) {
-    LeaveUnjudged("The tool was through the bone, or off it, too soon for the noise to be told.");
+    LeaveUnjudged("The tool was through the bone, or off it, too soon for the noise to be judged.");
     return;
   }
   const double noise_mN = 1000 * CalcNoise(forces_N(from, to), T());

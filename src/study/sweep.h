@@ -16,7 +16,7 @@ enum class SweepVerdict {
   kFail,       // not stable, or the loop refuses what the check passes
   kWarned,     // not stable, and the check warns of it as it does not of the scene as it is: no failure
   kRefused,    // by the check, with its reason: no failure
-  kNotJudged,  // nothing could be told: the path does not lead into the bone, the tool was through at once
+  kNotJudged,  // nothing could be judged: the path does not lead into the bone, the tool was through at once
   kNotRun,     // too large for a case, or stopped by its time limit
 };
 const char* ToString(SweepVerdict verdict);
