@@ -11,17 +11,14 @@
 
 #include "cli/commands.h"
 #include "cli/message.h"
-#include "files/files.h"
 #include "force/measured.h"
 #include "kerf/error.h"
-#include "material/region_table.h"
 #include "scene/doubts.h"
 #include "scene/path.h"
 #include "scene/scene.h"
 #include "scene/schema.h"
+#include "session/check_scene.h"
 #include "session/cutting_energy.h"
-#include "session/loop_setup.h"
-#include "session/make_bone.h"
 #include "session/run_slab_scene.h"
 
 namespace kerf::cli {
@@ -31,47 +28,6 @@ struct Options {
   std::string file;
   bool json = false;
 };
-
-struct BoneSummary {
-  std::string text;
-  double voxel_mm = 0;
-  MaterialSummary material;
-};
-
-/// Opens what the scene names. Throws Error when that fails.
-BoneSummary CheckBone(const Scene& scene) {
-  MaterialTable table = DefaultMandibleTable();
-  if (!scene.bone.materials.empty()) table = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
-  MaterialSummary generated;
-  generated.kind = scene.material.kind;
-  switch (scene.bone.source) {
-    case BoneSource::kFile: {
-      MaterialSummary material;
-      const Bone bone = MakeSceneBone(scene, {}, &material);
-      const Vec3 size = bone.CalcBounds().size();
-      return {fmt::format("{}, {:.1f} x {:.1f} x {:.1f} mm, voxels of {} mm", scene.bone.file, size.x, size.y, size.z,
-                          bone.voxel_mm()),
-              bone.voxel_mm(), material};
-    }
-    case BoneSource::kMandible: {
-      const MandibleParams& mandible = scene.bone.mandible;
-      const Vec3 room = MandibleShape(mandible).bounds().size();  // throws when the parameters don't fit together
-      return {fmt::format("generic mandible, within {:.0f} x {:.0f} x {:.0f} mm, voxels of {} mm", room.x, room.y,
-                          room.z, mandible.voxel_mm),
-              mandible.voxel_mm, generated};
-    }
-    case BoneSource::kBlock:
-    case BoneSource::kPlate: {
-      const BlockParams& block = scene.bone.block;
-      for (const MaterialLayer& layer : block.layers) table.At(layer.region);
-      return {fmt::format("{} {} x {} x {} mm, {} {}, voxels of {} mm", ToString(scene.bone.source), block.size_mm.x,
-                          block.size_mm.y, block.size_mm.z, block.layers.size(),
-                          block.layers.size() == 1 ? "layer" : "layers", block.voxel_mm),
-              block.voxel_mm, generated};
-    }
-  }
-  return {};
-}
 
 /// The law at the scene's largest bite, on cortical bone.
 struct ToothAtTopBite {
@@ -94,17 +50,9 @@ void Run(const Options& options) {
   const Scene scene = ReadScene(options.file);
   const Path path = MakePath(scene);
   const bool slab = scene.simulation.mode == SceneMode::kSlab;
-  if (slab) MakeSlabPlane(scene);  // throws when the direction does not lie in the disc's plane
-  const BoneSummary bone = CheckBone(scene);
-  std::vector<std::string> doubts = FindDoubts(scene, bone.voxel_mm);
-  const bool held = scene.coupling.given || scene.device.given || scene.hand.given || scene.loop.given;
-  std::optional<LoopSetup> loop;
-  if (held) {
-    loop = MakeLoopSetup(scene);
-    for (const std::string& doubt : FindHandDoubts(scene, *loop)) doubts.push_back(doubt);
-  }
-  doubts.insert(doubts.end(), bone.material.warnings.begin(), bone.material.warnings.end());
-  for (const std::string& doubt : doubts) Say("{}: warning: {}", options.file, doubt);
+  const CheckedScene checked = CheckWholeScene(scene);
+  const std::optional<LoopSetup>& loop = checked.loop;
+  for (const std::string& doubt : checked.warnings) Say("{}: warning: {}", options.file, doubt);
 
   const ForceLawInfo& law = scene.force.info();
   const double bite_um = 1000 * CalcTopBite(scene);
@@ -113,8 +61,8 @@ void Run(const Options& options) {
     nlohmann::ordered_json json;
     json["file"] = options.file;
     json["title"] = scene.title;
-    json["bone"] = {{"summary", bone.text}, {"voxel_mm", bone.voxel_mm}};
-    json["material"] = nlohmann::ordered_json::parse(FormatMaterialJson(scene, bone.material));
+    json["bone"] = {{"summary", checked.bone}, {"voxel_mm", checked.voxel_mm}};
+    json["material"] = nlohmann::ordered_json::parse(FormatMaterialJson(scene, checked.material));
     json["tool"] = {{"shape", kToolKindWords[static_cast<std::size_t>(scene.tool.kind)]},
                     {"diameter_mm", scene.tool.diameter_mm}};
     if (scene.tool.kind == ToolKind::kDisc) {
@@ -160,13 +108,13 @@ void Run(const Options& options) {
                       {"rate_hz", scene.loop.rate_hz},
                       {"degrade", scene.loop.degrade}};
     }
-    json["warnings"] = doubts;
+    json["warnings"] = checked.warnings;
     fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     return;
   }
   fmt::print("{}: valid{}{}\n", options.file, scene.title.empty() ? "" : ": ", scene.title);
-  fmt::print("  bone   {}\n", bone.text);
-  fmt::print("  moduli {}\n", DescribeMaterial(scene, bone.material));
+  fmt::print("  bone   {}\n", checked.bone);
+  fmt::print("  moduli {}\n", DescribeMaterial(scene, checked.material));
   fmt::print("  tool   {}, {} rpm\n", DescribeTool(scene.tool), scene.tool.rpm);
   const std::size_t parts = path.segments().size();
   fmt::print("  path   {} {}, {:.1f} mm in {:.2f} s, {} ticks at {} Hz\n", parts,

@@ -20,6 +20,7 @@
 #include "scene/scene.h"
 #include "study/stability.h"
 #include "study/stability_files.h"
+#include "study/sweep.h"
 
 namespace kerf::cli {
 namespace {
@@ -31,6 +32,8 @@ struct Options {
   std::string hand;
   StabilityOptions study;
   bool profiles = false;
+  bool sweeps = false;
+  SweepOptions sweep;
   bool json = false;
 };
 
@@ -47,6 +50,7 @@ void PrintStudy(const StabilityStudy& s) {
     if (!scenario.unjudged.empty()) {
       fmt::print("  {:<25} {}  {}\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
     }
+    if (scenario.cut_through_s) fmt::print("  {:<25} {}\n", scenario.name, DescribeCutThrough(scenario));
     const StabilityFigure* nearest = scenario.skipped ? nullptr : FindNearest(scenario);
     for (const StabilityFigure& f : scenario.figures) {
       if (f.holds() && (!scenario.holds() || &f != nearest)) continue;
@@ -131,9 +135,29 @@ void RunProfiles(const Options& options, const Scene& scene) {
   if (!complete) throw Error("ended before all devices were examined; those above are");
 }
 
+void RunSweep(Options& options, const Scene& scene) {
+  options.sweep.seed = options.study.seed;
+  options.sweep.stop = options.study.stop;
+  if (!options.folder.empty() && std::filesystem::is_directory(options.folder)) {
+    throw Error(fmt::format("{} is a folder; with --sweep, -o names a CSV file", options.folder));
+  }
+  SweepStudy study;
+  {
+    ProgressBar bar("sweeping the scene's numbers");
+    study = SweepScene(scene, options.sweep, [&](const std::string&, double fraction) { bar.Show(fraction); });
+  }
+  if (!options.folder.empty()) WriteTextFile(options.folder, FormatSweepCsv(study));
+  fmt::print("{}", options.json ? FormatSweepJson(study) : FormatSweepTable(study));
+  if (const int failed = study.Count(SweepVerdict::kFail); failed > 0) {
+    throw Error(fmt::format("{} of {} cases failed", failed, study.rows.size()));
+  }
+  if (!study.complete) throw Error(fmt::format("ended after {} cases, none of which failed", study.rows.size()));
+}
+
 void Run(Options& options) {
   const Scene scene = ReadOptionsScene(options);
   options.study.stop = &CatchInterrupt();
+  if (options.sweeps) return RunSweep(options, scene);
   if (options.profiles) return RunProfiles(options, scene);
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) {
@@ -183,7 +207,7 @@ void AddStabilityCommand(CLI::App& app) {
                       "The device: one of the scene's table, or of those built in, instead of the scene's");
   command->add_option("--hand", options->hand, "The hand, H0 to H4, instead of the scene's [hand] model")
       ->transform(CLI::IsMember({"H0", "H1", "H2", "H3", "H4"}, CLI::ignore_case));
-  command->add_flag("--quick", options->study.quick, "Fewer hands and a coarser map");
+  auto* quick = command->add_flag("--quick", options->study.quick, "Fewer hands and a coarser map");
   command->add_option("--seed", options->study.seed, "Of what is left to chance in the scenarios; 0 and up")
       ->check([](const std::string& text) {
         const bool number =
@@ -198,6 +222,24 @@ void AddStabilityCommand(CLI::App& app) {
       "--profiles", options->profiles,
       "Only the margins, with the scene's gains, on every device built in and in every hand (minutes)");
   profiles->excludes(as_asked)->excludes("--profile")->excludes("--hand")->excludes("--output");
+  auto* sweep = command->add_flag(
+      "--sweep", options->sweeps,
+      "Instead: every number of the scene at its least, default and greatest value, alone and in random pairs, a row "
+      "each; -o names a CSV file then");
+  sweep->excludes(as_asked)->excludes(profiles)->excludes(quick);
+  command->add_option("--pairs", options->sweep.pairs, "Random pairs of the sweep")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str()
+      ->needs(sweep);
+  command->add_option("--case-seconds", options->sweep.case_s, "Time limit of a case of the sweep, s")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str()
+      ->needs(sweep);
+  command
+      ->add_option("--keys", options->sweep.only,
+                   "Sweep only keys that begin with this, as \"effects.\"; may be "
+                   "given many times")
+      ->needs(sweep);
   command->add_flag("--json", options->json, "Print the results as JSON");
   command->callback([options] { Run(*options); });
 }

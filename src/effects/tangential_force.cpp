@@ -170,7 +170,7 @@ const EffectInfo& TangentialForce() {
       .state = "force and place of the teeth by eighths of the turn",
       .sleeps = "while no tooth is engaged",
       .hooks = kEffectEngage | kEffectSolved | kEffectEnd,
-      .parameters = {{"ratio", 1.6, 0.2, 20, "of a tooth's thrust to its cutting force"}},
+      .parameters = {{"ratio", 1.6, 0.6, 20, "of a tooth's thrust to its cutting force"}},
       .channels = {{"tangential_sum_N", "sum of the teeth's tangential forces, mean over the tick"},
                    {"tangential_pull_N", "their resultant on the tool"},
                    {"cutting_torque_Nmm", "their torque on the spindle, against its turning"},

@@ -85,9 +85,9 @@ FittedCoupling FitCoupling(const DeviceProfile& profile, const HandModel& hand, 
     fitted.lowered.damping_by_loop = true;
   }
   const double holding_Ns_per_mm = kHoldingShare * 0.5 * dt_s * fitted.coupling.stiffness_N_per_mm;
-  fitted.coupling.damping_Ns_per_mm =
-      std::max(fitted.coupling.damping_Ns_per_mm,
-               std::min({holding_Ns_per_mm, fitted.limits.damping_Ns_per_mm, most_Ns_per_mm}));
+  fitted.coupling.damping_Ns_per_mm = std::max(
+      fitted.coupling.damping_Ns_per_mm,
+      std::min({holding_Ns_per_mm, fitted.limits.damping_Ns_per_mm, most_Ns_per_mm, kMostCouplingDamping_Ns_per_mm}));
   return fitted;
 }
 

@@ -49,6 +49,9 @@ constexpr double kSampledShare = 0.3;
 /// has so many times that at least, as far as device and loop bear it (docs/decisions.md).
 constexpr double kHoldingShare = 1.5;
 
+/// The greatest damping that a coupling may have (CouplingParams): it is raised no further.
+constexpr double kMostCouplingDamping_Ns_per_mm = 1;
+
 /// By what a coupling was lowered.
 struct CouplingLowered {
   bool by_device = false;        // a stiffness or damping above what its profile allows

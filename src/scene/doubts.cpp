@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -13,9 +14,20 @@ namespace {
 
 /// Below this many voxels the kerf between two faces of a level set comes out too narrow.
 constexpr double kResolvedVoxels = 2;
+/// Points of the rim further apart make a noise that a hand feels: 33 mN at 2.9 mm in a held cut, 1.7 mN at 0.2 mm.
+constexpr double kMostApart_mm = 1;
+constexpr double kPi = 3.14159265358979323846;
 
 void FindVoxelDoubts(const Scene& scene, double voxel_mm, std::vector<std::string>& doubts) {
   const bool disc = scene.tool.kind == ToolKind::kDisc;
+  const int points = scene.tool.teeth * scene.simulation.rim_samples_per_pitch;
+  if (const double apart_mm = kPi * scene.tool.diameter_mm / points; disc && apart_mm > kMostApart_mm) {
+    doubts.push_back(fmt::format(
+        "the rim looks for bone every {:.3g} mm only (teeth = {} times rim_samples_per_pitch = {}): the force "
+        "comes in steps; give rim_samples_per_pitch = {}",
+        apart_mm, scene.tool.teeth, scene.simulation.rim_samples_per_pitch,
+        std::min(256.0, std::ceil(kPi * scene.tool.diameter_mm / scene.tool.teeth / kMostApart_mm))));
+  }
   const double voxels = disc && voxel_mm > 0 ? scene.tool.thickness_mm / voxel_mm : kResolvedVoxels;
   if (voxels < 1) {
     doubts.push_back(

@@ -189,8 +189,23 @@ std::string DescribeEnergy(const LoopSummary& s) {
   return fmt::format(
       "{:.4f} J from the hand + {:.4f} from the spindle as it draws the tool along = {:.4f} into the cut + {:.4f} "
       "friction + {:.4f} in springs + "
-      "{:.4f} damping + {:.4f} lost to the time step",
-      s.hand_J, s.spindle_J, s.cut_J, s.friction_J, s.stored_J, s.damping_J, s.numerical_J);
+      "{:.4f} damping + {:.4f} lost to the time step ({:.2g} % of what was put in)",
+      s.hand_J, s.spindle_J, s.cut_J, s.friction_J, s.stored_J, s.damping_J, s.numerical_J,
+      100 * CalcNumericalShare(s));
+}
+
+double CalcNumericalShare(const LoopSummary& s) {
+  const double put_in_J = std::max(s.hand_J, 0.0) + std::max(s.spindle_J, 0.0);
+  return put_in_J > 0 ? std::max(s.numerical_J, 0.0) / put_in_J : 0;
+}
+
+void WarnOfNumericalLoss(LoopSummary& s) {
+  const double share = CalcNumericalShare(s);
+  if (!(share > 0.1)) return;
+  s.warnings.push_back(fmt::format(
+      "{:.0f} % of the energy that was put in was lost to the time step at {:g} Hz: the tool yields too far "
+      "in a tick; set a higher rate, or more [simulation] substeps",
+      100 * share, s.rate_hz));
 }
 
 std::string DescribeNoise(const LoopSummary& s) {
@@ -296,7 +311,8 @@ std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
         {"cut_J", s.cut_J},
         {"friction_J", s.friction_J},
         {"damping_J", s.damping_J},
-        {"numerical_J", s.numerical_J}}},
+        {"numerical_J", s.numerical_J},
+        {"numerical_share_of_input", CalcNumericalShare(s)}}},
       {"pieces", pieces},
       {"dust", {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}}},
       {"published",

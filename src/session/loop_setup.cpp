@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coupled/setup.h"
 #include "devices/profiles.h"
 #include "files/files.h"
 #include "kerf/error.h"
@@ -32,6 +33,27 @@ std::string Both(double simulated_N_per_mm, double scale) {
   return fmt::format("{:.4g} N/mm ({:.4g} N/mm on the device)", simulated_N_per_mm, simulated_N_per_mm * scale);
 }
 
+/// The pull aside of the teeth where it is more than was measured of any saw; else empty.
+std::string DescribeWalk(const Scene& scene, const LoopSetup& setup) {
+  constexpr double kLeastMeasuredRatio = 1.4;
+  const auto effect = std::find_if(scene.effects.begin(), scene.effects.end(),
+                                   [](const EffectChoice& e) { return std::string(e.name()) == "tangential_force"; });
+  if (effect == scene.effects.end()) return "";
+  const double ratio = std::get<double>(effect->values().front());
+  if (ratio >= kLeastMeasuredRatio) return "";
+  // Hand and coupling in series hold the tool aside, in newtons of the simulation.
+  const double hand_N_per_mm = setup.hand.stiffness_N_per_mm / setup.force_scale;
+  const double K = setup.fitted.coupling.stiffness_N_per_mm;
+  const std::string aside =
+      hand_N_per_mm > 0 ? fmt::format("{:.2g} mm", (1 / K + 1 / hand_N_per_mm) / ratio) : std::string("any way");
+  return fmt::format(
+      "[effects.tangential_force] ratio = {:g} is below the 1.4 to 1.8 that were measured: for each newton of thrust "
+      "the teeth pull the tool aside with {:.2g} N, and it walks {} in this hand; where that leads over the edge of "
+      "the "
+      "bone, it drives itself round it (docs/effects.md)",
+      ratio, 1 / ratio, aside);
+}
+
 }  // namespace
 
 LoopSetup MakeLoopSetup(const Scene& scene) {
@@ -54,6 +76,14 @@ LoopSetup MakeLoopSetup(const Scene& scene) {
   setup.asked_damping_Ns_per_mm = asked.damping_Ns_per_mm;
   setup.fitted = FitCoupling(setup.profile, setup.hand, asked, map.force_scale(), map.torque_scale(),
                              1 / scene.loop.rate_hz, scene.device.delay_ticks);
+  CoupledParams fitted = MakeCoupledParams(scene);
+  fitted.coupling = setup.fitted.coupling;
+  try {
+    CheckParams(fitted);
+  } catch (const Error& e) {
+    throw Error(fmt::format("[coupling], fitted to the device {} in the hand {} at {:g} Hz: {}", setup.profile.name,
+                            setup.hand.name, scene.loop.rate_hz, e.what()));
+  }
   return setup;
 }
 
@@ -107,6 +137,19 @@ std::vector<std::string> FindHandDoubts(const Scene& scene, const LoopSetup& set
                     "moment about the grip; set at = \"tool\"",
                     setup.profile.name));
   }
+  if (const double s = setup.profile.peak_force_N / scene.device.slew_N_per_s; s > 0.1) {
+    doubts.push_back(
+        fmt::format("[device] slew_N_per_s = {:g}: the device's force needs {:.2g} s to its peak, so it comes late, "
+                    "and what it gives "
+                    "back can be more than it took; give at least {:.3g}",
+                    scene.device.slew_N_per_s, s, 10 * setup.profile.peak_force_N));
+  }
+  if (scene.loop.rate_hz < 500) {
+    doubts.push_back(fmt::format(
+        "[loop] rate_hz = {:g}: below 500 ticks a second the steps of the force from tick to tick may be felt",
+        scene.loop.rate_hz));
+  }
+  if (const std::string walks = DescribeWalk(scene, setup); !walks.empty()) doubts.push_back(walks);
   if (setup.fitted.lowered.any()) doubts.push_back("the coupling is " + DescribeCoupling(setup));
   return doubts;
 }

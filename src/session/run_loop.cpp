@@ -579,6 +579,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   s.bone_hash = simulation.bone().CalcHash();
   s.mirror_identical = mirror.bone().CalcHash() == s.bone_hash;
   if (!s.touched) s.warnings.emplace_back("the tool met no bone");
+  WarnOfNumericalLoss(s);
   if (s.leaves_used_up_s) {
     s.warnings.push_back(fmt::format(
         "the {} blocks of voxels set aside for cutting were used up after {:.1f} s: from then on the tool stops before "

@@ -207,6 +207,11 @@ struct LoopSummary {
 LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
                     const std::function<void(const std::string&, double)>& progress);
 
+/// Of the energy that hand and spindle put in, what the finite steps lost; 0 when nothing was put in.
+double CalcNumericalShare(const LoopSummary& s);
+/// Adds a warning where that is above a tenth.
+void WarnOfNumericalLoss(LoopSummary& s);
+
 /// For people, a phrase each.
 /// "omega_6 in the hand H3", "falcon".
 std::string DescribeHeld(const LoopSummary& summary);

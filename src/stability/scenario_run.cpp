@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "kerf/error.h"
 #include "stability/measures.h"
 
 namespace kerf {
@@ -13,7 +14,13 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kYield_s = 0.5;
+constexpr double kLeastWindow_s = 0.25;  // in which noise is judged
+constexpr double kLeastOfAll_s = 0.1;    // of a tool that is through: two periods of 20 Hz
 constexpr double kPushOn_s = 0.3;
+constexpr double kSettle_s = 0.05;     // from the first bone cut
+constexpr double kLookEvery_s = 0.01;  // for bone ahead of the tool
+constexpr double kAhead_mm = 2;        // so far; the hops of a tool that chatters are shorter
+constexpr double kOnLine = 0.5;        // of the tool's reach, that it may be off the line of the feed
 
 }  // namespace
 
@@ -92,10 +99,14 @@ ScenarioRun::ScenarioRun(const StabilitySubject& subject, const Scenario& scenar
       X_WT_start_(X_WT),
       scale_(ForceMap(subject.setup.profile, subject.setup.force_map).force_scale()),
       slew_N_per_s_(ForceMap(subject.setup.profile, subject.setup.force_map).slew_N_per_s()),
-      loop_(std::move(bone), subject.setup, X_WT),
-      rpm_(subject.rpm) {
+      loop_(bone, subject.setup, X_WT),
+      rpm_(subject.rpm),
+      begun_with_(std::move(bone)) {
   result_.name = scenario.name;
   result_.what = scenario.what;
+  for (const Vec3& p_T : SampleEdge(subject.setup.coupled.tool)) {
+    if (glm::dot(X_WT.Vector(p_T), subject.into_W) > 0) leading_T_.push_back(p_T);
+  }
 }
 
 double ScenarioRun::CalcPush_N(double simulated_N) const {
@@ -136,6 +147,7 @@ void ScenarioRun::Grip(const HandModel& hand) {
 }
 
 const ClosedLoopTick& ScenarioRun::Step() {
+  if (subject_.stop && subject_.stop()) throw Error("the scenario was stopped");
   return Take(loop_.Step(rpm_));
 }
 
@@ -147,7 +159,38 @@ const ClosedLoopTick& ScenarioRun::Take(const ClosedLoopTick& tick) {
   p_mm_.push_back(tick_.p_WC_mm);
   result_.time_s.push_back(tick_.time_s);
   result_.force_N.push_back(glm::length(f));
+  LookAhead();
   return tick_;
+}
+
+void ScenarioRun::LookAhead() {
+  if (!has_cut_ && tick_.out.coupled.removed_mm3 > 0) {
+    has_cut_ = true;
+    first_cut_ = now();
+  }
+  if (!has_cut_ || is_through() || static_cast<double>(now() - looked_) * T() < kLookEvery_s) return;
+  looked_ = now();
+  const Vec3 way = tick_.out.coupled.X_WT.p_AB - X_WT_start_.p_AB;
+  const Vec3 across = way - glm::dot(way, subject_.into_W) * subject_.into_W;
+  const double reach_mm = CalcReach(subject_.setup.coupled.tool);
+  left_line_ = left_line_ || glm::length(across) > kOnLine * reach_mm;
+  if (left_line_ || IsBoneAhead()) return;
+  result_.cut_through_s = tick_.time_s;
+}
+
+std::size_t ScenarioRun::FirstSteady() const {
+  return first_cut_ + static_cast<std::size_t>(std::lround(kSettle_s / T()));
+}
+
+bool ScenarioRun::IsBoneAhead() const {
+  const double step_mm = 0.5 * begun_with_.voxel_mm();
+  for (const Vec3& p_T : leading_T_) {
+    const Vec3 p_W = tick_.out.coupled.X_WT.Point(p_T);
+    for (double ahead_mm = 0; ahead_mm < kAhead_mm; ahead_mm += step_mm) {
+      if (begun_with_.SignedDistance(p_W + ahead_mm * subject_.into_W) < 0) return true;
+    }
+  }
+  return false;
 }
 
 void ScenarioRun::Run(double seconds) {
@@ -159,9 +202,11 @@ std::size_t ScenarioRun::RunInBone(double seconds) {
   const int ticks = static_cast<int>(std::lround(seconds / T()));
   const auto tenth = static_cast<std::size_t>(std::lround(0.1 / T()));
   const std::size_t begun = now();
+  if (is_through()) return begun;
   std::size_t idle = 0;
   for (int i = 0; i < ticks; ++i) {
     Step();
+    if (is_through()) return std::max(begun, now() - std::min(now(), tenth));
     idle = f_N_.back() == Vec3(0) ? idle + 1 : 0;
     if (idle > tenth) return std::max(begun, now() - std::min(now(), 2 * tenth));
   }
@@ -202,8 +247,11 @@ void ScenarioRun::AtLeast(const std::string& name, const std::string& unit, doub
 }
 
 void ScenarioRun::AddNoise(std::size_t from, std::size_t to, double share) {
-  if (static_cast<double>(std::min(to, now()) - from) * T() < 0.25) {
-    LeaveUnjudged("The tool was through the bone too soon for the noise to be told.");
+  // A tool that hammers may be through before the scenario's own window: then all that it cut for is looked at.
+  const std::size_t end = std::min(to, now());
+  if (is_through() && static_cast<double>(end - from) * T() < kLeastWindow_s) from = std::min(FirstSteady(), end);
+  if (static_cast<double>(end - from) * T() < (is_through() ? kLeastOfAll_s : kLeastWindow_s)) {
+    LeaveUnjudged("The tool was through the bone, or off it, too soon for the noise to be judged.");
     return;
   }
   const double noise_mN = 1000 * CalcNoise(forces_N(from, to), T());

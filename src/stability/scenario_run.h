@@ -45,8 +45,14 @@ class ScenarioRun {
   const ClosedLoopTick& Take(const ClosedLoopTick& tick);
   void Run(double seconds);
   /// Likewise, but no longer than the tool is in bone. Up to where (as now()) the force may be judged: a tenth of a
-  /// second before the tool had nothing to cut for a tenth.
+  /// second before the tool had cut through, or had nothing to cut for a tenth.
   std::size_t RunInBone(double seconds);
+  /// The tool has come out behind the bone: it cut, has no bone within 2 mm ahead of it along the feed, and is still on
+  /// its line. A tool that left its line sideways or that hops on the bone has not cut through.
+  bool is_through() const { return result_.cut_through_s.has_value(); }
+  /// The first sample (as now()) in which the tool cut, and a little later: from here on the force of a tool that
+  /// breaks through before a scenario's own time may be judged.
+  std::size_t FirstSteady() const;
   /// In the air, until the force is no longer ramped in.
   void AwaitRamp();
 
@@ -86,6 +92,15 @@ class ScenarioRun {
   std::vector<Vec3> f_N_;
   std::vector<Vec3> p_mm_;
   TickWatch watch_;
+  Bone begun_with_;              // to look ahead in
+  std::vector<Vec3> leading_T_;  // points of the edge that lead along the feed, tool frame
+  bool has_cut_ = false;
+  std::size_t first_cut_ = 0;  // as now()
+  bool left_line_ = false;     // of the feed, sideways: a tool that drives itself round the bone comes behind it too
+  std::size_t looked_ = 0;     // for bone ahead, as now()
+
+  void LookAhead();
+  bool IsBoneAhead() const;
 };
 
 /// Points of the tool's edge, tool frame.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,8 @@ struct ScenarioResult {
   bool skipped = false;  // does not apply to this subject; `what` says why
   /// Why it, or some of it, could not be judged here; a sentence. Empty when all was.
   std::string unjudged;
+  /// When the tool came out behind the bone, s since the start: from then on nothing is cut and no noise is judged.
+  std::optional<double> cut_through_s;
   std::vector<StabilityFigure> figures;
   // The run's force on the device, for a figure
   std::vector<double> time_s;

@@ -145,12 +145,19 @@ ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& s
   run.Lean(run.CalcPush_N(5) * subject.into_W);
   run.Run(0.8);
   double largest = 0;
+  bool changed = false;
   for (const double rpm : {-subject.rpm, 0.0, subject.rpm, 0.0, -subject.rpm}) {
     const std::size_t before = run.now() - 1;
     run.set_rpm(rpm);
     run.Run(0.2);
     // Of the change, not of what the tool meets later.
+    if (run.is_through()) break;
     largest = std::max(largest, CalcTickSteps(run.forces_N(before, before + 20)).max);
+    changed = true;
+  }
+  if (!changed) {
+    run.LeaveUnjudged("The tool was through the bone before the spindle was changed.");
+    return run.Finish();
   }
   run.AtMost("step of the force in a tick, largest", "just noticeable", largest, 2);
   run.AddEnergy();

@@ -119,7 +119,7 @@ ScenarioResult LetGo(const StabilitySubject& subject, const Scenario& scenario, 
   run.Run(1);
   const double held_N = glm::length(run.tick().f_device_N);
   const double begun_mm_per_s = glm::length(run.tick().v_WC_mm_per_s);
-  if (run.IsOff(0.05)) {
+  if (run.IsOff(0.05) || run.is_through()) {
     run.LeaveUnjudged("The tool was off the bone before the hand let go.");
     return run.Finish();
   }

@@ -166,6 +166,7 @@ PlotSpec MakeScenarioPlot(const StabilityStudy& s, const WorstFigure& worst) {
   PlotSpec plot;
   plot.title = fmt::format("{}: {}", TitleOf(s), scenario.name);
   plot.caption = fmt::format("{}: {}", worst.figure->name, DescribeFigure(*worst.figure));
+  if (scenario.cut_through_s) plot.caption += "; " + DescribeCutThrough(scenario);
   plot.x.label = "time (s)";
   plot.y.label = "force on the device (N)";
   // No more points than pixels: the least and the largest of each stretch, so that no spike is lost.

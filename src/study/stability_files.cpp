@@ -102,6 +102,7 @@ std::string FormatStabilityJson(const StabilityStudy& s) {
                          {"holds", HoldsJson(scenario.judgement())},
                          {"judgement", ToString(scenario.judgement())},
                          {"unjudged", scenario.unjudged},
+                         {"cut_through_s", scenario.cut_through_s ? ordered_json(*scenario.cut_through_s) : nullptr},
                          {"figures", figures}});
   }
   ordered_json margins = ordered_json::array();
@@ -180,6 +181,10 @@ std::string FormatFiguresCsv(const StabilityStudy& s) {
       fmt::format_to(std::back_inserter(csv), "{},{},{},{:.7g},{},{:.7g},{}\n", FormatCsvField(scenario.name),
                      FormatCsvField(f.name), FormatCsvField(f.unit), f.value, f.at_most ? "at_most" : "at_least",
                      f.bound, f.holds());
+    }
+    if (scenario.cut_through_s) {
+      fmt::format_to(std::back_inserter(csv), "{},cut through,s,{:.7g},when,,not_asked\n", scenario.name,
+                     *scenario.cut_through_s);
     }
   }
   return csv;

@@ -12,7 +12,7 @@ namespace kerf {
 
 /// Stable keys with units.
 std::string FormatStabilityJson(const StabilityStudy& study);
-/// scenario,figure,unit,value,kind,bound,holds
+/// scenario,figure,unit,value,kind,bound,holds; a row "cut through" (kind "when") where the tool cut through.
 std::string FormatFiguresCsv(const StabilityStudy& study);
 std::string FormatMarginsCsv(const StabilityStudy& study);
 /// A row a point of the map; in the simulation's units and the device's.
@@ -26,6 +26,8 @@ std::string DescribeVerdict(const StabilityStudy& study);
 std::string DescribeWorst(const StabilityStudy& study);
 /// "12.5 mN, at most 20" with a mark where it does not hold.
 std::string DescribeFigure(const StabilityFigure& figure);
+/// "cut through at t = 1.25 s"; "" for a scenario in which the tool did not come out behind the bone.
+std::string DescribeCutThrough(const ScenarioResult& scenario);
 /// Of two that stand in one line: broken if one is, else not judged if one is not.
 Judgement Both(Judgement a, Judgement b);
 /// "> 64 / 16" : gain and whole ticks of delay; or why they can't be told.

@@ -56,6 +56,9 @@ void AddScenarios(std::string& text, const StabilityStudy& s) {
     if (!scenario.unjudged.empty()) {
       Add(text, "| {} | {} | | | {} |\n", scenario.name, scenario.unjudged, ToString(Judgement::kNotJudged));
     }
+    if (scenario.cut_through_s) {
+      Add(text, "| {} | {} | | | {} |\n", scenario.name, DescribeCutThrough(scenario), ToString(Judgement::kNotAsked));
+    }
     for (const StabilityFigure& f : scenario.figures) {
       Add(text, "| {} | {} | {:.3g}{} | {} {:.3g} | {} |\n", scenario.name, f.name, f.value, Unit(f.unit),
           f.at_most ? "at most" : "at least", f.bound, f.holds() ? "yes" : "**no**");
@@ -125,6 +128,10 @@ std::string DescribeVerdict(const StabilityStudy& s) {
   if (!s.findings.empty()) return fmt::format("Not stable{}:", at);
   if (judged == scenarios.asked + margins.asked) return fmt::format("Stable{}.", at);
   return fmt::format("Stable{} in what could be judged: {}.", at, of);
+}
+
+std::string DescribeCutThrough(const ScenarioResult& scenario) {
+  return scenario.cut_through_s ? fmt::format("cut through at t = {:.2f} s", *scenario.cut_through_s) : std::string();
 }
 
 Judgement Both(Judgement a, Judgement b) {

@@ -185,6 +185,18 @@ TEST(RunLoop, LowersACouplingThatTheLoopCouldNotHold) {
   EXPECT_THAT(FormatLoopReport(scene, s, false), testing::HasSubstr("lowered from 100 to 30 % of what a loop"));
 }
 
+// Bone so soft that the tool gives way to the spring within a tick: most of what the spring held is lost to the step.
+TEST(RunLoop, WarnsWhereTheTimeStepTakesTheEnergy) {
+  Scene scene = ParseScene(kScene, "bar.toml");
+  EXPECT_LT(CalcNumericalShare(RunVirtual(scene, 1)), 0.01);
+  scene.material.kind = MaterialKind::kUniform;
+  scene.material.E_GPa = 0.001;
+  scene.loop.rate_hz = 250;
+  const LoopSummary summary = RunVirtual(scene, 1);
+  EXPECT_GT(CalcNumericalShare(summary), 0.1);
+  EXPECT_THAT(summary.warnings, testing::Contains(testing::HasSubstr("lost to the time step at 250 Hz")));
+}
+
 TEST(RunLoop, WarnsOfWhatIsSeldomMeant) {
   const auto warnings = [](const Scene& scene) { return RunVirtual(scene, 0.05).warnings; };
   using testing::Contains;
