@@ -68,6 +68,7 @@ void StampVdb(const std::string& file) {
   stream.seekg(0);
   const std::string digits = fmt::format("{:08x}", CalcSum(stream, place));
   stream.clear();
+  stream.exceptions(std::ios::badbit | std::ios::failbit);  // a write that fails in close() sets the latter
   stream.seekp(static_cast<std::streamoff>(place));
   stream.write(digits.data(), static_cast<std::streamsize>(digits.size()));
   stream.close();

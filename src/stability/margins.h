@@ -18,7 +18,7 @@ struct StabilitySubject {
   Pose X_WT_start;        // the tool, clear of the bone by less than 1 mm
   Vec3 into_W{0, 0, -1};  // the way of the feed from there into the bone, unit length
   double rpm = 7500;
-  std::function<bool()> stop;  // true: a scenario under way throws Error; may be empty
+  std::function<bool()> stop = {};  // true: a scenario under way throws Error; may be empty
 };
 
 enum class Behaviour : std::uint8_t {

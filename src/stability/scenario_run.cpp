@@ -171,10 +171,13 @@ void ScenarioRun::LookAhead() {
   if (!has_cut_ || is_through() || static_cast<double>(now() - looked_) * T() < kLookEvery_s) return;
   looked_ = now();
   const Vec3 way = tick_.out.coupled.X_WT.p_AB - X_WT_start_.p_AB;
-  const Vec3 across = way - glm::dot(way, subject_.into_W) * subject_.into_W;
+  const double along_mm = glm::dot(way, subject_.into_W);
+  const Vec3 across = way - along_mm * subject_.into_W;
   const double reach_mm = CalcReach(subject_.setup.coupled.tool);
   left_line_ = left_line_ || glm::length(across) > kOnLine * reach_mm;
-  if (left_line_ || IsBoneAhead()) return;
+  const bool goes_back = along_mm < furthest_mm_;  // as when it is pushed off the bone
+  furthest_mm_ = std::max(furthest_mm_, along_mm);
+  if (left_line_ || goes_back || IsBoneAhead()) return;
   result_.cut_through_s = tick_.time_s;
 }
 

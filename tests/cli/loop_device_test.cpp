@@ -145,7 +145,7 @@ TEST_F(LoopDevices, ARecordingCutOffIsPlayedAsFarAsItGoesAndSaysSo) {
   Write("cut.kerf", whole.substr(0, whole.size() * 2 / 3));
   const ProgramResult played = Kerf("loop s.toml --virtual --seconds 0.2 --device recording:cut.kerf");
   EXPECT_EQ(played.code, 0);
-  EXPECT_THAT(played.err, HasSubstr("the handle does not move after that"));
+  EXPECT_THAT(played.err, HasSubstr("the handle does not move in what is missing"));
   Write("head.kerf", whole.substr(0, 40));
   ExpectFailure(1, "loop s.toml --virtual --device recording:head.kerf", "head.kerf: ");
 }

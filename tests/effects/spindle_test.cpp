@@ -285,7 +285,7 @@ TEST(Spindle, RandomHandsAndSwitches) {
       return std::exp(std::uniform_real_distribution<double>(std::log(lower), std::log(upper))(random));
     };
     CoupledParams params = Params(log_uniform(1, 1000));
-    SetEffect(params.effects, "tangential_force", "ratio", log_uniform(0.2, 5));
+    SetEffect(params.effects, "tangential_force", "ratio", log_uniform(0.6, 5));
     SetEffect(params.effects, "spindle", "inertia_gmm2", log_uniform(1, 1e5));
     SetEffect(params.effects, "spindle", "no_load_rpm", seed % 3 == 0 ? 10000.0 : 0.0);
     SetEffect(params.effects, "spindle", "brakes", EffectValue(seed % 2 == 0));
