@@ -135,6 +135,7 @@ void ScenarioRun::Lean(const Vec3& push_W_N) {
 }
 
 void ScenarioRun::Release() {
+  was_released_ = true;
   loop_.device().SetHand(FindHandModel("H0"));
   loop_.device().SetIntention({.X_WH = X_WT_start_});
 }
@@ -175,9 +176,10 @@ void ScenarioRun::LookAhead() {
   const Vec3 across = way - along_mm * subject_.into_W;
   const double reach_mm = CalcReach(subject_.setup.coupled.tool);
   left_line_ = left_line_ || glm::length(across) > kOnLine * reach_mm;
-  const bool goes_back = along_mm < furthest_mm_;  // as when it is pushed off the bone
+  // A handle that was let go of is pushed off the bone, and comes back.
+  const bool is_back = was_released_ && along_mm < furthest_mm_ - 0.5 * kAhead_mm;
   furthest_mm_ = std::max(furthest_mm_, along_mm);
-  if (left_line_ || goes_back || IsBoneAhead()) return;
+  if (left_line_ || is_back || IsBoneAhead()) return;
   result_.cut_through_s = tick_.time_s;
 }
 

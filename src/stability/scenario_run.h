@@ -97,8 +97,9 @@ class ScenarioRun {
   bool has_cut_ = false;
   std::size_t first_cut_ = 0;  // as now()
   bool left_line_ = false;     // of the feed, sideways: a tool that drives itself round the bone comes behind it too
-  double furthest_mm_ = 0;     // along the feed
-  std::size_t looked_ = 0;     // for bone ahead, as now()
+  bool was_released_ = false;
+  double furthest_mm_ = 0;  // along the feed
+  std::size_t looked_ = 0;  // for bone ahead, as now()
 
   void LookAhead();
   bool IsBoneAhead() const;

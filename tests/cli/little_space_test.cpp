@@ -133,7 +133,7 @@ TEST_F(LittleSpace, TheRecordingsEndIsSaidFirst) {
     SCOPED_TRACE(command);
     std::filesystem::remove_all(folder_ / "m_after");
     std::filesystem::remove_all(folder_ / "n_after");
-    const ProgramResult result = Within(Mount("m", 12) + " && " + Mount("n", 100),
+    const ProgramResult result = Within(Mount("m", 8) + " && " + Mount("n", 100),
                                         fmt::format("'" KERF_PROGRAM "' {} -o n/out --record m/session.kerf", command));
     EXPECT_EQ(result.code, 1);
     const std::vector<std::string> sentences = Sentences(result);
