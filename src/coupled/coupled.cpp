@@ -299,16 +299,6 @@ void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) con
   }
 }
 
-/// What the tool holds where it is set down in the first tick goes at once: its flats, which only hold bone later,
-/// could not get out of it.
-void CoupledSimulation::State::CutAtStart(CoupledOutput& out) {
-  if (!at_start) return;
-  const Cutter::Result cut = cutter.CutAround(X_WT);
-  out.removed_mm3 += cut.removed_mm3;
-  if (cut.out_of_leaves) out.status |= kCoupledLeavesUsedUp;
-  at_start = cut.out_of_leaves;
-}
-
 /// The handle moves first, with the tool held; then the tool follows.
 void CoupledSimulation::State::MoveHandle(const Pose& X_to, CoupledOutput& out) {
   const double stored_mJ = coupling_mJ + contact_mJ;
@@ -425,7 +415,6 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   const double stored_mJ = s.coupling_mJ + s.contact_mJ;
   const Pose X_from = s.X_WH;
   s.StepFidelity(in, out);
-  if (in.rpm != 0) s.CutAtStart(out);
   s.problem.passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
 
   State::Sums sums;

@@ -76,7 +76,6 @@ struct CoupledSimulation::State {
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   Pose World(const Pose& X) const { return {X.R_AB, X.p_AB + field.p_WF_mm()}; }
   void StepFidelity(const CoupledInput& in, CoupledOutput& out);
-  void CutAtStart(CoupledOutput& out);
   void CutWaiting(CoupledOutput& out);
   void CutPath(CoupledOutput& out);
   void FinishPath();
@@ -126,7 +125,6 @@ struct CoupledSimulation::State {
   Vec3 f_cut_T{0};                      // of the last sub-step
   double teeth = 0;                     // likewise
 
-  bool at_start = true;         // no tick with a turning spindle yet
   Pose X_WT;                    // the tool
   Pose X_WH;                    // last good handle pose
   Twist u{};                    // of the last sub-step, to start the next from

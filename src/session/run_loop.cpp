@@ -587,7 +587,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
         params.spare_leaves, *s.leaves_used_up_s));
   }
   if (s.starts_in_bone) {
-    s.warnings.emplace_back("the tool was set down inside the bone; what it held there went at once");
+    s.warnings.emplace_back("the tool was set down inside the bone; what its edge held there went at once");
   }
   if (!s.replayed && !(s.undone && s.undone->restores > 0)) {
     s.cutting_sums.simulated_s = s.simulated_s;
