@@ -199,13 +199,23 @@ double CalcNumericalShare(const LoopSummary& s) {
   return put_in_J > 0 ? std::max(s.numerical_J, 0.0) / put_in_J : 0;
 }
 
-void WarnOfNumericalLoss(LoopSummary& s) {
-  const double share = CalcNumericalShare(s);
-  if (!(share > 0.1)) return;
-  s.warnings.push_back(fmt::format(
-      "{:.0f} % of the energy that was put in was lost to the time step at {:g} Hz: the tool yields too far "
-      "in a tick; set a higher rate, or more [simulation] substeps",
-      100 * share, s.rate_hz));
+void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
+  if (!s.touched) s.warnings.emplace_back("the tool met no bone");
+  if (const double share = CalcNumericalShare(s); share > 0.1) {
+    s.warnings.push_back(fmt::format(
+        "{:.0f} % of the energy that was put in was lost to the time step at {:g} Hz: the tool yields too far "
+        "in a tick; set a higher rate, or more [simulation] substeps",
+        100 * share, s.rate_hz));
+  }
+  if (s.leaves_used_up_s) {
+    s.warnings.push_back(fmt::format(
+        "the {} blocks of voxels set aside for cutting were used up after {:.1f} s: from then on the tool stops before "
+        "uncut bone; begin again from bone.vdb, or use larger voxels",
+        spare_leaves, *s.leaves_used_up_s));
+  }
+  if (s.starts_in_bone) {
+    s.warnings.emplace_back("the tool was set down inside the bone; what its edge held there went at once");
+  }
 }
 
 std::string DescribeNoise(const LoopSummary& s) {

@@ -578,17 +578,7 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
   for (const double mm3 : simulation.CalcRemovedByRegion()) s.removed_mm3 += mm3;
   s.bone_hash = simulation.bone().CalcHash();
   s.mirror_identical = mirror.bone().CalcHash() == s.bone_hash;
-  if (!s.touched) s.warnings.emplace_back("the tool met no bone");
-  WarnOfNumericalLoss(s);
-  if (s.leaves_used_up_s) {
-    s.warnings.push_back(fmt::format(
-        "the {} blocks of voxels set aside for cutting were used up after {:.1f} s: from then on the tool stops before "
-        "uncut bone; begin again from bone.vdb, or use larger voxels",
-        params.spare_leaves, *s.leaves_used_up_s));
-  }
-  if (s.starts_in_bone) {
-    s.warnings.emplace_back("the tool was set down inside the bone; what its edge held there went at once");
-  }
+  AddLoopWarnings(s, params.spare_leaves);
   if (!s.replayed && !(s.undone && s.undone->restores > 0)) {
     s.cutting_sums.simulated_s = s.simulated_s;
     s.cutting_sums.removed_mm3 = s.removed_mm3;

@@ -209,8 +209,9 @@ LoopSummary RunLoop(const Scene& scene, const LoopOptions& options,
 
 /// Of the energy that hand and spindle put in, what the finite steps lost; 0 when nothing was put in.
 double CalcNumericalShare(const LoopSummary& s);
-/// Adds a warning where that is above a tenth.
-void WarnOfNumericalLoss(LoopSummary& s);
+/// What a user should know of the session as a whole: no bone met, more than a tenth of the energy lost to the time
+/// step, `spare_leaves` blocks for cutting used up, begun inside the bone.
+void AddLoopWarnings(LoopSummary& s, int spare_leaves);
 
 /// For people, a phrase each.
 /// "omega_6 in the hand H3", "falcon".
