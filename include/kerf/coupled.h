@@ -116,8 +116,10 @@ struct CoupledOutput {
   double cut_mJ = 0;     // >= 0, as the next two
   double friction_mJ = 0;
   double damping_mJ = 0;
-  // Lost to steps of finite length. Less than 0 when uneven bone pushes a face out, which takes of what was lost
-  // before: cut + friction + numerical, summed since the start, is never below 0.
+  // Lost by the springs to steps of finite length: what they held and were given, less what they hold now and the work
+  // of their forces at the ends of the steps. Counted without the other terms, so that the sum above closes to the
+  // solver's accuracy. Below 0 when uneven bone pushes a face out, which takes of what was lost before: cut + friction
+  // + numerical, summed since the start, is never below 0.
   double numerical_mJ = 0;
   int substeps = 0;
   int iterations = 0;  // most in one sub-step

@@ -114,6 +114,7 @@ std::uint64_t HashInput(const StudyPath& path, Holding holding, const ReferenceP
 std::shared_ptr<const ExactBone> SweepBone(ExactSolid solid, const ReferenceParams& params, Holding holding,
                                            const Pose& X_start, const std::vector<ReferenceTick>& ticks) {
   auto bone = std::make_shared<ExactBone>(std::move(solid), params.saw);
+  if (holding == Holding::kHand) bone->Sweep(X_start, X_start, 0);  // as where it was worked out: RunReferenceInHand()
   Pose X_before = X_start;
   std::size_t k = 0;
   for (const ReferenceTick& tick : ticks) {

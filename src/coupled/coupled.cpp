@@ -230,13 +230,17 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
     out.cut_mJ += std::max(0.0, work_mJ);  // below 0 by rounding only: the potential is convex and least at rest
   }
   for (const FlatPoint& p : problem.flats) {
-    const double depth = p.depth_mm + problem.tau_s * p.side * (u[2] + u[3] * p.y - u[4] * p.x);
-    if (depth > 0) f_face_T.z -= problem.flat_stiffness_N_per_mm * depth * p.side;
+    const double speed = p.side * (u[2] + u[3] * p.y - u[4] * p.x);
+    const double force = problem.flat_stiffness_N_per_mm * std::max(0.0, p.depth_mm + problem.tau_s * speed);
+    f_face_T.z -= force * p.side;
+    sums.given_mJ -= time_s * force * speed;
   }
-  for (std::size_t i = 0; i < first_of_effects; ++i) {
+  for (std::size_t i = 0; i < problem.solids.size(); ++i) {
     const SolidPoint& p = problem.solids[i];
-    const double depth = p.depth_mm + problem.tau_s * Dot(p.row, u);
-    if (depth > 0) f_face_T -= p.stiffness_N_per_mm * depth * Vec3(p.row[0], p.row[1], p.row[2]);
+    const double speed = Dot(p.row, u);
+    const double force = p.stiffness_N_per_mm * std::max(0.0, p.depth_mm + problem.tau_s * speed);
+    if (i < first_of_effects) f_face_T -= force * Vec3(p.row[0], p.row[1], p.row[2]);
+    sums.given_mJ -= time_s * force * speed;
   }
   const double creep2 = problem.creep_mm_per_s * problem.creep_mm_per_s;
   for (const FrictionPoint& p : problem.frictions) {
@@ -267,8 +271,12 @@ void CoupledSimulation::State::AddUp(double time_s, Sums& sums, CoupledOutput& o
   sums.f_face_W += time_s * X_WT.Vector(f_face_T);
   sums.f_friction_W += time_s * X_WT.Vector(f_friction_T);
   const StepCoupling& c = problem.coupling;
-  const Vec3 slip = c.v_H_mm_per_s - Vec3(u[0], u[1], u[2]);
-  const Vec3 turn = c.w_H_rad_per_s - Vec3(u[3], u[4], u[5]);
+  const Vec3 v(u[0], u[1], u[2]);
+  const Vec3 w(u[3], u[4], u[5]);
+  sums.given_mJ += time_s * (glm::dot(c.spring.Force(c.x_mm - problem.tau_s * v), v) +
+                             glm::dot(c.torsion.Force(c.theta_rad - problem.tau_s * w), w));
+  const Vec3 slip = c.v_H_mm_per_s - v;
+  const Vec3 turn = c.w_H_rad_per_s - w;
   const Vec3 f = c.damper.Force(slip);
   const Vec3 tau = c.torsion_damper.Force(turn);
   out.hand_mJ += time_s * (glm::dot(f, c.v_H_mm_per_s) + glm::dot(tau, c.w_H_rad_per_s));
@@ -299,11 +307,22 @@ void CoupledSimulation::State::Publish(const Sums& sums, CoupledOutput& out) con
   }
 }
 
+/// What the tool holds where it is set down in the first tick goes at once: its flats, which only hold bone later,
+/// could not get out of it.
+void CoupledSimulation::State::CutAtStart(CoupledOutput& out) {
+  if (!at_start) return;
+  const Cutter::Result cut = cutter.CutAround(X_WT);
+  out.removed_mm3 += cut.removed_mm3;
+  if (cut.out_of_leaves) out.status |= kCoupledLeavesUsedUp;
+  at_start = cut.out_of_leaves;
+}
+
 /// The handle moves first, with the tool held; then the tool follows.
-void CoupledSimulation::State::MoveHandle(const Pose& X_to, CoupledOutput& out) {
-  const double stored_mJ = coupling_mJ + contact_mJ;
-  coupling_mJ = coupling.CalcEnergy(X_WT, X_to);
-  out.hand_mJ += coupling_mJ + contact_mJ - stored_mJ;
+void CoupledSimulation::State::MoveHandle(const Pose& X_to, Sums& sums, CoupledOutput& out) {
+  const double drawn_mJ = coupling.CalcEnergy(X_WT, X_to) - coupling_mJ;
+  coupling_mJ += drawn_mJ;
+  out.hand_mJ += drawn_mJ;
+  sums.drawn_mJ += drawn_mJ;
   X_WH = X_to;
 }
 
@@ -415,6 +434,7 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   const double stored_mJ = s.coupling_mJ + s.contact_mJ;
   const Pose X_from = s.X_WH;
   s.StepFidelity(in, out);
+  if (in.rpm != 0) s.CutAtStart(out);
   s.problem.passes_per_s = s.shape.passes_per_turn * std::abs(in.rpm) / 60;
 
   State::Sums sums;
@@ -431,10 +451,10 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
     } else {
       part.X_WH = in.X_WH;
     }
-    s.MoveHandle(part.X_WH, out);
+    s.MoveHandle(part.X_WH, sums, out);
     reached = s.Follow(part, max_substeps, observer, sums, out);
   }
-  if (!reached) s.MoveHandle(in.X_WH, out);
+  if (!reached) s.MoveHandle(in.X_WH, sums, out);
 
   // 6 effects, of the whole tick
   const double mean = sums.time_s > 0 ? 1 / sums.time_s : 0;
@@ -448,9 +468,10 @@ CoupledOutput CoupledSimulation::Tick(const CoupledInput& asked, TickObserver* o
   if (end.f_more_W_N != Vec3(0)) out.f_H_W_N += end.f_more_W_N;
   // With the handle the tool is exactly where it was asked to be.
   if (s.X_WT.p_AB == in.X_WH.p_AB && s.X_WT.R_AB == in.X_WH.R_AB) out.X_WT = asked.X_WH;
-  if (!sums.touched && reached) out.hand_mJ = 0;  // in the air handle and tool move as one
+  if (!sums.touched && reached) out.hand_mJ = sums.drawn_mJ = 0;  // in the air handle and tool move as one
   out.stored_mJ = s.coupling_mJ + s.contact_mJ - stored_mJ;
-  out.numerical_mJ = out.hand_mJ + out.spindle_mJ - out.stored_mJ - out.cut_mJ - out.friction_mJ - out.damping_mJ;
+  // Nothing but springs loses energy to the step: all else is work of the forces at its end.
+  out.numerical_mJ = sums.drawn_mJ - sums.given_mJ - out.stored_mJ;
   s.last = out;
   enter(TickStage::kEnd);
   return out;

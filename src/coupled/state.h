@@ -60,9 +60,11 @@ struct CoupledSimulation::State {
     problem.frictions.reserve(effects.capacity().frictions + 1);
   }
 
-  /// What a tick adds up over its sub-steps; times time, but for time itself.
+  /// What a tick adds up over its sub-steps; times time, but for time itself and energies.
   struct Sums {
-    double time_s = 0;  // made good
+    double time_s = 0;    // made good
+    double drawn_mJ = 0;  // put into the coupling's springs by the handle's motion
+    double given_mJ = 0;  // work of all springs, of coupling and contact, on the tool: force at a step's end times way
     Vec3 f_cut_W{0}, f_face_W{0}, f_friction_W{0};
     double thrust = 0, teeth = 0, E = 0, bite = 0;
     std::array<double, 256> thrust_by_region{};
@@ -76,6 +78,7 @@ struct CoupledSimulation::State {
   Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
   Pose World(const Pose& X) const { return {X.R_AB, X.p_AB + field.p_WF_mm()}; }
   void StepFidelity(const CoupledInput& in, CoupledOutput& out);
+  void CutAtStart(CoupledOutput& out);
   void CutWaiting(CoupledOutput& out);
   void CutPath(CoupledOutput& out);
   void FinishPath();
@@ -88,7 +91,7 @@ struct CoupledSimulation::State {
   enum class Flight { kNear, kUnderWay, kThere };
   Flight Fly(const CoupledInput& in, CoupledOutput& out);
   void Engage(const CoupledInput& in, double time_s);
-  void MoveHandle(const Pose& X_to, CoupledOutput& out);
+  void MoveHandle(const Pose& X_to, Sums& sums, CoupledOutput& out);
   bool Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums, CoupledOutput& out);
   double CalcStepShare(const Twist& motion, double time_s) const;
   void AddUp(double time_s, Sums& sums, CoupledOutput& out);
@@ -125,6 +128,7 @@ struct CoupledSimulation::State {
   Vec3 f_cut_T{0};                      // of the last sub-step
   double teeth = 0;                     // likewise
 
+  bool at_start = true;         // no tick with a turning spindle yet
   Pose X_WT;                    // the tool
   Pose X_WH;                    // last good handle pose
   Twist u{};                    // of the last sub-step, to start the next from

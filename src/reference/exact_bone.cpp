@@ -24,7 +24,7 @@ struct Swept {
   Vec3 way{0};      // of the centre, in that plane
   Vec3 n{0, 0, 1};  // the plane's normal
   double inverse_way2 = 0;
-  double hole_mm = -1;  // radius; below 0: none
+  double hole_mm = -kInfinity;  // radius; below 0: none
 };
 
 /// Around some of what was swept, in order of time: a stadium about the segment from the first centre to the last.
@@ -229,7 +229,7 @@ void ExactBone::Sweep(const Pose& X_a, const Pose& X_b, double edge_mm) {
   swept.a = X_a.p_AB + 0.5 * along * swept.n;
   swept.way = way - along * swept.n;
   swept.inverse_way2 = Invert(glm::dot(swept.way, swept.way));
-  swept.hole_mm = edge_mm > 0 ? s.radius_mm - edge_mm : -1;
+  swept.hole_mm = edge_mm > 0 ? s.radius_mm - edge_mm : -kInfinity;
   s.Add(swept);
   for (const Vec3& centre : {swept.a, swept.a + swept.way}) {
     // A disc reaches R sqrt(1 - n_i^2) along axis i, and half its thickness times n_i.

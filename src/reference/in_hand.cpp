@@ -76,6 +76,7 @@ class HeldTool {
     problem_.law = MakeToothForce(params.law, params.saw);
     problem_.passes_per_s = params.saw.teeth * std::abs(params.rpm) / 60;
     problem_.ramp_mm_per_s = problem_.law(1e-9, 1e4) > 1e-3 * problem_.law(1e-3, 1e4) ? kCreep_mm_per_s : 0;
+    bone_.Sweep(X_W, X_W, 0);  // what the tool holds where it is set down first
   }
 
   /// Means of thrust and teeth, times time, are added to `sums`.

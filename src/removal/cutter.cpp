@@ -55,9 +55,10 @@ struct Cutter::State {
         leaves(field, MakeEdgeZone(zone, h)),
         ledger(field, old_leaves) {}
 
-  void CutPiece(const Pose& X_from, const Pose& X_to, bool new_only, Result& result);
+  void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only, Result& result);
   void CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result);
   bool FlanksMoved(const Pose& X) const;
+  void CountInMm3(Result& result) const { result.removed_mm3 *= h * h * h; }
 
   BoneField& field;
   double h;
@@ -177,20 +178,33 @@ Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
     for (double i = 1; i <= pieces; ++i) {
       Pose X = X_b;
       if (i < pieces) X.p_AB = X_a.p_AB + (X_b.p_AB - X_a.p_AB) * (1 / (pieces - i + 1));
-      s.CutPiece(X_a, X, new_only && i == 1, result);
+      s.CutPiece(s.zone, X_a, X, new_only && i == 1, result);
       X_a = X;
     }
   }
   if (!new_only) s.X_flanks = X_b;
   s.X_last = X_b;
   if (result.out_of_leaves) Lift();
-  result.removed_mm3 *= s.h * s.h * s.h;
+  s.CountInMm3(result);
   return result;
 }
 
-void Cutter::State::CutPiece(const Pose& X_from, const Pose& X_to, bool new_only, Result& result) {
-  const Sweep sweep(zone, X_from, X_to, h, kFlankTolerance * h, new_only, whole_voxels, precision_bits);
-  effort.listed_anew |= leaves.Update(X_to, sweep.length_mm, !new_only && zone.depth_mm == kAll);
+Cutter::Result Cutter::CutAround(const Pose& X) {
+  State& s = *state_;
+  s.effort = {};
+  Result result;
+  EdgeZone whole = s.zone;
+  whole.depth_mm = kAll;
+  s.CutPiece(whole, X, X, false, result);
+  Lift();
+  s.CountInMm3(result);
+  return result;
+}
+
+void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only,
+                             Result& result) {
+  const Sweep sweep(cuts, X_from, X_to, h, kFlankTolerance * h, new_only, whole_voxels, precision_bits);
+  effort.listed_anew |= leaves.Update(X_to, sweep.length_mm, !new_only && cuts.depth_mm == kAll);
   LeafList& list = leaves.list();
   effort.listed_leaves += static_cast<int>(list.size());
   list.ForEachNear(sweep.MakeCull(list.origin_W()), [&](const LeafIndex& leaf) { CutLeaf(sweep, leaf, result); });

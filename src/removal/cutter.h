@@ -47,6 +47,9 @@ class Cutter {
   };
   /// Cuts from X_from to X_to, which must be near each other: CountSubsteps(). Tick-safe.
   Result Cut(const Pose& X_from, const Pose& X_to);
+  /// Cuts away all that the whole tool holds at X, also with CutWith::kEdge: for a tool that is set down inside the
+  /// bone. Looks at every leaf that the tool reaches. Tick-safe.
+  Result CutAround(const Pose& X);
 
   /// Gives a leaf other values: where it is `from`, `to`; what was cut since stays cut (bone/piece_removal.h). Counts
   /// as loss of the bone, or gain. False, and nothing done, when no leaf is left for it. Tick-safe.

@@ -214,7 +214,7 @@ void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
         spare_leaves, *s.leaves_used_up_s));
   }
   if (s.starts_in_bone) {
-    s.warnings.emplace_back("the tool was set down inside the bone; what its edge held there went at once");
+    s.warnings.emplace_back("the tool was set down inside the bone; what it held there went at once");
   }
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <utility>
 
 #include "reference/cuts.h"
 
@@ -45,15 +46,16 @@ TEST(ExactBone, SlotIsAStadiumAsThickAsTheDisc) {
 }
 
 TEST(ExactBone, GroupsGiveWhatEachSweepAloneGives) {
-  // A wild way, whole disc and rim; the least over bones with one sweep each.
+  // A wild way, whole disc, rim, and both in turn; the least over bones with one sweep each.
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto solid = [] { return Block({}, {200, 200, 200}); };
-  for (const double edge_mm : {0.0, 0.4}) {
+  for (const auto& [first_mm, second_mm] : {std::pair(0.0, 0.0), {0.4, 0.4}, {0.0, 0.4}}) {
     ExactBone all(solid(), kSaw);
     std::vector<ExactBone> each;
     Pose X = Upright({0, 0, 0});
     for (int i = 0; i < 150; ++i) {
+      const double edge_mm = i % 20 == 0 ? first_mm : second_mm;
       Pose X_next = X;
       X_next.p_AB += 0.3 * Vec3(unit(random), 0.1 * unit(random), unit(random)) + X.Vector({0.2, 0, 0});
       X_next.R_AB = glm::normalize(X.R_AB * Quat(1, 0.02 * unit(random), 0.02 * unit(random), 0.1 * unit(random)));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "haptics/held_saw.h"
+#include "removal/cutter.h"
 #include "stability/measures.h"
 #include "stability/verdict.h"
 #include "stability/watched.h"
@@ -27,13 +28,9 @@ CoupledParams MakeParams() {
   params.spare_leaves = 20000;
   return params;
 }
-/// All that must hold, but that the edge has cut where it passed: what the flats lie in at the start stays, and the rim
-/// leaves it standing when it is drawn back through it.
 void CheckAll(test::Invariants& invariants) {
   invariants.CheckBone();
-  for (const auto& [name, what] : invariants.violations()) {
-    if (name != "I7") ADD_FAILURE() << name << " " << what;
-  }
+  for (const auto& [name, what] : invariants.violations()) ADD_FAILURE() << name << " " << what;
 }
 constexpr test::Invariants::Options kQuiet{.watch_bone = true, .report = false};
 
@@ -45,7 +42,7 @@ Pose Inside(double depth_mm, bool askew) {
 }
 
 TEST(HardCase05, MadeOrSetDownInsideItRestsWithoutForce) {
-  Verdict verdict("holds; what the flats lie in stays until the rim comes to it from outside");
+  Verdict verdict("holds; what the tool lies in goes in the first tick that it turns in");
   double force_N = 0, moved_mm = 0, later_mm3 = 0;
   for (const double h : {0.2, 0.4}) {
     const Bone bone = test::MakeBox(Pose{}, kSize, h);
@@ -68,7 +65,7 @@ TEST(HardCase05, MadeOrSetDownInsideItRestsWithoutForce) {
               invariants.Tick(in, out);
               force_N = std::max(force_N, glm::length(out.f_H_W_N) + 0.01 * glm::length(out.tau_H_W_Nmm));
               moved_mm = std::max(moved_mm, glm::length(out.X_WT.p_AB - X.p_AB));
-              // What the rim lies in goes in the first tick that it turns in, and then no more.
+              // What the tool lies in goes in the first tick that it turns in, and then no more.
               if (i > 0 || rpm == 0) later_mm3 += out.removed_mm3;
             }
           }
@@ -141,6 +138,8 @@ TEST(HardCase05, BuriedItIsHeldByWhatItLiesIn) {
       for (const double rpm : {0.0, 7500.0}) {
         SCOPED_TRACE(testing::Message() << h << " " << askew << " " << rpm);
         const Pose X = Inside(23.5, askew);
+        // A kerf is no narrower than a voxel (docs/physics.md): once it turns, the disc has so much room in it.
+        const double play_mm = rpm == 0 ? 0 : CalcKerfWidth(kSaw, h) - kSaw.thickness_mm;
         WatchedTool tool(bone, MakeParams(), X);
         for (int axis = 0; axis < 3; ++axis) {
           for (const double side : {1.0, -1.0}) {
@@ -150,7 +149,8 @@ TEST(HardCase05, BuriedItIsHeldByWhatItLiesIn) {
               const CoupledOutput out = tool.Push(X.R_AB, 5.0 * way, rpm);
               most_N = std::max(most_N, glm::length(out.f_H_W_N));
             }
-            const double gone_mm = std::abs(glm::dot(tool.X_WT.p_AB - from, way));
+            double gone_mm = std::abs(glm::dot(tool.X_WT.p_AB - from, way));
+            if (axis == 2) gone_mm -= play_mm;
             double& most_mm = axis == 2 ? sideways_mm : rpm == 0 ? stopped_mm : cut_mm;
             most_mm = std::max(most_mm, gone_mm);
           }
@@ -159,7 +159,7 @@ TEST(HardCase05, BuriedItIsHeldByWhatItLiesIn) {
       }
     }
   }
-  verdict.AtMost("shifted along the spindle", 1000 * sideways_mm, 50, "um");
+  verdict.AtMost("shifted along the spindle, in a kerf as wide as the disc", 1000 * sideways_mm, 50, "um");
   verdict.AtMost("shifted in its plane, stopped", 1000 * stopped_mm, 10, "um");
   verdict.AtMost("cut on in its plane, turning", cut_mm, 2, "mm");
   // A wall found nearer than its spring knew pushes out at 2 mm/s at most (PushOut): 2 um a tick, and its turning.
@@ -210,7 +210,10 @@ TEST(HardCase05, DeviceStartsFromNoForceAndRampsIn) {
             most_N = std::max(most_N, glm::length(f_N));
             last_N = f_N;
           }
-          EXPECT_GT(most_N, 0);  // it was felt
+          // It was felt, but where it turns in a slot that is open above: that it comes out of.
+          if (depth > 2 * kR || rpm == 0) {
+            EXPECT_GT(most_N, 0);
+          }
           over_share = std::max(over_share, most_N / (scale * 5));
           CheckAll(invariants);
         }

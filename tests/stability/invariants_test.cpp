@@ -67,7 +67,7 @@ TEST(Invariants, EachIsSeenToFail) {
       {"I3", [](auto& o) { o[5].X_WT.p_AB.z += 1e-9; }},
       {"I3", [](auto& o) { o[5].removed_mm3 = 1e-12; }},
       {"I5", [](auto& o) { o[250].removed_mm3 = -1e-12; }},
-      {"I15", [](auto& o) { o[250].numerical_mJ += 1e-9; }},
+      {"I15", [](auto& o) { o[250].numerical_mJ += 1e-5; }},
       {"I15", [](auto& o) { o[250].cut_mJ *= -1; }},
       {"I15", [](auto& o) { o[250].hand_mJ *= 1.01; }},
       // All that the ticks lost, given back.
