@@ -257,8 +257,10 @@ void Run(const Options& options) {
 
 void AddAssessCommand(CLI::App& app) {
   const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "assess", "Hold what was cut against what was planned, and write what a surgeon takes away (docs/planning.md)");
+  CLI::App* command = app.add_subcommand("assess",
+                                         "Hold what was cut against what was planned, and write what a surgeon takes "
+                                         "away (docs/planning.md). Exit code 3: "
+                                         "the recording is damaged or cut short");
   command
       ->add_option("FILE", options->file,
                    "A recording (.kerf), or a scene with a [plan] (.toml), or planes of 3D Slicer (.mrk.json)")

@@ -64,10 +64,10 @@ Image RenderHour(const Hour& hour) {
   PlotSpec rest = MakePanel("At rest in the air, and the energy's account", "largest force (N)");
   rest.y.lower = -1;
   rest.y.upper = 1;
-  rest.y_right.label = "energy unaccounted for (1e-15 J)";
+  rest.y_right.label = "energy unaccounted for (1e-9 J)";
   rest.series = {
       MakeCurve(hour, "force at rest", [](const HourMinute& m) { return std::max(m.rest_hand_N, m.rest_device_N); }),
-      MakeCurve(hour, "energy (right)", [](const HourMinute& m) { return 1e15 * m.energy_error_J; })};
+      MakeCurve(hour, "energy (right)", [](const HourMinute& m) { return 1e9 * m.energy_error_J; })};
   rest.series[1].right_axis = true;
   Image image;
   for (const PlotSpec* spec : {&memory, &times, &volume, &rest}) Append(RenderPlot(*spec), image);

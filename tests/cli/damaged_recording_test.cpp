@@ -8,42 +8,24 @@
 #include <string>
 #include <vector>
 
+#include "support/block_scene.h"
 #include "support/forge_recording.h"
 #include "support/program.h"
 
 namespace kerf {
 namespace {
 
+using test::MakeBlockScene;
 using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-constexpr char kScene[] = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.25
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 7.8]
-end_mm = [0.0, 0.0, 2.5]
-feed_mm_per_s = 3.0
-disc_normal = [1.0, 0.0, 0.0]
-[output]
-pictures = false
-)";
-
 class DamagedRecordingCommands : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    Write("s.toml", kScene);
+    Write("s.toml", MakeBlockScene());
   }
   ProgramResult Run(const std::string& arguments) const { return KerfWithin("XDG_CONFIG_HOME=$PWD/config", arguments); }
   void Record(const std::string& name = "a.kerf") const {

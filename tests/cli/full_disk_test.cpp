@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 #include "test_paths.h"
 
@@ -16,29 +17,12 @@ namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
+using test::MakeBlockScene;
 using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
 
-constexpr char kScene[] = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.25
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 6.5]
-end_mm = [0.0, 0.0, 2.5]
-feed_mm_per_s = 6.0
-disc_normal = [1.0, 0.0, 0.0]
-[slab]
-direction = [0, 0, -1]
-)";
+const std::string kScene = MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 6}, "[slab]\ndirection = [0, 0, -1]\n");
 constexpr char kEffects[] = "[effects.sound]\n[effects.tangential_force]\n[effects.heat]\n[effects.chips]\n";
 constexpr char kOld[] = "old\n";
 constexpr char kStudy[] = R"(
@@ -85,7 +69,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     fs::remove_all(folder_);
     for (const char* name : {"in", "whole", "small", "after"}) fs::create_directories(folder_ / name);
     Write("in/s.toml", kScene);
-    Write("in/effects.toml", std::string(kScene) + kEffects);
+    Write("in/effects.toml", kScene + kEffects);
     Write("in/study.toml", kStudy);
     ASSERT_EQ(Kerf("model block --size 8,8,8 -o in/b.vdb").code, 0);
     ASSERT_EQ(Kerf("export in/b.vdb -o in/b.stl").code, 0);

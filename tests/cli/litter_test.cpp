@@ -9,6 +9,7 @@
 #include <set>
 
 #include "files/folder_lock.h"
+#include "support/block_scene.h"
 #include "support/program.h"
 #include "support/running.h"
 #include "test_paths.h"
@@ -17,36 +18,17 @@ namespace kerf {
 namespace {
 
 namespace fs = std::filesystem;
+using test::MakeBlockScene;
 using test::ProgramResult;
 using testing::HasSubstr;
 
-constexpr char kScene[] = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.25
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 6.5]
-end_mm = [0.0, 0.0, 5.5]
-feed_mm_per_s = 6.0
-disc_normal = [1.0, 0.0, 0.0]
-[output]
-pictures = false
-[slab]
-direction = [0, 0, -1]
-)";
+constexpr char kMore[] = "[output]\npictures = false\n[slab]\ndirection = [0, 0, -1]\n";
 
 class Litter : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    Write("s.toml", kScene);
+    Write("s.toml", MakeBlockScene({.from_mm = 6.5, .to_mm = 5.5, .feed_mm_per_s = 6}, kMore));
   }
   std::set<std::string> Hidden(const std::string& folder) const {
     std::set<std::string> names;

@@ -6,45 +6,27 @@
 #include <sstream>
 #include <vector>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 #include "test_paths.h"
 
 namespace kerf {
 namespace {
 
+using test::MakeBlockScene;
 using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
 
-constexpr char kScene[] = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.25
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 6.5]
-end_mm = [0.0, 0.0, 2.5]
-feed_mm_per_s = {}
-disc_normal = [1.0, 0.0, 0.0]
-[output]
-pictures = false
-bone = false
-pieces = false
-)";
+constexpr char kMore[] = "[output]\npictures = false\nbone = false\npieces = false\n";
 
 class LittleSpace : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
     // 0.8 s, and 400 s.
-    Write("short.toml", fmt::format(kScene, "5.0"));
-    Write("long.toml", fmt::format(kScene, "0.01"));
+    Write("short.toml", MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 5}, kMore));
+    Write("long.toml", MakeBlockScene({.from_mm = 6.5, .feed_mm_per_s = 0.01}, kMore));
     if (Within("mount -t tmpfs none m", "true").code != 0) GTEST_SKIP() << "no file system may be mounted here";
   }
 
@@ -98,7 +80,7 @@ TEST_F(LittleSpace, ARunThatCannotFitIsRefusedBeforeItsWork) {
       testing::ElementsAre("kerf: m/out/forces.csv: can't be written: at least 40.0 MB are needed and 2.1 MB are "
                            "free on the disk"));
   // Fewer rows, and it fits.
-  Write("fewer.toml", fmt::format(kScene, "5.0") + "forces_every_ticks = 10\n");
+  Write("fewer.toml", Slurp(folder_ / "short.toml") + "forces_every_ticks = 10\n");
   EXPECT_EQ(Within(Mount("m", 512), "'" KERF_PROGRAM "' run fewer.toml -o m/out").code, 0);
 }
 

@@ -9,35 +9,17 @@
 #include <sstream>
 #include <vector>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
 namespace {
 
 using Json = nlohmann::json;
+using test::MakeBlockScene;
 using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
-
-constexpr char kScene[] = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.25
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 7.8]
-end_mm = [0.0, 0.0, 2.5]
-feed_mm_per_s = 3.0
-disc_normal = [1.0, 0.0, 0.0]
-[output]
-pictures = false
-)";
 
 /// Straight down onto the block and into it; the disc's axis along x.
 constexpr char kScript[] =
@@ -50,7 +32,7 @@ class LoopDevices : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    Write("s.toml", kScene);
+    Write("s.toml", MakeBlockScene());
     Write("script.csv", kScript);
   }
   Json Loop(const std::string& arguments) const {

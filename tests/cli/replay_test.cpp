@@ -6,40 +6,22 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf {
 namespace {
 
+using test::MakeBlockScene;
 using test::ProgramResult;
 using test::Slurp;
 using testing::HasSubstr;
-
-constexpr char kScene[] = R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.25
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 7.8]
-end_mm = [0.0, 0.0, 2.5]
-feed_mm_per_s = 3.0
-disc_normal = [1.0, 0.0, 0.0]
-[output]
-pictures = false
-)";
 
 class ReplayCommand : public test::ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    Write("s.toml", kScene);
+    Write("s.toml", MakeBlockScene());
   }
   static void ExpectFailure(const ProgramResult& result, const std::string& part) {
     EXPECT_EQ(result.code, 1);
@@ -117,7 +99,7 @@ TEST_F(ReplayCommand, NothingIsReplaced) {
   ExpectFailure(Kerf("loop s.toml --virtual --seconds 1 -o o --record o/forces.csv"), "forces.csv");
   ExpectFailure(Kerf("run s.toml -o o --record o/bone.vdb"), "bone.vdb");
   EXPECT_EQ(Slurp(folder_ / "a.kerf"), before);
-  EXPECT_EQ(Slurp(folder_ / "s.toml"), kScene);
+  EXPECT_EQ(Slurp(folder_ / "s.toml"), MakeBlockScene());
 }
 
 TEST_F(ReplayCommand, OneSentenceForWhatIsNone) {
@@ -144,7 +126,7 @@ TEST_F(ReplayCommand, OneSentenceForWhatIsNone) {
 
 TEST_F(ReplayCommand, AnotherBoneIsRefused) {
   ASSERT_EQ(Kerf("model block -o bone.vdb --size 6,4,3 --voxel 0.25").code, 0);
-  std::string scene = kScene;
+  std::string scene = MakeBlockScene();
   scene.replace(0, scene.find("[tool]"), "[bone]\nfile = \"bone.vdb\"\n");
   Write("s.toml", scene);
   Record();

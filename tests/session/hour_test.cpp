@@ -53,7 +53,8 @@ TEST_F(HourTest, AMinuteOfSawingLeavesNoTrace) {
   const HourMinute& last = hour.minutes.back();
   EXPECT_NEAR(last.removed_by_ticks_mm3 / last.removed_mm3, 1, 0.05);
   EXPECT_GT(worst.energy_J, 1e-3);
-  EXPECT_LT(std::abs(worst.energy_error_J), 1e-16 * 75'000 * worst.energy_J);
+  // The solver leaves forces out of balance by 1e-8 of those in play, which may be many times those that do work.
+  EXPECT_LT(std::abs(worst.energy_error_J), 1e-6 * worst.energy_J);
   EXPECT_TRUE(hour.loop.mirror_identical);
   // Watching changes nothing.
   LoopOptions plain;
