@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "core/printable.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "pack/bytes.h"
@@ -23,22 +24,6 @@ constexpr double kLongestStep_s = 1000;
 constexpr double kLongest_s = 1e12;
 constexpr std::uint64_t kMostSteps = 1'000'000'000'000'000;
 constexpr double kSameTime_s = 1e-6;
-
-/// Without what a terminal would take for a command: control characters, also the second set (U+0080 to U+009F), and
-/// what turns the direction of writing (U+202A to U+202E, U+2066 to U+2069).
-std::string Printable(std::string text) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0; };
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool first_set = byte(i) < 0x20 || byte(i) == 0x7f;
-    const bool second_set = byte(i) == 0xc2 && byte(i + 1) >= 0x80 && byte(i + 1) < 0xa0;
-    const bool turns = byte(i) == 0xe2 && ((byte(i + 1) == 0x80 && byte(i + 2) >= 0xaa && byte(i + 2) <= 0xae) ||
-                                           (byte(i + 1) == 0x81 && byte(i + 2) >= 0xa6 && byte(i + 2) <= 0xa9));
-    if (first_set) text[i] = '?';
-    if (second_set) text.replace(i, 2, "?");
-    if (turns) text.replace(i, 3, "?");
-  }
-  return text;
-}
 
 std::string Hex(std::uint64_t hash) {
   return fmt::format("{:016x}", hash);

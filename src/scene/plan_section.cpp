@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <glm/geometric.hpp>
 
+#include "core/printable.h"
 #include "files/markups.h"
 #include "kerf/error.h"
 
@@ -61,6 +62,7 @@ std::vector<PlanFile> ReadPlan(TableReader& root, Plan& plan, const std::string&
       plane_reader.Require("normal");
       MakeUnit(plane_reader, "normal", plane.plane.normal_W);
     }
+    plane.name = Printable(plane.name);
     CheckName(plane_reader, plan.planes, plane.name);
     plane_reader.Finish();
     plan.planes.push_back(plane);
@@ -71,6 +73,7 @@ std::vector<PlanFile> ReadPlan(TableReader& root, Plan& plan, const std::string&
     Describe(stop, stop_reader);
     for (const char* key : {"point_mm", "direction", "depth_mm"}) stop_reader.Require(key);
     MakeUnit(stop_reader, "direction", stop.direction_W);
+    stop.name = Printable(stop.name);
     CheckName(stop_reader, plan.stops, stop.name);
     stop_reader.Finish();
     plan.stops.push_back(stop);

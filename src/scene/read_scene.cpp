@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/printable.h"
 #include "devices/profiles.h"
 #include "files/files.h"
 #include "files/markups.h"
@@ -418,6 +419,7 @@ Scene ParseScene(const std::string& text, const std::string& file) {
 
   TableReader root(document, "the scene", faults);
   root("title", scene.title, kTitleLimit, "");
+  scene.title = Printable(scene.title);
   ReadBoneTable(root, scene.bone, file, faults);
   ReadMaterial(root, scene.material, scene.bone, file, faults);
   ReadTool(root, scene.tool, faults);
