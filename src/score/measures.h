@@ -61,11 +61,13 @@ struct ScoreSheet {
   /// 0 to 100: 100 x cut_share x the weighted mean of the points of the exercise's goals. None where there was no
   /// exercise, or the attempt is incomplete.
   std::optional<double> total;
-  /// Why it is not graded, a phrase each: the recording is cut short or damaged, the session ended by a failure, the
-  /// exercise is not finished. Its measures are those of what there is; there are no points and no total.
+  /// Why it is not graded, a phrase each: the recording is cut short or damaged, it goes on from another one, the
+  /// session ended by a failure, the exercise is not finished. Its measures are those of what there is; there are no
+  /// points and no total.
   std::vector<std::string> incomplete;
   RecordingState state = RecordingState::kWhole;
-  std::string steps_digest;  // of what the ticks were given: CalcStepsDigest()
+  std::string steps_digest;      // of what the ticks were given: CalcStepsDigests()
+  std::string beginning_digest;  // of the first of them
   RecordingSeal seal;
   std::vector<std::string> warnings;
 

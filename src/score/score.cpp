@@ -116,6 +116,7 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
   if (sheet.state != RecordingState::kWhole) {
     found.push_back(fmt::format("the recording is {}", ToString(sheet.state)));
   }
+  if (!recording.head().taken_up_from.empty()) found.emplace_back("it goes on from another recording");
   if (recording.end() && std::find(kGoodEnds.begin(), kGoodEnds.end(), recording.end()->why) == kGoodEnds.end()) {
     found.push_back(fmt::format("the session ended by a failure: {}", recording.end()->why));
   }
@@ -132,15 +133,16 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
 
 }  // namespace
 
-std::string CalcStepsDigest(RecordingReader& recording) {
+StepsDigests CalcStepsDigests(RecordingReader& recording) {
   constexpr std::size_t kChunk = 4096;  // of steps; blocks may be split otherwise
+  StepsDigests digests;
   Digest digest{};
   ByteWriter bytes;
   std::size_t count = 0;
-  const auto take = [&] {
-    const std::string chunk = bytes.Take();
-    bytes = {};
-    digest = CalcDigest({reinterpret_cast<const char*>(digest.data()), digest.size()}, chunk);
+  std::size_t moves = 0;
+  std::optional<Pose> last;
+  const auto add = [&digest](const std::string& chunk) {
+    return CalcDigest({reinterpret_cast<const char*>(digest.data()), digest.size()}, chunk);
   };
   RecordedBlock block;
   for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
@@ -150,11 +152,17 @@ std::string CalcStepsDigest(RecordingReader& recording) {
       for (const double x : {p.x, p.y, p.z, q.w, q.x, q.y, q.z, step.dt_s, step.rpm}) bytes.Put(x);
       bytes.Put(step.buttons);
       bytes.Put(step.flags);
-      if (++count % kChunk == 0) take();
+      const bool moved = last && (last->p_AB != p || last->R_AB != q);
+      last = step.X;
+      if (moved && ++moves == kBeginningMoves) digests.beginning = ToHex(add(bytes.bytes()));
+      if (++count % kChunk != 0) continue;
+      digest = add(bytes.bytes());
+      bytes = {};
     }
   }
-  take();
-  return ToHex(digest);
+  digests.all = ToHex(add(bytes.bytes()));
+  if (moves < kBeginningMoves) digests.beginning = digests.all;
+  return digests;
 }
 
 ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& options,
@@ -177,7 +185,9 @@ ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& option
   sheet.level = exercise.given ? exercise.level : 0;
   sheet.state = recording.damage().state;
   sheet.seal = recording.seal();
-  sheet.steps_digest = CalcStepsDigest(recording);
+  const StepsDigests digests = CalcStepsDigests(recording);
+  sheet.steps_digest = digests.all;
+  sheet.beginning_digest = digests.beginning;
   if (const std::string damage = recording.DescribeDamage(); !damage.empty()) sheet.warnings.push_back(damage);
 
   const Tool tool = MakeTool(scene);

@@ -18,7 +18,15 @@ struct ScoreOptions {
 
 /// Of what its ticks were given, as far as it was read, and of nothing else: the same for a copy with another name,
 /// another head or another seal.
-std::string CalcStepsDigest(RecordingReader& recording);
+struct StepsDigests {
+  std::string all;
+  /// Up to the tick in which the pose has changed kBeginningMoves times: the same for a copy that ends earlier or goes
+  /// on otherwise. That of all ticks where it has changed less often.
+  std::string beginning;
+};
+/// 2 s of motion at 1 kHz. Ticks in which nothing moves are not counted, as two sessions may begin with the same wait.
+inline constexpr std::size_t kBeginningMoves = 2000;
+StepsDigests CalcStepsDigests(RecordingReader& recording);
 
 /// Goes through the recording again without the clock, as `kerf replay` does, and measures what it did: the same
 /// recording gives the same sheet, wherever. `progress` gets a stage's name and 0..1; may be empty. Throws Error for a

@@ -213,6 +213,40 @@ TEST_F(Agents, CopiesOfARecordingHaveTheSameDigest) {
   EXPECT_NE(ReadTextFile(folder_ + "/one.kerf", 1 << 30), ReadTextFile(folder_ + "/two.kerf", 1 << 30));
   EXPECT_EQ(one.steps_digest, two.steps_digest);
   EXPECT_NE(one.steps_digest, other.steps_digest);
+  EXPECT_EQ(one.beginning_digest, two.beginning_digest);
+  EXPECT_NE(one.beginning_digest, other.beginning_digest);
+}
+
+// The beginning ends after kBeginningMoves moves: what comes after them, or is missing there, does not change it.
+TEST_F(Agents, RecordingsThatPartAfterTheBeginningHaveOneDigestOfIt) {
+  MakeFolder(folder_);
+  const auto digest = [&](std::size_t waits, std::size_t moves, double last_mm) {
+    const std::string file = fmt::format("{}/{}_{}_{}.kerf", folder_, waits, moves, last_mm);
+    RecordingHead head;
+    head.voxel_mm = 1;
+    RecordingWriter writer(file, head, {});
+    const std::size_t steps = waits + moves + 1;
+    for (std::size_t i = 0; i < steps; ++i) {
+      RecordedStep step;
+      step.X.p_AB.x = 0.01 * static_cast<double>(i < waits ? 0 : i - waits);
+      if (i + 1 == steps) step.X.p_AB.y = last_mm;
+      writer.Add(step, 0.001 * static_cast<double>(i + 1));
+    }
+    writer.Flush();
+    RecordingReader recording(file);
+    return CalcStepsDigests(recording);
+  };
+  const StepsDigests whole = digest(10, 5000, 0);
+  for (const std::size_t moves : {kBeginningMoves + 1, std::size_t{4100}}) {
+    const StepsDigests other = digest(10, moves, 1);
+    EXPECT_EQ(other.beginning, whole.beginning) << moves;
+    EXPECT_NE(other.all, whole.all) << moves;
+  }
+  EXPECT_NE(digest(10, kBeginningMoves, 1).beginning, whole.beginning);  // its last step is another
+  EXPECT_EQ(digest(10, kBeginningMoves, 0).beginning, whole.beginning);
+  EXPECT_NE(digest(10, kBeginningMoves - 1, 0).beginning, whole.beginning);  // too short
+  EXPECT_NE(digest(11, 5000, 0).beginning, whole.beginning);                 // the wait is part of it
+  EXPECT_NE(digest(5001, 10, 0).beginning, digest(5001, 11, 0).beginning);   // and is not counted
 }
 
 TEST(AgentParams, AreRefusedOutOfRange) {
