@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/hash.h"
+#include "core/printable.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "practise/exercises.h"
@@ -83,7 +85,10 @@ void Bind(const Statement& statement, int place, const std::string& text) {
 
 /// Of all the columns that are kept, one row after another: from the row's number to the signer.
 constexpr const char* kColumns =
-    "number, student, exercise, level, taken, recording, hash, total, measures, state, incomplete, steps, seal, signer";
+    "number, student, exercise, level, taken, recording, hash, total, measures, state, incomplete, steps, "
+    "beginning, seal, signer";
+/// What stands behind them in List().
+constexpr int kSumColumn = 15;
 
 std::string GetText(const Statement& statement, int column) {
   const unsigned char* text = sqlite3_column_text(statement.get(), column);
@@ -107,9 +112,19 @@ Attempt ReadRow(const Statement& row) {
   a.recording_state = GetText(row, 9);
   a.incomplete = GetText(row, 10);
   a.steps_digest = GetText(row, 11);
-  a.seal = GetText(row, 12);
-  a.signer = GetText(row, 13);
+  a.beginning = GetText(row, 12);
+  a.seal = GetText(row, 13);
+  a.signer = GetText(row, 14);
   return a;
+}
+
+/// Without what a changed row could do to a terminal or with its measures.
+void MakeShowable(Attempt& a) {
+  for (std::string* text : {&a.student, &a.exercise, &a.taken, &a.recording, &a.hash, &a.recording_state, &a.incomplete,
+                            &a.steps_digest, &a.beginning, &a.seal, &a.signer}) {
+    *text = Printable(std::move(*text));
+  }
+  if (a.damaged) a.measures_json.clear();
 }
 
 /// The row's checksum, and that of the chain up to it.
@@ -122,11 +137,51 @@ void WriteSums(const std::string& file, sqlite3* db, std::int64_t number, const 
   if (code != SQLITE_DONE) Fail(file, db, code);
 }
 
-/// From 1 to 2: rows get sums, as they are now, and what is known of their recordings since then is empty.
-void BringUpToDate(const std::string& file, sqlite3* db) {
-  for (const char* column : {"state", "incomplete", "steps", "seal", "signer", "sum", "chain"}) {
+/// As version 1 had it.
+void MakeTable(const std::string& file, sqlite3* db) {
+  Do(file, db,
+     "CREATE TABLE attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
+     "level INTEGER NOT NULL, taken TEXT NOT NULL, recording TEXT NOT NULL, hash TEXT NOT NULL, total REAL, "
+     "measures TEXT NOT NULL, UNIQUE (student, hash))");
+}
+
+/// Of version 2.
+void AddColumns(const std::string& file, sqlite3* db) {
+  for (const char* column : {"state", "incomplete", "steps", "beginning", "seal", "signer", "sum", "chain"}) {
     Do(file, db, fmt::format("ALTER TABLE attempts ADD COLUMN {} TEXT NOT NULL DEFAULT ''", column).c_str());
   }
+}
+
+/// All that sqlite_master says of tables, indices, views and triggers, but for spaces and SQLite's own statistics.
+std::string DescribeSchema(const std::string& file, sqlite3* db) {
+  const Statement statement =
+      Prepare(file, db,
+              "SELECT type || ' ' || name || ' ' || tbl_name || ' ' || coalesce(sql, '') FROM sqlite_master "
+              "WHERE NOT (type = 'table' AND name LIKE 'sqlite_stat%') ORDER BY name");
+  std::string schema;
+  int code = sqlite3_step(statement.get());
+  for (; code == SQLITE_ROW; code = sqlite3_step(statement.get())) schema += GetText(statement, 0) + ";";
+  if (code != SQLITE_DONE) Fail(file, db, code);
+  std::erase_if(schema, [](char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r'; });
+  return schema;
+}
+
+/// Held against that of a history that is made for it. A view in place of the table could go on for ever, and a trigger
+/// could write what it likes.
+void CheckSchema(const std::string& file, sqlite3* db, int version) {
+  sqlite3* made = nullptr;
+  const int code = sqlite3_open(":memory:", &made);
+  const Database memory(made);
+  if (code != SQLITE_OK) Fail(file, made, code);
+  MakeTable(file, made);
+  if (version > 1) AddColumns(file, made);
+  if (DescribeSchema(file, db) == DescribeSchema(file, made)) return;
+  throw Error(fmt::format("{}: holds other tables, views or triggers than a history of kerf; it is not used", file));
+}
+
+/// From 1 to 2: rows get sums, as they are now, and what is known of their recordings since then is empty.
+void BringUpToDate(const std::string& file, sqlite3* db) {
+  AddColumns(file, db);
   std::vector<Attempt> rows;
   {
     const Statement statement =
@@ -159,11 +214,7 @@ struct History::State {
 };
 
 std::optional<double> Attempt::Get(const std::string& key) const {
-  const auto json = nlohmann::json::parse(measures_json, nullptr, false);
-  if (!json.is_object() || !json.contains("measures") || !json["measures"].contains(key)) return {};
-  const auto& measure = json["measures"][key];
-  if (!measure.is_object() || !measure.contains("value") || !measure["value"].is_number()) return {};
-  return measure["value"].get<double>();
+  return FindValue(ParseMeasures(*this), key);
 }
 
 std::string FindHistoryFile() {
@@ -186,6 +237,8 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
   state_->db.reset(db);
   if (code != SQLITE_OK) Fail(file, db, code);
   sqlite3_busy_timeout(db, kBusy_ms);
+  sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   // Two programs may begin the same history at the same time: the second finds what the first made.
   Do(file, db, "BEGIN IMMEDIATE");
   const int application = AskNumber(file, db, "PRAGMA application_id");
@@ -198,12 +251,10 @@ History::History(const std::string& file) : state_(std::make_unique<State>()) {
                             version, kVersion));
   }
   if (version < 1) {
-    Do(file, db,
-       "CREATE TABLE attempts (number INTEGER PRIMARY KEY, student TEXT NOT NULL, exercise TEXT NOT NULL, "
-       "level INTEGER NOT NULL, taken TEXT NOT NULL, recording TEXT NOT NULL, hash TEXT NOT NULL, total REAL, "
-       "measures TEXT NOT NULL, UNIQUE (student, hash))");
+    MakeTable(file, db);
     Do(file, db, fmt::format("PRAGMA application_id = {}", kApplication).c_str());
   }
+  CheckSchema(file, db, std::max(version, 1));
   CheckStructure(file, db);
   if (version < kVersion) {
     BringUpToDate(file, db);
@@ -248,7 +299,7 @@ bool History::Insert(const Attempt& attempt) {
   const Statement statement =
       Prepare(file, db,
               "INSERT OR IGNORE INTO attempts (student, exercise, level, taken, recording, hash, total, measures, "
-              "state, incomplete, steps, seal, signer) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+              "state, incomplete, steps, beginning, seal, signer) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   Bind(statement, 1, attempt.student);
   Bind(statement, 2, attempt.exercise);
   sqlite3_bind_int(statement.get(), 3, attempt.level);
@@ -260,8 +311,9 @@ bool History::Insert(const Attempt& attempt) {
   Bind(statement, 9, attempt.recording_state);
   Bind(statement, 10, attempt.incomplete);
   Bind(statement, 11, attempt.steps_digest);
-  Bind(statement, 12, attempt.seal);
-  Bind(statement, 13, attempt.signer);
+  Bind(statement, 12, attempt.beginning);
+  Bind(statement, 13, attempt.seal);
+  Bind(statement, 14, attempt.signer);
   const int code = sqlite3_step(statement.get());
   if (code != SQLITE_DONE) Fail(file, db, code);
   if (sqlite3_changes(db) == 0) return false;
@@ -276,21 +328,27 @@ std::vector<Attempt> History::List(const std::string& student) const {
   const Statement statement =
       Prepare(state_->file, db, fmt::format("SELECT {}, sum, chain FROM attempts ORDER BY number", kColumns).c_str());
   std::vector<Attempt> attempts;
+  std::vector<bool> is_listed;
   std::string chain;
   int code = sqlite3_step(statement.get());
   for (; code == SQLITE_ROW; code = sqlite3_step(statement.get())) {
     Attempt a = ReadRow(statement);
-    const std::string sum = GetText(statement, 14);
+    const std::string sum = GetText(statement, kSumColumn);
     const RowSums sums = CalcRowSums(a, chain);
     a.damaged = sum != sums.own;
-    chain = GetText(statement, 15);
+    chain = GetText(statement, kSumColumn + 1);
     a.follows_change = !a.damaged && chain != sums.chain;
+    is_listed.push_back(student.empty() || a.student == student || a.damaged);
+    MakeShowable(a);
     attempts.push_back(std::move(a));
   }
   if (code != SQLITE_DONE) Fail(state_->file, db, code);
   FindDoubles(attempts);
-  std::erase_if(attempts, [&](const Attempt& a) { return !student.empty() && a.student != student && !a.damaged; });
-  return attempts;
+  std::vector<Attempt> listed;
+  for (std::size_t i = 0; i < attempts.size(); ++i) {
+    if (is_listed[i]) listed.push_back(std::move(attempts[i]));
+  }
+  return listed;
 }
 
 Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student) {
@@ -317,6 +375,7 @@ Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student) {
   attempt.recording_state = ToString(sheet.state);
   attempt.incomplete = fmt::format("{}", fmt::join(sheet.incomplete, "; "));
   attempt.steps_digest = sheet.steps_digest;
+  attempt.beginning = sheet.beginning_digest;
   attempt.seal = DescribeChain(sheet.seal);
   attempt.signer = sheet.seal.signer;
   return attempt;

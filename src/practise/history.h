@@ -26,17 +26,20 @@ struct Attempt {
   std::string recording_state;  // ToString(RecordingState)
   std::string incomplete;       // why it is not graded, phrases with "; " between; empty: it is complete
   std::string steps_digest;     // of what the ticks were given: the same in copies of a recording
+  std::string beginning;        // a digest of the first of them: the same in copies that end earlier or go on otherwise
   std::string seal;             // DescribeChain()
   PublicKey signer;             // whose signature is good; empty: none
 
   // What List() finds; not kept.
-  bool damaged = false;                 // the row is not what Add() wrote: nothing in it can be relied on
-  bool follows_change = false;          // one or more rows before it were changed, removed or added
-  std::vector<std::int64_t> doubles{};  // attempts with the same steps, of this student or another
+  bool damaged = false;         // the row is not what Add() wrote: nothing in it can be relied on
+  bool follows_change = false;  // one or more rows before it were changed, removed or added
+  // Attempts of the same recording or beginning, of this student or another: the first few, and how many more.
+  std::vector<std::int64_t> doubles{};
+  std::size_t more_doubles = 0;
 
   /// Has a total that counts.
   bool graded() const { return total && !damaged && incomplete.empty(); }
-  /// Of measures_json; none where it has none.
+  /// Of measures_json; none where it has none, or is no sheet.
   std::optional<double> Get(const std::string& key) const;
 };
 
@@ -47,8 +50,8 @@ std::string FindHistoryFile();
 class History {
  public:
   /// Makes file and folder when they are missing, and brings a history of an earlier kerf up to this one's form, all of
-  /// it or nothing. Throws Error with one sentence for a file that is no history, is damaged in its structure, or was
-  /// written by a later kerf, and where it can't be written.
+  /// it or nothing. Throws Error with one sentence for a file that is no history, holds other tables, views or triggers
+  /// than those of kerf, is damaged in its structure, or was written by a later kerf, and where it can't be written.
   explicit History(const std::string& file);
   ~History();
   History(History&&) noexcept;
@@ -59,7 +62,8 @@ class History {
   bool Add(const Attempt& attempt);
   /// In the order in which they were handed in; of one student, or of all when `student` is empty. Each row is held
   /// against its checksum and all of them against their chain, and attempts of all students are looked at for doubles.
-  /// A damaged row is in every list, as its name may be what is damaged. Throws Error.
+  /// A damaged row is in every list, as its name may be what is damaged; its measures are left out. Control characters
+  /// in texts become '?'. Throws Error.
   std::vector<Attempt> List(const std::string& student = "") const;
   const std::string& file() const;
 

@@ -10,6 +10,7 @@
 #include "files/html_text.h"
 #include "practise/exercises.h"
 #include "practise/history.h"
+#include "practise/history_check.h"
 
 namespace kerf {
 namespace {
@@ -100,7 +101,7 @@ std::string PageRow(const Attempt& a, const std::string& exercise, const std::ve
       marks.empty() ? "" : " class=\"m\"", a.number, EscapeHtml(exercise), EscapeHtml(a.taken), Total(a),
       EscapeHtml(marks), SealCell(a, known));
   for (const char* key : kShown) {
-    const std::optional<double> value = a.damaged ? std::nullopt : a.Get(key);
+    const std::optional<double> value = a.Get(key);
     html += fmt::format("<td>{}</td>", value ? fmt::format("{:.3g}", *value) : std::string("-"));
   }
   return html + "</tr>\n";
@@ -131,10 +132,10 @@ std::string FormatHistoryJson(const std::vector<Attempt>& attempts) {
     row["recording_state"] = a.recording_state;
     row["incomplete"] = a.incomplete;
     row["doubles"] = a.doubles;
+    row["more_doubles"] = a.more_doubles;
     row["seal"] = a.seal;
     row["signer"] = a.signer;
-    const auto sheet = ordered_json::parse(a.measures_json, nullptr, false);
-    row["measures"] = sheet.is_object() && sheet.contains("measures") ? sheet["measures"] : ordered_json::object();
+    row["measures"] = ParseMeasures(a);
     json.push_back(row);
   }
   return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
@@ -146,14 +147,12 @@ std::string FormatHistoryCsv(const std::vector<Attempt>& attempts) {
   csv += ",marks,seal,signer\n";
   for (const Attempt& a : attempts) {
     csv += fmt::format("{},{},{},{},{},{},{},{}", a.number, FormatCsvField(a.student), FormatCsvField(a.exercise),
-                       a.level, FormatCsvField(a.taken), FormatCsvField(a.recording), a.hash,
-                       a.total ? fmt::format("{:.4f}", *a.total) : "");
-    const auto sheet = nlohmann::json::parse(a.measures_json, nullptr, false);
+                       a.level, FormatCsvField(a.taken), FormatCsvField(a.recording), FormatCsvField(a.hash),
+                       a.graded() ? fmt::format("{:.4f}", *a.total) : "");
+    const ordered_json measures = ParseMeasures(a);
     for (const MeasureInfo& info : Measures()) {
-      csv += ",";
-      if (!sheet.is_object() || !sheet.contains("measures") || !sheet["measures"].contains(info.key)) continue;
-      const auto& value = sheet["measures"][info.key].value("value", nlohmann::json());
-      if (value.is_number()) csv += fmt::format("{:.6g}", value.get<double>());
+      const std::optional<double> value = FindValue(measures, info.key);
+      csv += value ? fmt::format(",{:.6g}", *value) : ",";
     }
     csv += fmt::format(",{},{},{}\n", FormatCsvField(Marks(a)), FormatCsvField(a.seal), FormatCsvField(a.signer));
   }

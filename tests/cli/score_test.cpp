@@ -115,7 +115,7 @@ TEST_F(Score, IncompleteAndDoubledHandInsAreMarkedEverywhere) {
   EXPECT_EQ(Practise("--hand-in a.kerf --student Ida").code, 0);
   const ProgramResult doubled = Practise("--hand-in copy.kerf --student =Ole");
   EXPECT_EQ(doubled.code, 0);
-  EXPECT_THAT(doubled.err, HasSubstr("copy.kerf: marked: same recording as number 1"));
+  EXPECT_THAT(doubled.err, HasSubstr("copy.kerf: marked: same recording or beginning as number 1"));
   EXPECT_EQ(Practise("--hand-in cut.kerf --student Ida").code, 3);
   const Json history = Json::parse(Practise("--history --json").out);
   ASSERT_EQ(history.size(), 3U);
@@ -128,8 +128,36 @@ TEST_F(Score, IncompleteAndDoubledHandInsAreMarkedEverywhere) {
   ASSERT_EQ(Practise("--report page.html").code, 0);
   const std::string page = test::Slurp(folder_ / "page.html");
   EXPECT_THAT(page, HasSubstr("3 of them are marked"));
-  EXPECT_THAT(page, HasSubstr("same recording as number 2"));
+  EXPECT_THAT(page, HasSubstr("same recording or beginning as number 2"));
   EXPECT_THAT(page, HasSubstr("not graded: the recording is cut short"));
+}
+
+// Of a part of it the rest could be done again until the total is good.
+TEST_F(Score, ARecordingThatGoesOnFromAnotherIsNotGraded) {
+  ASSERT_EQ(Practise("--agent novice --exercise groove --seconds 4 --record a.kerf").code, 0);
+  ASSERT_EQ(Kerf("loop --from a.kerf --at 3.5 --seconds 0.01 --virtual --record b.kerf").code, 0);
+  const ProgramResult result = Kerf("score b.kerf --json");
+  EXPECT_EQ(result.code, 0) << result.err;
+  const Json sheet = Json::parse(result.out);
+  EXPECT_TRUE(sheet["total"].is_null());
+  EXPECT_THAT(sheet["incomplete"].dump(), HasSubstr("it goes on from another recording"));
+  ASSERT_EQ(Practise("--hand-in a.kerf --student Ida").code, 0);
+  const ProgramResult handed = Practise("--hand-in b.kerf --student Eve");
+  EXPECT_THAT(handed.err, HasSubstr("marked: not graded: it goes on from another recording"));
+  EXPECT_THAT(handed.err, HasSubstr("marked: same recording or beginning as number 1"));
+  const Json history = Json::parse(Practise("--history --json").out);
+  EXPECT_TRUE(history[1]["total"].is_null());
+  EXPECT_EQ(history[1]["doubles"], Json({1}));
+  ASSERT_EQ(Practise("--report page.html").code, 0);
+  EXPECT_THAT(test::Slurp(folder_ / "page.html"), HasSubstr("it goes on from another recording"));
+}
+
+TEST_F(Score, ATitleDoesNotControlTheTerminal) {
+  Write("evil.toml", "title = \"a\\u009b2J\\u202eb\"\n" + std::string(kBar) + kGroove);
+  ASSERT_EQ(Kerf("run evil.toml -o out --record a.kerf").code, 0);
+  for (const char* arguments : {"check evil.toml", "score a.kerf", "loop evil.toml --virtual --seconds 0.01"}) {
+    EXPECT_THAT(Kerf(arguments).out, HasSubstr("a?2J?b")) << arguments;
+  }
 }
 
 TEST_F(Score, PractiseRefusesWhatItCanNotTake) {
