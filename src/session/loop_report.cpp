@@ -27,6 +27,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
+constexpr double kHighestRate_Hz = 4000;  // that [loop] rate_hz takes
+
 /// All that a loop may write, but for the pieces.
 constexpr const char* kFiles[] = {"report.md",  "loop.json", "forces.csv",   "lateness.png", "force.png",
                                   "scene.toml", "bone.vdb",  "before.png",   "after.png",    "cut.png",
@@ -204,8 +206,8 @@ void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
   if (const double share = CalcNumericalShare(s); share > 0.1) {
     s.warnings.push_back(fmt::format(
         "{:.0f} % of the energy that was put in was lost to the time step at {:g} Hz: the tool yields too far "
-        "in a tick; set a higher rate, or more [simulation] substeps",
-        100 * share, s.rate_hz));
+        "in a tick; set {}more [simulation] substeps",
+        100 * share, s.rate_hz, s.rate_hz < kHighestRate_Hz ? "a higher rate, or " : ""));
   }
   if (s.leaves_used_up_s) {
     s.warnings.push_back(fmt::format(
