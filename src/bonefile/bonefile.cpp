@@ -169,6 +169,11 @@ Bone ReadBone(const std::string& path, const ReadBoneOptions& options) {
     Refuse(path, fmt::format("there is no such file; 'kerf import INPUT -o {}' makes it from a CT or a closed surface",
                              path));
   }
+  std::error_code unknown;
+  const std::filesystem::file_status status = std::filesystem::status(path, unknown);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    Refuse(path, "is not a regular file");
+  }
   if (failed) Refuse(path, fmt::format("can't be read: {}", failed.message()));
   if (bytes > kMaxVdbFileBytes) Refuse(path, "can't be read: it is larger than 8 GiB");
   std::ifstream in(path, std::ios::binary);

@@ -62,7 +62,7 @@ struct Subject {
   std::vector<TakenCurve> curves;
   std::vector<TakenFact> provenance;
   bool of_patient = true;
-  bool is_whole = true;  // else of a recording that is damaged or cut short
+  TakenRecording recording;  // none of bones in files
 };
 
 bool EndsWith(const std::string& text, const std::string& end) {
@@ -84,10 +84,8 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
         options.file, options.file));
   }
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
-  if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
-    SayWarning("{}: {}", options.file, damage);
-    subject.is_whole = false;
-  }
+  subject.recording = {ToString(recording.damage().state), FindDamageWarnings(recording)};
+  for (const std::string& warning : subject.recording.warnings) SayWarning("{}: {}", options.file, warning);
   LoopOptions loop;
   loop.virtual_time = true;
   loop.seconds = std::clamp(recording.damage().whole_s, 0.01, kMostLoop_s);
@@ -99,8 +97,10 @@ void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
   LoopSummary summary =
       RunLoop(recorded.scene, loop, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
   if (summary.replayed && summary.replayed->divergence) {
-    SayWarning("{}: other than recorded from tick {} on: {}", options.file, summary.replayed->divergence->step + 1,
-               summary.replayed->divergence->what);
+    subject.recording.warnings.push_back(fmt::format("other than recorded from tick {} on: {}",
+                                                     summary.replayed->divergence->step + 1,
+                                                     summary.replayed->divergence->what));
+    SayWarning("{}: {}", options.file, subject.recording.warnings.back());
   }
   subject.title = TitleOf(recorded.scene);
   subject.plan = recorded.scene.plan;
@@ -192,6 +192,7 @@ Subject TakeSubject(const Options& options) {
 
 void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet* pieces) {
   fmt::print("{}\n", subject.title);
+  for (const std::string& warning : subject.recording.warnings) fmt::print("  recording         {}\n", warning);
   for (const PlaneResult& p : a.planes) {
     if (!p.cut) {
       fmt::print("  {:<16}  no kerf found near it\n", p.planned.name);
@@ -235,7 +236,8 @@ void Run(const Options& options) {
                    .measures = {},
                    .pictures = {},
                    .curves = subject.curves,
-                   .provenance = subject.provenance};
+                   .provenance = subject.provenance,
+                   .recording = subject.recording};
     StageBars bars;
     if (!options.no_pictures) {
       bars.Show("drawing", 0);
@@ -245,12 +247,12 @@ void Run(const Options& options) {
                   [&](double fraction) { bars.Show("writing", fraction); });
   }
   if (options.json) {
-    fmt::print("{}", FormatAssessmentJson(assessment));
+    fmt::print("{}", FormatAssessmentJson(assessment, subject.recording));
   } else {
     PrintForPeople(subject, assessment, pieces ? &*pieces : nullptr);
     if (!options.folder.empty()) fmt::print("  report            {}/report.html\n", options.folder);
   }
-  if (!subject.is_whole) throw ReadDamaged();
+  if (!subject.recording.is_whole()) throw ReadDamaged();
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "cli/practise_history.h"
 #include "cli/signals.h"
 #include "cli/window_options.h"
+#include "practise/history.h"
 #include "window/practice.h"
 
 namespace kerf::cli {
@@ -34,6 +35,7 @@ void AddPractiseCommand(CLI::App& app) {
   AddPractiseHistoryOptions(*command, *options);
   AddWindowOptions(*command, *window);
   command->callback([options, window] {
+    if (!options->student.empty()) CheckStudentName(options->student);
     if (WantsPractiseHistory(*options)) {
       RunPractiseHistory(*options);
     } else {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/commands.h"
 #include "cli/exit_codes.h"
@@ -42,6 +43,7 @@ void PrintHead(const RecordingReader& recording) {
   if (!head.taken_up_from.empty()) fmt::print("            goes on from {}\n", head.taken_up_from);
   fmt::print("  holds     {:.3f} s, {} ticks, {:.1f} kB\n", recording.duration_s(), recording.steps(),
              1e-3 * static_cast<double>(recording.file_bytes()));
+  for (const std::string& warning : FindDamageWarnings(recording)) fmt::print("  damage    {}\n", warning);
   fmt::print("  seal      {}\n", DescribeSeal(recording.seal(), ListOwnKeys()));
 }
 
@@ -102,6 +104,8 @@ Replayed ReplayLoop(const Options& options, RecordingReader& recording, const Re
   StageBars bars;
   const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
   LoopSummary summary = RunLoop(scene, loop, show);
+  const std::vector<std::string> damage = FindDamageWarnings(recording);
+  summary.warnings.insert(summary.warnings.begin(), damage.begin(), damage.end());
   if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder, show, ErrorOf(options));
   return *summary.replayed;
 }
@@ -135,13 +139,7 @@ void Run(const Options& options) {
   const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
   std::optional<FolderLock> lock;
   if (!options.folder.empty()) lock.emplace(options.folder);
-  if (!damage.sentence.empty()) SayWarning("{}: {}", options.file, damage.sentence);
-  if (damage.whole_steps < damage.known_steps) {
-    SayWarning(
-        "{}: the replay ends at {:.3f} s: bone and forces after that depend on what is missing; 'kerf log' shows "
-        "what else was read",
-        options.file, damage.whole_s);
-  }
+  for (const std::string& warning : FindDamageWarnings(recording)) SayWarning("{}: {}", options.file, warning);
   const bool loop = recording.head().kind == RecordedKind::kLoop;
   if (!loop && options.speed > 0) {
     throw CLI::ValidationError("--speed", "is for a recorded loop; a run along a path has no pace of its own");

@@ -148,8 +148,8 @@ struct OldName {
 };
 
 std::vector<OldName> SweepFolder(const fs::path& folder) {
-  static const std::regex now(R"(\..*\.kerf-([0-9a-f]{8})-[0-9a-f]{16}(\.[^.]*)?)");
-  static const std::regex old(R"(\.(.+)\.([0-9]{1,10})-[0-9]{1,10}(\.[^.]*)?)");
+  static const std::regex now(R"(\.[\s\S]*\.kerf-([0-9a-f]{8})-[0-9a-f]{16}(\.[^.]*)?)");
+  static const std::regex old(R"(\.([\s\S]+)\.([0-9]{1,10})-[0-9]{1,10}(\.[^.]*)?)");
   std::vector<OldName> old_names;
   std::vector<std::pair<std::string, std::string>> names;
   std::error_code ignored;

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "import/limits.h"
+#include "import/unpack.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -49,7 +50,7 @@ std::string ImageFields::Get(const std::string& name) const {
 }
 
 std::string ReadHead(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
+  std::ifstream in = OpenImageFile(path);
   if (!in) throw Error(fmt::format("{}: the file can't be opened", path));
   std::string head(kMaxImageHeaderBytes, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));

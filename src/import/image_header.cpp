@@ -108,9 +108,17 @@ double ParseSkip(const ImageFields& fields, const char* field, const char* name,
 
 std::uint64_t SkipLines(const std::string& path, std::uint64_t offset, double lines) {
   if (lines < 0) throw Error(fmt::format("{}: the NRRD header's 'line skip' is {}, below 0", path, lines));
-  std::ifstream in(path, std::ios::binary);
+  std::ifstream in = OpenImageFile(path);
   in.seekg(static_cast<std::streamoff>(offset));
-  for (double n = 0; n < lines && in; ++n) in.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  for (double n = 0; n < lines && in; ++n) {
+    in.ignore(kMaxSkippedLine + 1, '\n');
+    if (in.gcount() > kMaxSkippedLine) {
+      throw Error(
+          fmt::format("{}: a line that the header's 'line skip' leaves out is longer than the {} bytes that kerf "
+                      "reads",
+                      path, kMaxSkippedLine));
+    }
+  }
   if (!in) throw Error(fmt::format("{}: the file has fewer lines than the header's 'line skip' leaves out", path));
   return static_cast<std::uint64_t>(in.tellg());
 }

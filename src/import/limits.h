@@ -18,6 +18,8 @@ inline constexpr std::uint64_t kMaxSliceBytes = std::uint64_t{512} << 20;
 inline constexpr double kMaxUnpackRatio = 1032;
 /// Header of an NRRD or MetaImage file.
 inline constexpr std::size_t kMaxImageHeaderBytes = std::size_t{1} << 16;
+/// A line of text before the voxels of an NRRD, which its header leaves out.
+inline constexpr std::int64_t kMaxSkippedLine = std::int64_t{1} << 20;
 /// Sequences and items of a DICOM file within each other, counted apart; GDCM takes a frame of the stack for each.
 inline constexpr std::size_t kMaxDicomDepth = 64;
 

@@ -2,20 +2,34 @@
 
 #include <itk_zlib.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
+#include <filesystem>
 #include <fstream>
+
+#include "kerf/error.h"
 
 namespace kerf {
 
+std::ifstream OpenImageFile(const std::string& path) {
+  std::error_code unknown;
+  const std::filesystem::file_status status = std::filesystem::status(path, unknown);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw Error(fmt::format("{}: is not a regular file", path));
+  }
+  return std::ifstream(path, std::ios::binary);
+}
+
 bool IsGzip(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
+  std::ifstream in = OpenImageFile(path);
   return in.get() == 0x1f && in.get() == 0x8b;
 }
 
 Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, double skip, std::vector<char>* out) {
   constexpr double kChunkBytes = 1 << 20;
-  std::ifstream in(path, std::ios::binary);
+  std::ifstream in = OpenImageFile(path);
   in.seekg(static_cast<std::streamoff>(offset));
   Unpacked result;
   z_stream z{};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,11 @@ struct Unpacked {
   bool cut_off = false;  // the file ends before the stream does
 };
 
-/// Whether the file begins as gzip does.
+/// Opens a file of an image for reading. Throws Error for a pipe or device, which could be read for ever; a file that
+/// is not there gives a stream that is not good.
+std::ifstream OpenImageFile(const std::string& path);
+
+/// Whether the file begins as gzip does. Throws Error as OpenImageFile() does.
 bool IsGzip(const std::string& path);
 
 /// Unpacks the gzip or zlib stream that begins at `offset` of a file until it ends or has given `most` bytes. What

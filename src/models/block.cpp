@@ -15,7 +15,9 @@ namespace {
 
 constexpr int kUsualRegion = 24;
 
-void Validate(const BlockParams& params, const MaterialTable& materials) {
+}  // namespace
+
+void CheckBlock(const BlockParams& params, const MaterialTable& materials) {
   Describe(params, [](const char* key, double value, Range range, const char*) {
     if (!(value >= range.lower && value <= range.upper)) {
       throw Error(fmt::format("block: {} = {} is not within {} to {}", key, value, range.lower, range.upper));
@@ -44,8 +46,6 @@ void Validate(const BlockParams& params, const MaterialTable& materials) {
   }
 }
 
-}  // namespace
-
 BlockParams MakePlateParams() {
   BlockParams plate;
   plate.size_mm = {40, 30, 13.5};
@@ -72,7 +72,7 @@ int CalcBlockRegion(const BlockParams& params, const Vec3& p_W) {
 }
 
 Bone MakeBlock(const BlockParams& params, const MaterialTable& materials) {
-  Validate(params, materials);
+  CheckBlock(params, materials);
   SolidField solid;
   solid.value = [&params](const Vec3& p_W) { return CalcBlockDistance(params, p_W); };
   solid.classify = ClassifyByDistance(solid.value);

@@ -42,8 +42,10 @@ double CalcBlockDistance(const BlockParams& params, const Vec3& p_W);
 /// The layer that a point lies in or nearest to; on a border the lower one. Tick-safe.
 int CalcBlockRegion(const BlockParams& params, const Vec3& p_W);
 
-/// Throws Error when a size or layer is not positive, the pose is not valid, a layer names an unknown region or lies
-/// wholly below the block, or the block would be too large.
+/// Throws Error when a size is out of its range or a layer is not positive, the pose is not valid, or a layer names an
+/// unknown region or lies wholly below the block.
+void CheckBlock(const BlockParams& params, const MaterialTable& materials);
+/// Throws Error as CheckBlock() does, and when the block would be too large.
 Bone MakeBlock(const BlockParams& params, const MaterialTable& materials);
 
 }  // namespace kerf

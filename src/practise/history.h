@@ -74,8 +74,11 @@ class History {
   std::unique_ptr<State> state_;
 };
 
-/// A sheet as an attempt of that student. Throws Error when the name is empty or too long, or the recording can't be
-/// read.
+/// Throws Error when it can't be a student's name: it is empty, too long, not UTF-8, or has control characters in it or
+/// spaces at an end.
+void CheckStudentName(const std::string& student);
+
+/// A sheet as an attempt of that student. Throws Error when the name can't be one, or the recording can't be read.
 Attempt MakeAttempt(const ScoreSheet& sheet, const std::string& student);
 
 /// What is to be known of an attempt before its total is believed, a phrase each.

@@ -124,8 +124,8 @@ std::vector<std::string> FindIncomplete(const RecordingReader& recording, const 
   const double share = sheet.Get("line_share").value_or(0);
   if (share < kFinished) {
     found.push_back(
-        fmt::format("the exercise is not finished: the tool has gone along {:.0f} % of the line, of {:.0f} "
-                    "% at least",
+        fmt::format("{}: the tool has gone along {:.0f} % of the line, of {:.0f} % at least",
+                    sheet.state == RecordingState::kWhole ? "the exercise is not finished" : "as far as it can be read",
                     100 * share, 100 * kFinished));
   }
   return found;

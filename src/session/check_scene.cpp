@@ -45,7 +45,7 @@ BoneChecked CheckSceneBone(const Scene& scene) {
     case BoneSource::kBlock:
     case BoneSource::kPlate: {
       const BlockParams& block = scene.bone.block;
-      for (const MaterialLayer& layer : block.layers) table.At(layer.region);
+      CheckBlock(block, table);
       // So thin that no voxel may lie in it, which only making it tells.
       if (std::min({block.size_mm.x, block.size_mm.y, block.size_mm.z}) < 2 * block.voxel_mm) MakeSceneBone(scene, {});
       return {fmt::format("{} {} x {} x {} mm, {} {}, voxels of {} mm", ToString(scene.bone.source), block.size_mm.x,

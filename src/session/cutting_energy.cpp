@@ -42,7 +42,9 @@ CuttingEnergy CalcCuttingEnergy(const Scene& scene, const EffectRecord& effects,
     if (disc) energy.work_J = 1e-3 * sums.thrust_turns_N / energy.ratio * rim_mm;
   }
   if (!energy.work_J) return energy;
-  if (sums.removed_mm3 > kHardlyAnything_mm3) energy.specific_J_per_mm3 = *energy.work_J / sums.removed_mm3;
+  // What a tool that is set down inside the bone holds there goes without work.
+  const bool cuts = *energy.work_J > 0 || sums.cutting_turns > 0;
+  if (cuts && sums.removed_mm3 > kHardlyAnything_mm3) energy.specific_J_per_mm3 = *energy.work_J / sums.removed_mm3;
   const double passes = (disc ? scene.tool.teeth : scene.tool.flutes) * sums.cutting_turns;
   if (passes > 0) energy.pass_mJ = 1e3 * *energy.work_J / passes;
   return energy;

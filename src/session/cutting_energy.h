@@ -28,7 +28,7 @@ struct CuttingEnergy {
   bool from_effect = false;
   /// None for a ball without the effect, whose teeth differ in speed.
   std::optional<double> work_J;
-  std::optional<double> specific_J_per_mm3;  // none where hardly anything was removed
+  std::optional<double> specific_J_per_mm3;  // none where hardly anything was cut
   std::optional<double> pass_mJ;             // mean over the passages of a tooth while any is engaged
 
   /// Within the range derived from published tests (src/force/measured.h); true where there is no figure.

@@ -27,6 +27,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
+constexpr double kHighestRate_Hz = 4000;  // that [loop] rate_hz takes
+
 /// All that a loop may write, but for the pieces.
 constexpr const char* kFiles[] = {"report.md",  "loop.json", "forces.csv",   "lateness.png", "force.png",
                                   "scene.toml", "bone.vdb",  "before.png",   "after.png",    "cut.png",
@@ -200,12 +202,12 @@ double CalcNumericalShare(const LoopSummary& s) {
 }
 
 void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
-  if (!s.touched) s.warnings.emplace_back("the tool met no bone");
+  if (!s.touched && !s.starts_in_bone) s.warnings.emplace_back("the tool met no bone");
   if (const double share = CalcNumericalShare(s); share > 0.1) {
     s.warnings.push_back(fmt::format(
         "{:.0f} % of the energy that was put in was lost to the time step at {:g} Hz: the tool yields too far "
-        "in a tick; set a higher rate, or more [simulation] substeps",
-        100 * share, s.rate_hz));
+        "in a tick; set {}more [simulation] substeps",
+        100 * share, s.rate_hz, s.rate_hz < kHighestRate_Hz ? "a higher rate, or " : ""));
   }
   if (s.leaves_used_up_s) {
     s.warnings.push_back(fmt::format(
@@ -454,7 +456,8 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   if (!summary.virtual_time && !summary.lateness_bars.empty())
     WritePlot(MakeLatenessPlot(summary), add("lateness.png"));
   if (!summary.force_curve.points().empty()) WritePlot(MakeForcePlot(summary), add("force.png"));
-  if (!summary.after.empty()) {
+  // Kept, that is; nothing of the bone may be left.
+  if (!summary.before.empty()) {
     if (scene.output.bone) WriteBone(summary.after, add("bone.vdb"));
     const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
     const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, out);
@@ -475,7 +478,7 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
       const auto show = [&](double fraction) {
         if (progress) progress("drawing the pictures", fraction);
       };
-      for (const std::string& name : WriteRunPictures(pictures, show)) files.push_back(name);
+      for (const std::string& name : WriteRunPictures(pictures, show, summary.warnings)) files.push_back(name);
     }
     if (scene.output.pictures && summary.heat && summary.heat->section.columns > 0) {
       WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, add("heat.png"));

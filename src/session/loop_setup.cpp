@@ -95,28 +95,27 @@ int CountSpareLeaves(const Bone& bone) {
 
 std::string DescribeCoupling(const LoopSetup& setup) {
   const FittedCoupling& f = setup.fitted;
-  std::string text = Both(f.coupling.stiffness_N_per_mm, setup.force_scale);
-  const std::string share =
+  const std::string loop_share =
       fmt::format("{:.0f} % of what a loop at this rate holds with this hand", 100 * kSampledShare);
-  const std::string torsion = f.lowered.torsion_by_loop ? fmt::format("; its torsion lowered to {:.4g} N mm/rad, {}",
-                                                                      f.coupling.torsion_Nmm_per_rad, share)
-                                                        : "";
-  std::string others = torsion;
-  if (f.lowered.damping_by_loop) {
-    others += fmt::format(
-        "; its damping lowered from {:.4g} to {:.4g} N s/mm, what the loop bears at this rate of a "
-        "velocity that comes late",
-        setup.asked_damping_Ns_per_mm, f.coupling.damping_Ns_per_mm);
+  const char* const by_device = "what the device bears";
+  std::string text = Both(f.coupling.stiffness_N_per_mm, setup.force_scale);
+  const bool softer = f.coupling.stiffness_N_per_mm < setup.asked_stiffness_N_per_mm;
+  const bool damped_less = f.coupling.damping_Ns_per_mm < setup.asked_damping_Ns_per_mm;
+  if (softer) {
+    text += fmt::format(", lowered from {:.4g} to {}", setup.asked_stiffness_N_per_mm,
+                        f.lowered.by_loop ? loop_share + ": above, the hand might be flung about" : by_device);
   }
-  if (!f.lowered.by_loop && !f.lowered.by_device) return text + others;
-  text += ", lowered";
-  if (f.coupling.stiffness_N_per_mm < setup.asked_stiffness_N_per_mm) {
-    text += fmt::format(" from {:.4g}", setup.asked_stiffness_N_per_mm);
+  if (f.lowered.torsion_by_loop || (f.lowered.by_device && !softer && !damped_less)) {
+    text += fmt::format("; its torsion lowered to {:.4g} N mm/rad, {}", f.coupling.torsion_Nmm_per_rad,
+                        f.lowered.torsion_by_loop ? loop_share : by_device);
   }
-  if (f.lowered.by_loop) {
-    return text + fmt::format(" to {}: above, the hand might be flung about", share) + others;
+  if (damped_less) {
+    text += fmt::format(
+        "; its damping lowered from {:.4g} to {:.4g} N s/mm, {}", setup.asked_damping_Ns_per_mm,
+        f.coupling.damping_Ns_per_mm,
+        f.lowered.damping_by_loop ? "what the loop bears at this rate of a velocity that comes late" : by_device);
   }
-  return text + " to what the device bears" + others;
+  return text;
 }
 
 std::string DescribeLimits(const LoopSetup& setup) {

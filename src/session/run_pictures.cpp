@@ -1,6 +1,7 @@
 #include "session/run_pictures.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -103,6 +104,11 @@ Vec3 UpNotAlong(const Vec3& direction) {
   return std::abs(glm::normalize(direction).z) < 0.9 ? Vec3(0, 0, 1) : Vec3(0, -1, 0);
 }
 
+bool ShowsBone(const PictureSpec& spec) {
+  return std::any_of(spec.shapes.begin(), spec.shapes.end(),
+                     [](const Shape& shape) { return !shape.mesh_W.triangles.empty(); });
+}
+
 Vec3 Centroid(const TriangleMesh& mesh) {
   Vec3 sum(0);
   for (const Vec3& p : mesh.points) sum += p;
@@ -161,8 +167,10 @@ PieceSurface MakePieceSurface(const Bone& piece, double error_mm) {
   return surface;
 }
 
-std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress) {
+std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress,
+                                          std::vector<std::string>& warnings) {
   std::vector<std::string> written;
+  std::vector<std::string> left_out;
   const Moments moments = FindMoments(run.ticks);
   const TickRecord& first = run.ticks[moments.any ? moments.first : 0];
   const TickRecord& peak = run.ticks[moments.any ? moments.peak : 0];
@@ -171,6 +179,10 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   const Camera overview = OverviewCamera(run.before, peak.X_WT.p_AB);
   const std::string name = run.scene.title.empty() ? run.scene.name : run.scene.title;
   const auto write = [&](const PictureSpec& spec, const char* file) {
+    if (!ShowsBone(spec)) {
+      left_out.emplace_back(file);
+      return;
+    }
     WritePicture(spec, run.folder + "/" + file);
     written.emplace_back(file);
     if (progress) progress(static_cast<double>(written.size()) / 5);
@@ -253,6 +265,10 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   if (moments.any && run.force_plot) {
     WritePlot(MakeForcePlot(run.ticks, run.after.materials(), name), run.folder + "/force.png");
     written.emplace_back("force.png");
+  }
+  if (!left_out.empty()) {
+    warnings.push_back(fmt::format("no bone is left to draw: {} {} not written", fmt::join(left_out, " and "),
+                                   left_out.size() == 1 ? "is" : "are"));
   }
   return written;
 }

@@ -40,8 +40,10 @@ struct RunPictures {
 };
 
 /// Writes before.png and after.png; cut.png and, if asked for, force.png when the saw met bone; apart.png when there is
-/// more than one piece. Returns their names.
-std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress);
+/// more than one piece. Returns their names. A picture that would show no bone is not written; a sentence in `warnings`
+/// says so.
+std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress,
+                                          std::vector<std::string>& warnings);
 
 /// Whether the scene's bone lies as in a patient: orientation and captions go by it.
 bool IsOfPatient(const Scene& scene);

@@ -198,12 +198,16 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   for (const PieceSummary& piece : summary.pieces) {
     if (!piece.file.empty()) add_file(piece.file);
   }
+  if (session.replay != nullptr) summary.warnings = session.replay->FindWarnings();
+  for (const std::string& warning : FindRunWarnings(scene, summary)) summary.warnings.push_back(warning);
   if (scene.output.pictures) {
     RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
     pictures.apart = !summary.fragments;  // fragments.png shows that
     pictures.surfaces = surfaces;
     if (summary.fragments) pictures.out = summary.fragments->out;
-    for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"))) add_file(name);
+    for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"), summary.warnings)) {
+      add_file(name);
+    }
     if (summary.heat && summary.heat->section.columns > 0) {
       WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, folder + "/heat.png");
       add_file("heat.png");
@@ -219,7 +223,6 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
     }
   }
   summary.peak_memory_MB = PeakMemoryMB();
-  summary.warnings = FindRunWarnings(scene, summary);
   add_file("summary.json");
   WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
   RemoveStaleResults(folder, earlier, summary.files);

@@ -118,7 +118,8 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   summary.memory_bytes = run.memory_bytes;
   summary.voxel_mm = bone.voxel_mm();
   summary.surface_error_mm = surface_error_mm;
-  summary.warnings = FindSlabRunWarnings(scene, summary);
+  if (session.replay != nullptr) summary.warnings = session.replay->FindWarnings();
+  for (const std::string& warning : FindSlabRunWarnings(scene, summary)) summary.warnings.push_back(warning);
 
   const auto write_text = [&](const std::string& name, const std::string& text) {
     WriteTextFile(folder + "/" + name, text);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "kerf/simulation.h"
 #include "session/replay_body.h"
@@ -47,6 +48,7 @@ class RunReplay final : public RunTap {
   void End(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) override;
 
   const RecordingHead& head() const { return recording_.head(); }
+  std::vector<std::string> FindWarnings() const { return FindDamageWarnings(recording_); }
   /// `bone_hash`: after the last step.
   Replayed MakeReport(std::uint64_t bone_hash) const;
 

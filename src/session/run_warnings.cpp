@@ -41,7 +41,7 @@ void Append(std::vector<std::string> more, std::vector<std::string>& warnings) {
 std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary) {
   std::vector<std::string> warnings = FindDoubts(scene, summary.voxel_mm);
   Append(summary.material.warnings, warnings);
-  if (!summary.touched) warnings.emplace_back("the saw met no bone on its path");
+  if (!summary.touched && !summary.starts_in_bone) warnings.emplace_back("the saw met no bone on its path");
   if (summary.starts_in_bone) {
     warnings.emplace_back("the saw was set down inside the bone; what the disc held there went at once");
   }

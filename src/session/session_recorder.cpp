@@ -118,6 +118,19 @@ RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& b
   return recorded;
 }
 
+std::vector<std::string> FindDamageWarnings(const RecordingReader& recording) {
+  const RecordingDamage& damage = recording.damage();
+  std::vector<std::string> warnings;
+  if (!damage.sentence.empty()) warnings.push_back(damage.sentence);
+  if (damage.whole_steps < damage.known_steps) {
+    warnings.push_back(
+        fmt::format("the replay ends at {:.3f} s: bone and forces after that depend on what is missing; 'kerf log' "
+                    "shows what else was read",
+                    damage.whole_s));
+  }
+  return warnings;
+}
+
 TickToRecord MakeTickToRecord(const LoopTick& tick) {
   const CoupledOutput& out = tick.out;
   const LoopGiven& given = tick.given;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "files/files.h"
 #include "haptics/haptic_loop.h"
@@ -28,6 +29,9 @@ struct RecordedScene {
 };
 /// `bone_file`: a .vdb in place of the one that the recording names; empty: that one, or the model. Throws Error.
 RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& bone_file);
+
+/// Of a recording that is damaged or cut short: what is wrong, and where going through it again ends. Else nothing.
+std::vector<std::string> FindDamageWarnings(const RecordingReader& recording);
 
 /// What a recording keeps of a tick.
 struct TickToRecord {

@@ -143,6 +143,9 @@ std::string FormatReportHtml(const TakeAway& taken, const Prepared& prepared) {
   out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   out += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", Escape(title), kStyle);
   out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", Escape(title), Escape(Summarise(taken)));
+  for (const std::string& warning : taken.recording.warnings) {
+    out += fmt::format("<p><b>Warning, the recording: {}</b></p>\n", Escape(warning));
+  }
   if (taken.assessment != nullptr) {
     if (!taken.assessment->planes.empty()) out += FormatPlanes(*taken.assessment);
     if (!taken.assessment->stops.empty()) out += FormatStops(*taken.assessment);

@@ -81,8 +81,12 @@ std::string FormatMeasuresCsv(const TakeAway& taken, const Prepared& prepared) {
 
 }  // namespace takeaway
 
-std::string FormatAssessmentJson(const Assessment& a) {
+std::string FormatAssessmentJson(const Assessment& a, const TakenRecording& recording) {
   Json json;
+  if (!recording.state.empty()) {
+    json["recording_state"] = recording.state;
+    json["warnings"] = recording.warnings;
+  }
   json["planes"] = Json::array();
   for (const PlaneResult& p : a.planes) {
     Json plane{{"name", p.planned.name},

@@ -44,6 +44,14 @@ struct TakenCurve {
   std::vector<std::pair<double, double>> points;  // x rising
 };
 
+/// The recording that a session was taken from.
+struct TakenRecording {
+  std::string state;                    // "whole", "cut short", "damaged"; empty: there is no recording
+  std::vector<std::string> warnings{};  // a sentence each: what is wrong with it
+
+  bool is_whole() const { return state.empty() || state == "whole"; }
+};
+
 /// Whatever there is; the rest is left out. What is pointed to must outlive the call.
 struct TakeAway {
   std::string title;
@@ -55,6 +63,7 @@ struct TakeAway {
   std::vector<TakenPicture> pictures;
   std::vector<TakenCurve> curves;
   std::vector<TakenFact> provenance;  // scene, recording, hashes, version
+  TakenRecording recording{};
 };
 
 struct TakeAwayOptions {
@@ -82,8 +91,8 @@ std::vector<std::string> WriteTakeAway(const TakeAway& taken, const std::string&
 /// The parts by themselves.
 std::string FormatReportHtml(const TakeAway& taken, const TakeAwayOptions& options = {});
 std::string FormatMeasuresCsv(const TakeAway& taken, const TakeAwayOptions& options = {});
-/// Stable keys with units; ends with a newline.
-std::string FormatAssessmentJson(const Assessment& assessment);
+/// Stable keys with units; ends with a newline. Of a recording also its state and what is wrong with it.
+std::string FormatAssessmentJson(const Assessment& assessment, const TakenRecording& recording = {});
 /// A motion X_WP as ITK's text: LPS, from where it is now to where it was, as resampling has it and 3D Slicer reads it.
 std::string FormatTransformFile(const Pose& X_WP);
 

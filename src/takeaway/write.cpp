@@ -136,7 +136,7 @@ std::vector<std::string> WriteTakeAway(const TakeAway& taken, const std::string&
   if (taken.assessment != nullptr) {
     const std::vector<PlaneMarkup> achieved = MakeCutMarkups(*taken.assessment);
     if (!achieved.empty()) folder.Text("achieved.mrk.json", FormatPlaneMarkups(achieved));
-    folder.Text("assessment.json", FormatAssessmentJson(*taken.assessment));
+    folder.Text("assessment.json", FormatAssessmentJson(*taken.assessment, taken.recording));
   }
   if (taken.pieces != nullptr) WritePieces(*taken.pieces, prepared, options, names, folder);
   for (const TakenPicture& picture : taken.pictures) {

@@ -1,4 +1,5 @@
 // What the commands say of recordings that are damaged, cut short, forged or signed, and their exit codes.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "files/markdown_text.h"
 #include "support/block_scene.h"
 #include "support/forge_recording.h"
 #include "support/program.h"
@@ -108,6 +110,58 @@ TEST_F(DamagedRecordingCommands, AGapIsNamedAndAllElseIsShown) {
   EXPECT_THAT(from_end.err, HasSubstr("up to 0.850 s, with --at"));
   EXPECT_EQ(Run("loop --from bad.kerf --at 0.8 --virtual --seconds 0.2 --record on.kerf").code, 0);
   EXPECT_EQ(Run("replay on.kerf --verify").code, 0);
+}
+
+// What stderr says of a damaged recording is in every file and page that is made of it.
+TEST_F(DamagedRecordingCommands, PagesMadeOfADamagedRecordingSayWhatIsMissing) {
+  Record();
+  Damage(850);
+  const std::string bytes = Slurp(folder_ / "a.kerf");
+  Write("short.kerf", bytes.substr(0, bytes.size() / 2));
+  const struct {
+    const char* file;
+    const char* state;
+    const char* sentence;
+    std::size_t warnings;
+  } cases[] = {{"bad", "damaged", "the steps from 0.850 to 1.100 s are damaged: 250 of 2000 ticks", 2},
+               {"short", "cut short", "cut short at ", 1}};
+  for (const auto& [file, state, sentence, count] : cases) {
+    const std::string name = file;
+    const ProgramResult assessed = Run(fmt::format("assess {0}.kerf --no-pictures -o {0}_assessed", name));
+    EXPECT_EQ(assessed.code, 3);
+    EXPECT_THAT(assessed.out, HasSubstr(sentence));
+    EXPECT_THAT(Slurp(folder_ / (name + "_assessed/report.html")), HasSubstr(sentence));
+    const auto assessment = nlohmann::json::parse(Slurp(folder_ / (name + "_assessed/assessment.json")));
+    EXPECT_EQ(assessment.at("recording_state"), state);
+    EXPECT_EQ(assessment.at("warnings").size(), count);
+    const ProgramResult replayed = Run(fmt::format("replay {0}.kerf -o {0}_replayed", name));
+    EXPECT_EQ(replayed.code, 3);
+    EXPECT_THAT(replayed.out, HasSubstr(sentence));
+    EXPECT_THAT(Slurp(folder_ / (name + "_replayed/report.md")), HasSubstr(EscapeMarkdown(sentence)));
+    const auto loop = nlohmann::json::parse(Slurp(folder_ / (name + "_replayed/loop.json")));
+    // Each sentence, and stderr has the same.
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::string warning = assessment["warnings"][i];
+      EXPECT_EQ(loop.at("warnings").at(i), warning);
+      EXPECT_THAT(assessed.err, HasSubstr(fmt::format("{}.kerf: {}\n", name, warning)));
+      EXPECT_THAT(replayed.err, HasSubstr(fmt::format("{}.kerf: {}\n", name, warning)));
+    }
+    EXPECT_THAT(assessment["warnings"][0].get<std::string>(), StartsWith(sentence));
+  }
+  // Nothing of the kind of a whole one.
+  const auto whole = nlohmann::json::parse(Run("assess a.kerf --json").out);
+  EXPECT_EQ(whole.at("recording_state"), "whole");
+  EXPECT_TRUE(whole.at("warnings").empty());
+}
+
+TEST_F(DamagedRecordingCommands, ARunAlongAPathSaysItInItsSummary) {
+  ASSERT_EQ(Run("run s.toml -o out --record a.kerf").code, 0);
+  const std::string bytes = Slurp(folder_ / "a.kerf");
+  Write("short.kerf", bytes.substr(0, bytes.size() / 2));
+  EXPECT_EQ(Run("replay short.kerf -o again").code, 3);
+  const auto json = nlohmann::json::parse(Slurp(folder_ / "again/summary.json"));
+  ASSERT_FALSE(json.at("warnings").empty());
+  EXPECT_THAT(json["warnings"][0].get<std::string>(), StartsWith("cut short at "));
 }
 
 TEST_F(DamagedRecordingCommands, AKilledSessionIsCutShort) {

@@ -160,6 +160,18 @@ TEST_F(Score, ATitleDoesNotControlTheTerminal) {
   }
 }
 
+TEST_F(Score, AStudentsNameIsUtf8) {
+  // A byte that no text has; a long form of "/"; half of a surrogate pair; a letter that is cut off.
+  for (const char* name : {"'\xff'", "'\xc0\xaf'", "'\xed\xa0\x80'", "'Ja\xc3'"}) {
+    for (const char* more : {"--hand-in groove.toml", "--history --csv"}) {
+      const ProgramResult refused = Practise(std::string(more) + " --student " + name);
+      ExpectRefusal(refused, "the student's name is not UTF-8");
+    }
+  }
+  const ProgramResult taken = Practise("--history --csv --student 'J\xc3\xb8rgen'");
+  EXPECT_EQ(taken.code, 0) << taken.err;
+}
+
 TEST_F(Score, PractiseRefusesWhatItCanNotTake) {
   EXPECT_EQ(Practise("--hand-in a.kerf").code, 2);
   EXPECT_EQ(Practise("--agent expert").code, 2);

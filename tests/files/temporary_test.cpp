@@ -152,7 +152,7 @@ TEST_F(Temporaries, OfAKilledProgramGoWhenTheFolderIsWrittenToAgain) {
 }
 
 TEST_F(Temporaries, OfOthersStay) {
-  const std::string name = ".a.kerf-0123abcd-0123456789abcdef.csv";
+  const std::string name = ".a\nb.kerf-0123abcd-0123456789abcdef.csv";  // a name may have a line break
   // Not the form: too short, no hexadecimal number, not hidden.
   const std::vector<std::string> foreign = {".a.kerf-0123abcd-0123456789abcde.csv",
                                             ".a.kerf-0123abcd-0123456789abcdeg.csv",

@@ -1,6 +1,7 @@
 // Scans with a few bytes changed: whatever the libraries do that read them, kerf reads them or refuses with a sentence.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -51,6 +52,34 @@ void Try(Read&& read, Counts& counts) {
     EXPECT_FALSE(said.empty());
     EXPECT_EQ(said.find('\n'), std::string::npos) << said;
     if (said.find("the library that reads it failed") != std::string::npos) ++counts.failed;
+  }
+}
+
+// They could be read for ever, or wait for a writer for ever.
+TEST(DamagedFiles, PipesAndDevicesAreRefused) {
+  const test::Folder folder;
+  const auto message = [](const std::string& path) -> std::string {
+    try {
+      ReadImageFile(path, "");
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"}) {
+    const std::string path = folder.file(name);
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    EXPECT_EQ(message(path), path + ": is not a regular file");
+  }
+  test::WriteBytes(folder.file("long"), std::string(std::size_t{3} << 20, 'x'));
+  for (const std::string data_file : {"/dev/zero", "long"}) {
+    const std::string path = folder.file("b.nhdr");
+    test::WriteBytes(path,
+                     "NRRD0004\ntype: short\ndimension: 3\nspace: left-posterior-superior\nsizes: 10 10 10\n"
+                     "space directions: (1,0,0) (0,1,0) (0,0,1)\nendian: little\nencoding: raw\n"
+                     "space origin: (0,0,0)\nline skip: 1\ndata file: " +
+                         data_file + "\n\n");
+    EXPECT_THAT(message(path), testing::HasSubstr(data_file == "long" ? "is longer than" : "is not a regular file"));
   }
 }
 

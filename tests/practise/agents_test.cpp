@@ -146,6 +146,7 @@ TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
   EXPECT_EQ(whole.state, RecordingState::kWhole);
   const std::string bytes = ReadTextFile(whole_file, std::size_t{1} << 30);
   bool one_would_gain = false;
+  bool one_is_short_of_the_line = false;
   for (const double share : {0.3, 0.5, 0.7, 0.9}) {
     const std::string file = fmt::format("{}/{:.0f}.kerf", folder_, 100 * share);
     WriteTextFile(file, bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
@@ -154,6 +155,13 @@ TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
     EXPECT_FALSE(part.total) << share;
     ASSERT_FALSE(part.incomplete.empty()) << share;
     EXPECT_EQ(part.incomplete[0], "the recording is cut short");
+    // Of the exercise only what can be read is known.
+    for (const std::string& why : part.incomplete) EXPECT_THAT(why, testing::Not(testing::HasSubstr("not finished")));
+    if (part.Get("line_share").value() < 0.8) {
+      one_is_short_of_the_line = true;
+      ASSERT_EQ(part.incomplete.size(), 2U);
+      EXPECT_THAT(part.incomplete[1], testing::StartsWith("as far as it can be read: the tool has gone along "));
+    }
     EXPECT_TRUE(part.Get("time_total_s")) << share;
     const auto json = nlohmann::json::parse(FormatSheetJson(part));
     EXPECT_EQ(json["complete"], false);
@@ -166,6 +174,7 @@ TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
     one_would_gain = one_would_gain || part.total.value() > *whole.total;
   }
   EXPECT_TRUE(one_would_gain) << "whole: " << *whole.total;
+  EXPECT_TRUE(one_is_short_of_the_line);
 }
 
 TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {

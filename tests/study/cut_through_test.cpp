@@ -1,4 +1,5 @@
 // A hand that breaks through: what came before is judged, the drop is not, and what shakes before is still found.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,20 +12,21 @@
 namespace kerf {
 namespace {
 
-/// 12 mm of cancellous bone: at 5 N the disc is through in 2.4 s, while cut_5N is under way.
-StabilitySubject MakeSubject(const std::string& more = "") {
-  const Scene scene = ParseScene(R"(
+/// 12 mm of cancellous bone: at 5 N the disc is through in 2.4 s, while cut_5N is under way. `cortex_mm`: of so much
+/// cortical bone on top.
+StabilitySubject MakeSubject(double height_mm = 12, double cortex_mm = 0) {
+  const std::string layer = "[[bone.block.layer]]\nthickness_mm = {}\nregion = {}\n";
+  std::string layers = cortex_mm > 0 ? fmt::format(fmt::runtime(layer), cortex_mm, 24) : "";
+  layers += fmt::format(fmt::runtime(layer), height_mm - cortex_mm, 32);
+  const Scene scene = ParseScene(fmt::format(R"(
 [bone]
 model = "block"
 [bone.block]
 size_x_mm = 16.0
 size_y_mm = 6.0
-size_z_mm = 12.0
+size_z_mm = {}
 voxel_mm = 0.25
-[[bone.block.layer]]
-thickness_mm = 12.0
-region = 32
-[tool]
+{}[tool]
 rpm = 7500.0
 [[path.stroke]]
 start_mm = [0, 0, 12]
@@ -32,7 +34,8 @@ end_mm = [0, 0, -8]
 feed_mm_per_s = 3.0
 disc_normal = [0, 1, 0]
 [coupling]
-)" + more,
+)",
+                                             height_mm, layers),
                                  "s.toml");
   const Bone bone = MakeSceneBone(scene, {});
   return MakeStabilitySubject(scene, MakeLoopSetup(scene), bone, FindFirstTouch(scene, bone));
@@ -56,6 +59,17 @@ TEST(CutThrough, TheDropIsNoNoise) {
   EXPECT_GT(*cut.cut_through_s, 2);
   EXPECT_LT(*cut.cut_through_s, 3);
   EXPECT_EQ(DescribeCutThrough(cut).substr(0, 19), "cut through at t = ");
+}
+
+// So thin that the tool is through before the scenario's own time: what is left to judge holds the fault itself, and
+// the border between the two kinds of bone.
+TEST(CutThrough, NeitherAFaultNorABorderIsNoise) {
+  const StabilitySubject subject = MakeSubject(4.5, 0.5);
+  for (const char* name : {"cut_20N", "frozen"}) {
+    const ScenarioResult result = RunScenario(subject, name);
+    EXPECT_TRUE(result.cut_through_s.has_value()) << name;
+    for (const StabilityFigure& f : result.figures) EXPECT_TRUE(f.holds()) << name << ": " << f.name << " " << f.value;
+  }
 }
 
 TEST(CutThrough, IsNotSaidOfAToolThatIsStillInBone) {
