@@ -16,6 +16,7 @@
 
 #include "bone/fill_voids.h"
 #include "bone/grids.h"
+#include "core/byte_text.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -58,10 +59,10 @@ constexpr double kBytesOfInside = 100;
 constexpr double kBytesOfMixed = 7000;
 
 [[noreturn]] void RefuseMemory(double bytes, const BuildOptions& options) {
-  throw Error(
-      fmt::format("a bone of this size with voxels of {:.3g} mm needs more than {:.1f} GB of memory and {:.1f} GB are "
-                  "free; use larger voxels",
-                  options.voxel_mm, bytes / 1e9, options.most_bytes / 1e9));
+  const auto [needed, there] = FormatBytePair(bytes, options.most_bytes);
+  throw Error(fmt::format(
+      "a bone of this size with voxels of {:.3g} mm needs more than {} of memory and {} are free; use larger voxels",
+      options.voxel_mm, needed, there));
 }
 
 Blocks SortBlocks(const SolidField& solid, const Box3& box, const BuildOptions& options) {

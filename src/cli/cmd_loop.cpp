@@ -184,11 +184,9 @@ void Run(Options& options) {
     CheckLoopInputsStay(scene, options.scene, options.folder);
     lock.emplace(options.folder);  // before the long work
   }
-  const std::vector<ExpectedFile> expected =
-      ListExpectedFiles(scene, options.loop.seconds * scene.loop.rate_hz, options.folder, options.loop.record);
-  if (const std::string lack = DescribeLackOfSpace(expected); !lack.empty()) {
-    SayWarning("{}; the loop will not be kept to its end", lack);
-  }
+  const std::string lack =
+      DescribeLackForLoop(scene, options.loop.seconds * scene.loop.rate_hz, options.folder, options.loop.record);
+  if (!lack.empty()) SayWarning("{}", lack);
   const auto note = std::make_shared<std::string>();
   options.loop.costs.live = [note](const std::string& line) { *note = line; };
   options.loop.stop = &CatchInterrupt();

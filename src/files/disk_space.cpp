@@ -9,6 +9,8 @@
 #include <map>
 #include <system_error>
 
+#include "core/byte_text.h"
+
 namespace kerf {
 namespace {
 
@@ -42,8 +44,9 @@ std::string DescribeLackOfSpace(const std::vector<ExpectedFile>& files) {
   for (const auto& [device, sum] : sums) {
     const double free_bytes = ReadFreeDiskBytes(sum.path);
     if (sum.bytes <= free_bytes) continue;
-    return fmt::format("{}: can't be written: at least {:.1f} MB are needed and {:.1f} MB are free on the disk",
-                       sum.path, 1e-6 * sum.bytes, 1e-6 * free_bytes);
+    const auto [needed, there] = FormatBytePair(sum.bytes, free_bytes);
+    return fmt::format("{}: can't be written: at least {} are needed and {} are free on the disk", sum.path, needed,
+                       there);
   }
   return "";
 }

@@ -167,6 +167,15 @@ std::string Describe(const DicomSeries& s) {
                      FormatCount(s.slices.size(), "slice", "slices"), s.description.empty() ? "" : ", ", s.description);
 }
 
+// A hint when one of several series is too short for a volume beside one that is not; the longest is the first.
+std::string DescribeStray(const std::vector<const DicomSeries*>& found) {
+  const DicomSeries& last = *found.back();
+  if (last.slices.size() > 2 || found.front()->slices.size() <= 2) return "";
+  return fmt::format("; one of them has {} and may be a scout view or a damaged file: {}",
+                     FormatCount(last.slices.size(), "slice", "slices"),
+                     fs::path(last.slices.front().path).filename().string());
+}
+
 // Every way in which files with one series UID fail to be one CT volume. Throws Error.
 void CheckSeries(const DicomSeries& series) {
   const auto fail = [&series](const std::string& what) { throw Error(fmt::format("series {}: {}", series.uid, what)); };
@@ -288,14 +297,17 @@ Overflow ReadSlice(const DicomSlice& s, std::size_t pixels, std::vector<std::int
   const QuietItk quiet;
   const auto io = itk::GDCMImageIO::New();
   io->SetFileName(s.path);
+  // GDCM gives no reason of its own: it has one sentence for all of these.
   const std::string complaint =
-      s.compressed ? fmt::format("the transfer syntax {} can't be unpacked; convert the series to uncompressed DICOM",
-                                 s.transfer_syntax)
-                   : std::string("the pixels can't be read");
+      s.compressed ? fmt::format(
+                         "the transfer syntax {} can't be unpacked, or the slice's pixels are damaged; convert "
+                         "the series to uncompressed DICOM",
+                         s.transfer_syntax)
+                   : std::string("the slice's pixels are damaged, or the header's description of them is");
   try {
     io->ReadImageInformation();
-  } catch (const itk::ExceptionObject& e) {
-    throw Error(fmt::format("{}: {} ({})", s.path, complaint, OneLine(e)));
+  } catch (const itk::ExceptionObject&) {
+    throw Error(fmt::format("{}: {}", s.path, complaint));
   }
   // GDCM may have read the header otherwise, and what it found is what memory is asked for.
   if (static_cast<double>(io->GetImageSizeInBytes()) > kMaxVoxelBytes * s.size[0] * s.size[1]) {
@@ -374,8 +386,8 @@ const DicomSeries& ChooseSeries(const std::vector<DicomSeries>& all, const std::
         fmt::format("{}: {} series match '{}'; there are: {}", folder, found.empty() ? "no" : "several", uid, list));
   }
   if (found.empty()) throw Error(fmt::format("{}: no CT among the series: {}", folder, list));
-  throw Error(
-      fmt::format("{}: the folder holds {} CT series; choose one with --series UID: {}", folder, found.size(), list));
+  throw Error(fmt::format("{}: the folder holds {} CT series; choose one with --series UID: {}{}", folder, found.size(),
+                          list, DescribeStray(found)));
 }
 
 Volume ReadDicomSeries(const DicomSeries& series, const std::function<void(double)>& progress) {

@@ -105,8 +105,8 @@ Overflow AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector
   std::vector<char> buffer(bytes);
   try {
     io.Read(buffer.data());
-  } catch (const itk::ExceptionObject& e) {
-    throw Error(fmt::format("{}: {} ({})", name, complaint, OneLine(e)));
+  } catch (const itk::ExceptionObject&) {
+    throw Error(fmt::format("{}: {}", name, complaint));
   }
   return AppendHu(buffer, FindType(io, name), 1, 0, name, out);
 }

@@ -4,12 +4,14 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/hash.h"
 #include "core/printable.h"
+#include "files/disk_space.h"
 #include "files/files.h"
 #include "kerf/error.h"
 #include "practise/exercises.h"
@@ -40,7 +42,22 @@ struct EndStatement {
 using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 using Statement = std::unique_ptr<sqlite3_stmt, EndStatement>;
 
+/// Whether a failed call ran out of disk, as far as SQLite or the system tell.
+bool IsDiskFull(const std::string& file, sqlite3* db, int code) {
+  if ((code & 0xff) == SQLITE_FULL) return true;
+  if ((code & 0xff) != SQLITE_IOERR && (code & 0xff) != SQLITE_CANTOPEN) return false;
+  const int reason = db != nullptr ? sqlite3_system_errno(db) : 0;
+  if (reason == ENOSPC || reason == EDQUOT) return true;
+  // Of the log's index, 32 kB of shared memory in a file, the system's reason is not kept.
+  constexpr double kIndexBytes = 32768;
+  const int detail = db != nullptr ? sqlite3_extended_errcode(db) : code;
+  const bool writes = detail == SQLITE_IOERR_WRITE || detail == SQLITE_IOERR_SHMSIZE || detail == SQLITE_IOERR_SHMMAP ||
+                      detail == SQLITE_IOERR_SHMOPEN || detail == SQLITE_IOERR_FSYNC || detail == SQLITE_IOERR_TRUNCATE;
+  return writes && ReadFreeDiskBytes(file) < kIndexBytes;
+}
+
 [[noreturn]] void Fail(const std::string& file, sqlite3* db, int code) {
+  if (IsDiskFull(file, db, code)) throw Error(fmt::format("{}: can't be written: the disk is full", file));
   switch (code & 0xff) {
     case SQLITE_NOTADB:
       throw Error(fmt::format("{}: is no history of kerf; move it away and a new one is begun", file));

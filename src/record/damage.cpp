@@ -63,7 +63,7 @@ std::string Describe(const RecordingDamage& damage, const std::vector<std::strin
   const auto add = [&](const std::string& part) { sentence += (sentence.empty() ? "" : "; ") + part; };
   if (!damage.gaps.empty()) add(DescribeGaps(damage));
   for (const std::string& fault : faults) add(fault);
-  if (damage.state == RecordingState::kCutShort) {
+  if (damage.state == RecordingState::kCutShort && !damage.has_end) {
     add(fmt::format("cut short at {:.3f} s: no end", duration_s));
   } else if (!damage.has_end) {
     add(fmt::format("no end after {:.3f} s", duration_s));

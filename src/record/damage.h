@@ -12,7 +12,7 @@ namespace kerf {
 
 enum class RecordingState : std::uint8_t {
   kWhole,     // every block was read, and it has its end
-  kCutShort,  // it has no end, as after a kill or a power loss; every block before that was read
+  kCutShort,  // it has no end or no seal, as after a kill or a power loss; every block before that was read
   kDamaged,   // something in the middle is missing or is not as it was written; it may have no end besides
 };
 /// "whole", "cut short", "damaged".
@@ -28,7 +28,7 @@ struct LostSteps {
 
 struct RecordingDamage {
   RecordingState state = RecordingState::kWhole;
-  bool has_end = true;            // it tells why it ended; false also where the end was damaged
+  bool has_end = true;            // the block that tells why it ended was read; the seal may still be missing
   std::vector<LostSteps> gaps;    // in their order
   std::uint64_t lost_steps = 0;   // in all gaps
   std::uint64_t known_steps = 0;  // read and lost: all up to the end, or to the last one that was read

@@ -398,7 +398,7 @@ void RecordingReader::FindDamage() {
     damage_.lost_blocks += gap.lost_blocks;
     damage_.bad_bytes += gap.bytes;
   }
-  damage_.has_end = end_ && has_last_block_;
+  damage_.has_end = end_.has_value();
   damage_.known_steps = next_step_;
   damage_.whole_steps = damage_.gaps.empty() ? next_step_ : damage_.gaps.front().first_step;
   damage_.whole_s = damage_.gaps.empty() ? duration_s_ : damage_.gaps.front().from_s;
@@ -406,11 +406,16 @@ void RecordingReader::FindDamage() {
   if (gaps.size() > (torn ? 1u : 0u) || !faults_.empty()) {
     damage_.state = RecordingState::kDamaged;
     LimitToPieces();
-  } else if (!damage_.has_end) {
+  } else if (!has_last_block_) {
     damage_.state = RecordingState::kCutShort;
   }
   const bool bad_tail = !gaps.empty() && gaps.back().before_place == blocks_.places().size() && !torn;
-  if (bad_tail) faults_.push_back(fmt::format("the last {} bytes are damaged", gaps.back().bytes));
+  const bool is_of_seal = !has_last_block_ && blocks_.places().back().kind == BlockKind::kEnd;
+  if (is_of_seal) {
+    faults_.emplace_back(bad_tail ? "its seal is damaged" : "its seal is missing");
+  } else if (bad_tail) {
+    faults_.push_back(fmt::format("the last {} bytes are damaged", gaps.back().bytes));
+  }
   damage_.sentence = Describe(damage_, faults_, duration_s_);
 }
 

@@ -1,5 +1,7 @@
 #include "session/expected_files.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace kerf {
@@ -21,6 +23,25 @@ std::vector<ExpectedFile> ListExpectedFiles(const Scene& scene, double ticks, co
   const double rows = ticks / std::max(scene.output.forces_every_ticks, 1);
   if (!folder.empty()) files.push_back({folder + "/forces.csv", kLeastRowBytes * rows});
   return files;
+}
+
+std::string DescribeLackForLoop(const Scene& scene, double ticks, const std::string& folder,
+                                const std::string& record) {
+  if (!record.empty()) {
+    const std::string lack = DescribeLackOfSpace(ListExpectedFiles(scene, ticks, "", record));
+    if (!lack.empty()) return lack + "; the loop would end with its recording, before its time";
+  }
+  if (folder.empty()) return "";
+  std::vector<ExpectedFile> files = ListExpectedFiles(scene, ticks, folder, record);
+  std::string kept = "the loop itself goes on";
+  if (!record.empty()) {
+    files.erase(files.begin());
+    const double room = CalcRoomForRecording(ticks);  // the recording's own bytes among it
+    files.back().bytes += room;
+    kept = fmt::format("{:.1f} MB of it stay free for the recording; the loop and its recording go on", 1e-6 * room);
+  }
+  const std::string lack = DescribeLackOfSpace(files);
+  return lack.empty() ? "" : fmt::format("{}; {} without this table", lack, kept);
 }
 
 double CalcRoomForRecording(double ticks) {

@@ -14,6 +14,10 @@ namespace kerf {
 std::vector<ExpectedFile> ListExpectedFiles(const Scene& scene, double ticks, const std::string& folder,
                                             const std::string& record);
 
+/// A sentence when what a loop surely writes does not fit: the recording, or else forces.csv beside the room that it
+/// leaves to the recording; empty when they fit.
+std::string DescribeLackForLoop(const Scene& scene, double ticks, const std::string& folder, const std::string& record);
+
 /// What a loop's log leaves free for its recording, bytes: twice what the ticks take as a rule.
 double CalcRoomForRecording(double ticks);
 

@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <optional>
+#include <span>
 
 #include "bonefile/bonefile.h"
 #include "files/files.h"
@@ -129,15 +130,47 @@ PlotSpec MakeForcePlot(const LoopSummary& s) {
   return spec;
 }
 
-/// What grew with the run gets its name, or what was kept of it is written.
-void WriteLogs(LoopSummary& summary, const std::string& folder, std::vector<std::string>& files) {
-  if (summary.force_log) {
-    summary.force_log->Commit();
-  } else {
-    WriteTextFile(folder + "/forces.csv", FormatLoopCsv(summary));
+/// Writes results one by one; one that can't be written takes no other with it. A full disk is the usual reason.
+class ResultWriter {
+ public:
+  /// `name`: a file, or what its several files are.
+  void Write(const std::string& name, const std::function<void()>& write) {
+    try {
+      write();
+    } catch (const Error& e) {
+      if (lost_.empty()) first_ = e.what();
+      lost_.push_back(name);
+    }
   }
-  files.emplace_back("forces.csv");
-  for (const std::string& name : summary.effect_files.WriteSounds(folder)) files.push_back(name);
+  bool HasLost(const std::string& name) const { return std::find(lost_.begin(), lost_.end(), name) != lost_.end(); }
+  /// Throws Error: the reason of the first that was lost, and the names of all others.
+  void ThrowIfLost() const {
+    if (lost_.empty()) return;
+    // The sentence names the first one, unless that is one of several files.
+    const bool is_named = first_.find(lost_.front()) != std::string::npos;
+    const std::span<const std::string> others = std::span(lost_).subspan(is_named ? 1 : 0);
+    throw Error(others.empty() ? first_ : fmt::format("{}; also lost: {}", first_, fmt::join(others, ", ")));
+  }
+
+ private:
+  std::string first_;
+  std::vector<std::string> lost_;
+};
+
+/// What grew with the run gets its name, or what was kept of it is written.
+void WriteLogs(LoopSummary& summary, const std::string& folder, ResultWriter& results) {
+  std::vector<std::string>& files = summary.files;
+  results.Write("forces.csv", [&] {
+    if (summary.force_log) {
+      summary.force_log->Commit();
+    } else {
+      WriteTextFile(folder + "/forces.csv", FormatLoopCsv(summary));
+    }
+    files.emplace_back("forces.csv");
+  });
+  results.Write("the sounds", [&] {
+    for (const std::string& name : summary.effect_files.WriteSounds(folder)) files.push_back(name);
+  });
 }
 
 std::string JoinTimes(const std::vector<LoopTimeSummary>& all) {
@@ -435,71 +468,96 @@ std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pict
   return text;
 }
 
+namespace {
+
+/// The bone, its pieces and the pictures of them.
+void WriteBoneResults(const Scene& scene, LoopSummary& summary, const std::string& folder,
+                      const std::function<void(const std::string&, double)>& progress, double surface_error_mm,
+                      ResultWriter& results) {
+  std::vector<std::string>& files = summary.files;
+  const auto show = [&progress](const char* stage) {
+    return [&progress, stage](double fraction) {
+      if (progress) progress(stage, fraction);
+    };
+  };
+  const std::string title = scene.title.empty() ? scene.name : scene.title;
+  const auto write_one = [&](const std::string& name, const std::function<void(const std::string&)>& write) {
+    results.Write(name, [&] {
+      write(folder + "/" + name);
+      files.push_back(name);
+    });
+  };
+  if (scene.output.bone) write_one("bone.vdb", [&](const std::string& path) { WriteBone(summary.after, path); });
+  const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
+  summary.surface_error_mm = surface_error_mm;
+  std::vector<PieceSurface> surfaces;
+  results.Write("the pieces", [&] {
+    const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, out);
+    surfaces = WritePieces(scene, summary.piece_bones, pieces, surface_error_mm, folder, show("writing the pieces"),
+                           summary.pieces);
+  });
+  for (const PieceSummary& piece : summary.pieces) {
+    if (!piece.file.empty()) files.push_back(piece.file);
+  }
+  if (!scene.output.pictures) return;
+  if (!summary.moments.empty()) {
+    results.Write("the pictures of the bone", [&] {
+      RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
+      pictures.apart = !summary.fragments && !results.HasLost("the pieces");  // fragments.png shows that
+      pictures.out = out;
+      pictures.surfaces = surfaces;
+      for (const std::string& name : WriteRunPictures(pictures, show("drawing the pictures"), summary.warnings))
+        files.push_back(name);
+    });
+  }
+  if (summary.heat && summary.heat->section.columns > 0) {
+    write_one("heat.png", [&](const std::string& path) { WriteHeatPicture(*summary.heat, title, path); });
+  }
+  results.Write("the pictures of the effects", [&] {
+    for (const std::string& name :
+         summary.effect_files.WritePictures(folder, title, summary.after, MakeTool(scene), IsOfPatient(scene))) {
+      files.push_back(name);
+    }
+  });
+  if (summary.fragments) {
+    results.Write("fragments.png", [&] {
+      const bool drawn = WriteFragmentsPicture(*summary.fragments, summary.piece_bones, IsOfPatient(scene), title,
+                                               folder + "/fragments.png");
+      if (drawn) files.emplace_back("fragments.png");
+    });
+  }
+}
+
+}  // namespace
+
 void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
                      const std::function<void(const std::string&, double)>& progress, double surface_error_mm) {
   MakeFolder(folder);
   const std::vector<std::string> earlier = ReadEarlierResults(folder, "loop.json");
   std::vector<std::string>& files = summary.files;
   files = {"report.md", "loop.json"};
-  const auto add = [&](const std::string& name) {
-    files.push_back(name);
-    return folder + "/" + name;
+  ResultWriter results;
+  const auto write_one = [&](const std::string& name, const std::function<void(const std::string&)>& write) {
+    results.Write(name, [&] {
+      write(folder + "/" + name);
+      files.push_back(name);
+    });
   };
-  WriteTextFile(add("scene.toml"), ResolvedToml(scene));
-  // What the disk had no room for while it ran takes nothing else with it.
-  std::optional<Error> lost;
-  try {
-    WriteLogs(summary, folder, files);
-  } catch (const Error& e) {
-    lost = e;
+  // First what was lost while the loop ran.
+  WriteLogs(summary, folder, results);
+  write_one("scene.toml", [&](const std::string& path) { WriteTextFile(path, ResolvedToml(scene)); });
+  if (!summary.virtual_time && !summary.lateness_bars.empty()) {
+    write_one("lateness.png", [&](const std::string& path) { WritePlot(MakeLatenessPlot(summary), path); });
   }
-  if (!summary.virtual_time && !summary.lateness_bars.empty())
-    WritePlot(MakeLatenessPlot(summary), add("lateness.png"));
-  if (!summary.force_curve.points().empty()) WritePlot(MakeForcePlot(summary), add("force.png"));
+  if (!summary.force_curve.points().empty()) {
+    write_one("force.png", [&](const std::string& path) { WritePlot(MakeForcePlot(summary), path); });
+  }
   // Kept, that is; nothing of the bone may be left.
-  if (!summary.before.empty()) {
-    if (scene.output.bone) WriteBone(summary.after, add("bone.vdb"));
-    const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
-    const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, out);
-    const auto write = [&](double fraction) {
-      if (progress) progress("writing the pieces", fraction);
-    };
-    summary.surface_error_mm = surface_error_mm;
-    const std::vector<PieceSurface> surfaces =
-        WritePieces(scene, summary.piece_bones, pieces, surface_error_mm, folder, write, summary.pieces);
-    for (const PieceSummary& piece : summary.pieces) {
-      if (!piece.file.empty()) files.push_back(piece.file);
-    }
-    if (scene.output.pictures && !summary.moments.empty()) {
-      RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
-      pictures.apart = !summary.fragments;  // fragments.png shows that
-      pictures.out = out;
-      pictures.surfaces = surfaces;
-      const auto show = [&](double fraction) {
-        if (progress) progress("drawing the pictures", fraction);
-      };
-      for (const std::string& name : WriteRunPictures(pictures, show, summary.warnings)) files.push_back(name);
-    }
-    if (scene.output.pictures && summary.heat && summary.heat->section.columns > 0) {
-      WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, add("heat.png"));
-    }
-    if (scene.output.pictures) {
-      for (const std::string& name :
-           summary.effect_files.WritePictures(folder, scene.title.empty() ? scene.name : scene.title, summary.after,
-                                              MakeTool(scene), IsOfPatient(scene))) {
-        files.push_back(name);
-      }
-    }
-    if (scene.output.pictures && summary.fragments &&
-        WriteFragmentsPicture(*summary.fragments, summary.piece_bones, IsOfPatient(scene),
-                              scene.title.empty() ? scene.name : scene.title, folder + "/fragments.png")) {
-      files.emplace_back("fragments.png");
-    }
-  }
-  WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true));
-  WriteTextFile(folder + "/loop.json", FormatLoopJson(scene, summary));
-  RemoveStaleResults(folder, earlier, files);
-  if (lost) throw Error(*lost);
+  if (!summary.before.empty()) WriteBoneResults(scene, summary, folder, progress, surface_error_mm, results);
+  results.Write("report.md", [&] { WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true)); });
+  results.Write("loop.json", [&] { WriteTextFile(folder + "/loop.json", FormatLoopJson(scene, summary)); });
+  if (!results.HasLost("loop.json")) RemoveStaleResults(folder, earlier, files);
+  results.ThrowIfLost();
 }
 
 void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {

@@ -28,10 +28,11 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
     PieceSurface surface = MakePieceSurface(*pieces[i].bone, error_mm);
     if (scene.output.pieces) {
       PieceSummary& summary = summaries[i];
-      summary.file = fmt::format("piece_{}.stl", i + 1);
+      const std::string name = fmt::format("piece_{}.stl", i + 1);
       summary.triangles = surface.mesh_W.triangles.size();
       for (Vec3& p : surface.mesh_W.points) p += summary.move_mm;
-      WriteMesh(surface.mesh_W, folder + "/" + summary.file);
+      WriteMesh(surface.mesh_W, folder + "/" + name);
+      summary.file = name;
     }
     surface.mesh_W = {};
     if (drawn) surfaces[static_cast<std::size_t>(pieces[i].bone - in_bone.data())] = std::move(surface);

@@ -87,8 +87,8 @@ TEST_F(LittleSpace, ARunThatCannotFitIsRefusedBeforeItsWork) {
 TEST_F(LittleSpace, ALoopThatMayNotFitIsWarnedOfAndRuns) {
   const ProgramResult warned =
       Within(Mount("m", 40), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 1 -o m/out");
-  EXPECT_THAT(warned.err, HasSubstr("kerf: warning: m/out/forces.csv: can't be written: at least 0.1 MB are needed and "
-                                    "0.0 MB are free on the disk; the loop will not be kept to its end"));
+  EXPECT_THAT(warned.err, HasSubstr("kerf: warning: m/out/forces.csv: can't be written: at least 100.0 kB are needed "
+                                    "and 41.0 kB are free on the disk; the loop itself goes on without this table"));
   EXPECT_THAT(Sentences(warned), testing::ElementsAre(HasSubstr("can't be written")));
   const ProgramResult fits =
       Within(Mount("m", 4096), "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 1 -o m/out");
@@ -108,6 +108,58 @@ TEST_F(LittleSpace, TheRecordingComesBeforeTheRowsOfALoop) {
   EXPECT_NEAR(Seconds("m_after/session.kerf"), 10, 1e-6);
   EXPECT_TRUE(Exists("m_after/out/loop.json"));
   EXPECT_FALSE(Exists("m_after/out/forces.csv"));
+}
+
+// 20,000 rows of 100 bytes at least, 1.24 MB that stay free for the recording, and 40 kB of that: the rows are known
+// not to fit, the recording is known to.
+TEST_F(LittleSpace, TheWarningBeforeALoopSaysWhatIsAtRisk) {
+  const std::string loop = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 20 -o m/out --record m/session.kerf";
+  const ProgramResult rows = Within(Mount("m", 2500), loop);
+  EXPECT_THAT(rows.err, HasSubstr("kerf: warning: m/out/forces.csv: can't be written: at least 3.2 MB are needed and "
+                                  "2.6 MB are free on the disk; 1.2 MB of it stay free for the recording; the loop and "
+                                  "its recording go on without this table\n"));
+  EXPECT_NEAR(Seconds("m_after/session.kerf"), 20, 1e-6);
+  EXPECT_FALSE(Exists("m_after/out/forces.csv"));
+  std::filesystem::remove_all(folder_ / "m_after");
+  const ProgramResult recording = Within(Mount("m", 24), loop);
+  EXPECT_THAT(recording.err,
+              HasSubstr("kerf: warning: m/session.kerf: can't be written: at least 40.0 kB are needed "
+                        "and 24.6 kB are free on the disk; the loop would end with its recording, before "
+                        "its time\n"));
+  EXPECT_LT(Seconds("m_after/session.kerf"), 20);
+}
+
+// 10,000 rows of 100 bytes at least do not fit, and the picture of the force does not either.
+TEST_F(LittleSpace, TheLossOfTheRowsIsSaidWhateverElseIsLost) {
+  const std::string loop = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 10 -o m/out --record n/session.kerf";
+  const ProgramResult lost = Within(Mount("m", 32) + " && " + Mount("n", 2048), loop);
+  EXPECT_EQ(lost.code, 1);
+  EXPECT_THAT(Sentences(lost),
+              testing::ElementsAre(testing::AllOf(testing::StartsWith("kerf: m/out/forces.csv: can't be written: "),
+                                                  testing::ContainsRegex("; also lost: .*force\\.png"))));
+  EXPECT_FALSE(Exists("m_after/out/forces.csv"));
+  EXPECT_FALSE(Exists("m_after/out/force.png"));
+  EXPECT_TRUE(Exists("m_after/out/loop.json")) << "what is small enough is written";
+  EXPECT_NEAR(Seconds("n_after/session.kerf"), 10, 1e-6);
+  // Nor do the rows of an earlier loop stay beside results of this one.
+  std::filesystem::remove_all(folder_ / "m_after");
+  std::filesystem::remove_all(folder_ / "n_after");
+  const std::string earlier = "'" KERF_PROGRAM "' loop short.toml --virtual --seconds 0.1 -o m/out >/dev/null 2>&1";
+  const ProgramResult again =
+      Within(Mount("m", 200) + " && " + Mount("n", 2048) + " && " + earlier + " && test -f m/out/forces.csv", loop);
+  EXPECT_EQ(again.code, 1);
+  EXPECT_THAT(Sentences(again),
+              testing::ElementsAre(testing::StartsWith("kerf: m/out/forces.csv: can't be written: ")));
+  EXPECT_FALSE(Exists("m_after/out/forces.csv"));
+}
+
+TEST_F(LittleSpace, AFullDiskUnderTheHistoryIsSaid) {
+  for (const int kB : {4, 12, 24, 40}) {
+    SCOPED_TRACE(kB);
+    const ProgramResult full = Within(Mount("m", kB), "KERF_DATA=m '" KERF_PROGRAM "' practise --history");
+    EXPECT_EQ(full.code, 1);
+    EXPECT_THAT(Sentences(full), testing::ElementsAre("kerf: m/practise.db: can't be written: the disk is full"));
+  }
 }
 
 TEST_F(LittleSpace, TheRecordingsEndIsSaidFirst) {

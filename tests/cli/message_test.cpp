@@ -74,6 +74,21 @@ TEST_F(Messages, OfOneKindAreCountedAfterTheFirstTen) {
   EXPECT_THAT(result.err, HasSubstr("nonsense"));
 }
 
+// A file's text is quoted in messages; what of it is no text may not reach the terminal.
+TEST_F(Messages, QuoteNoControlCharactersAndNoInvalidUtf8) {
+  const auto quoted = [this](const std::string& name) {
+    std::string err = Kerf("info '" + name + "'").err;
+    return err.substr(0, err.find(':', 6));
+  };
+  EXPECT_EQ(quoted("b\xc3\xb6n\xe2\x82\xac\xf0\x9f\xa6\xb4"), "kerf: b\xc3\xb6n\xe2\x82\xac\xf0\x9f\xa6\xb4");
+  EXPECT_EQ(quoted("a\x1b[31mb\x7f"), "kerf: a?[31mb?");
+  EXPECT_EQ(quoted("a\x94z"), "kerf: a?z");
+  EXPECT_EQ(quoted("a\xc2\x9bz\xc2\xa0"), "kerf: a??z\xc2\xa0");           // U+009B, and U+00A0, which is no control
+  EXPECT_EQ(quoted("a\xc1\xbfz\xe0\x80\xafz"), "kerf: a??z???z");          // longer than they need be
+  EXPECT_EQ(quoted("a\xed\xa0\x80z\xf4\x90\x80\x80"), "kerf: a???z????");  // a surrogate, and beyond U+10FFFF
+  EXPECT_EQ(quoted("a\xe2\x82"), "kerf: a??");                             // cut off
+}
+
 // A program that filters stderr by the prefix misses nothing.
 TEST_F(Messages, EachBeginsWithTheProgramsName) {
   Write("faults.toml", "[bone]\nmodel = \"block\"\nsise = 1\n[tool]\nteeht = 3\n[nonsense]\n");

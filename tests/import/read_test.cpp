@@ -115,8 +115,22 @@ TEST(ReadDicom, SeveralCtSeriesAreRefusedUntilOneIsChosen) {
   test::WriteDicom(SkewCt({9, 8, 5}), folder.path(), other);
   EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }),
               HasSubstr("the folder holds 2 CT series; choose one with --series UID"));
+  EXPECT_THAT(MessageOf([&] { ReadFolder(folder.path()); }), testing::Not(HasSubstr("damaged file")));
   EXPECT_EQ(ReadFolder(folder.path(), "1.2.3.4.5").size[2], 7);
   EXPECT_EQ(ReadFolder(folder.path(), "99.8").size[2], 5);
+}
+
+TEST(ReadDicom, ASliceWithAnotherSeriesUidIsNamed) {
+  const Folder folder;
+  const Volume ct = SkewCt();
+  test::WriteDicom(ct, folder.path());
+  SliceSpec other;
+  other.series_uid = "1.2.3.4.6";
+  WriteBytes(folder.file("stray.dcm"), test::DicomSlice(ct, 3, other));
+  const std::string message = MessageOf([&] { ReadFolder(folder.path()); });
+  EXPECT_THAT(message, HasSubstr("the folder holds 2 CT series"));
+  EXPECT_THAT(message,
+              testing::EndsWith("; one of them has 1 slice and may be a scout view or a damaged file: stray.dcm"));
 }
 
 // One slice of a good series is spoilt, each time otherwise.
@@ -258,7 +272,19 @@ TEST_F(SpoiltSeries, PixelsThatCannotBeUnpackedAreRefusedByTransferSyntax) {
   jpeg.encapsulated = true;
   jpeg.pixels = "these are not the bytes of a JPEG";
   const std::string message = Message(3, test::DicomSlice(ct_, 3, jpeg));
-  EXPECT_THAT(message, HasSubstr("spoilt.dcm: the transfer syntax 1.2.840.10008.1.2.4.70 can't be unpacked"));
+  EXPECT_THAT(message, HasSubstr("spoilt.dcm: the transfer syntax 1.2.840.10008.1.2.4.70 can't be unpacked, or the "
+                                 "slice's pixels are damaged; convert"));
+  EXPECT_THAT(message, testing::Not(HasSubstr("Cannot read")));
+}
+
+// Without the bits of a pixel, (0028,0100), GDCM can't read them, and has no reason to give.
+TEST_F(SpoiltSeries, PixelsThatCannotBeReadAreSaidToBeDamaged) {
+  std::string bytes = test::DicomSlice(ct_, 3, {});
+  const std::size_t at = bytes.find(std::string("\x28\0\0\x01US", 6));
+  ASSERT_NE(at, std::string::npos);
+  bytes[at] = static_cast<char>(bytes[at] ^ 0x55);
+  EXPECT_THAT(Message(3, bytes), testing::EndsWith("spoilt.dcm: the slice's pixels are damaged, or the header's "
+                                                   "description of them is"));
 }
 
 TEST(ReadDicom, NonCtModalityIsRefused) {

@@ -179,7 +179,20 @@ TEST_F(DamagedRecordings, SaysWhatIsMissing) {
   EXPECT_EQ(spoil({3}).DescribeDamage(), "an input of its scene is damaged");
   EXPECT_EQ(spoil({5}).DescribeDamage(), "an event is damaged");
   EXPECT_EQ(spoil({10}).DescribeDamage(), "the block that says how it ended is damaged; no end after 1.000 s");
-  EXPECT_THAT(spoil({11}).DescribeDamage(), HasSubstr("bytes are damaged; no end"));
+  EXPECT_EQ(spoil({11}).DescribeDamage(), "its seal is damaged");
+  EXPECT_EQ(spoil({11}).damage().state, RecordingState::kDamaged);
+  EXPECT_EQ(spoil({6, 11}).DescribeDamage(),
+            "the steps from 0.250 to 0.500 s are damaged: 10 of 40 ticks; its seal is damaged");
+  EXPECT_THAT(spoil({10, 11}).DescribeDamage(), HasSubstr("bytes are damaged; no end after 1.000 s"));
+  const std::string whole = Join(parts);
+  // To the last byte of the seal, and all of it.
+  for (const std::size_t left_out : {std::size_t{1}, parts.back().size() - 1, parts.back().size()}) {
+    const RecordingReader unsealed = Open(whole.substr(0, whole.size() - left_out));
+    EXPECT_EQ(unsealed.DescribeDamage(), "its seal is missing");
+    EXPECT_EQ(unsealed.damage().state, RecordingState::kCutShort);
+    EXPECT_FALSE(unsealed.seal().is_whole);
+    EXPECT_EQ(unsealed.end()->why, "asked");
+  }
   // Without the piece what happens when it leaves can't be gone through.
   const RecordingReader piece = spoil({7});
   EXPECT_EQ(piece.DescribeDamage(), "a piece of bone is damaged");
