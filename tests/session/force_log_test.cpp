@@ -100,7 +100,8 @@ TEST_F(LoopLogs, AFolderThatIsTakenAwayIsToldAndTheRestIsThere) {
     WriteLoopReport(scene, s, folder_);
     ADD_FAILURE() << "no error";
   } catch (const Error& e) {
-    EXPECT_EQ(std::string(e.what()), folder_ + "/forces.csv: can't be written: No such file or directory");
+    EXPECT_EQ(std::string(e.what()),
+              folder_ + "/forces.csv: can't be written: No such file or directory; also lost: the sounds");
   }
   for (const char* name : {"report.md", "loop.json", "scene.toml", "force.png"}) {
     EXPECT_TRUE(fs::exists(folder_ + "/" + name)) << name;
