@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "accuracy/settings.h"
+#include "files/json_text.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -132,7 +133,10 @@ CostFigures CostsFromJson(const Json& json) {
   costs.ticks = json.at("ticks");
   costs.tick.count = costs.ticks;
   DescribeCosts(costs, [&](const char* key, double& value) { value = FigureFrom(json, key); });
-  for (const Json& item : json.at("histogram")) costs.histogram.emplace_back(item.at(0), item.at(1));
+  for (const Json& item : json.at("histogram")) {
+    if (!item.at(1).is_number_unsigned()) throw Error("the histogram has no count");
+    costs.histogram.emplace_back(GetInt(item.at(0)), item.at(1));
+  }
   return costs;
 }
 
@@ -155,7 +159,7 @@ ReferenceRecord ReferenceFromJson(const Json& json) {
   reference.variant = json.at("variant");
   reference.input_hash = HashFromText(json.at("input_hash"));
   reference.force_hash = HashFromText(json.at("force_hash"));
-  reference.steps_per_tick = json.at("steps_per_tick");
+  reference.steps_per_tick = GetInt(json.at("steps_per_tick"));
   DescribeReference(reference, [&](const char* key, double& value) { value = FigureFrom(json, key); });
   reference.note = json.at("note");
   return reference;
@@ -166,7 +170,7 @@ Json ToJson(const MachineState& machine) {
 }
 
 MachineState MachineFromJson(const Json& json) {
-  return {json.at("cpu"), json.at("cores"), NumberFrom(json.at("load"))};
+  return {json.at("cpu"), GetInt(json.at("cores")), NumberFrom(json.at("load"))};
 }
 
 }  // namespace kerf

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 
 #include "accuracy/knobs.h"
 #include "accuracy/settings.h"
@@ -232,8 +234,9 @@ Value Get(const json& object, const char* key, const std::string& file) {
   const auto found = object.find(key);
   if (found == object.end()) throw Error(fmt::format("{}: \"{}\" is missing", file, key));
   try {
+    if constexpr (std::is_same_v<Value, int>) return GetInt(*found);
     return found->get<Value>();
-  } catch (const json::exception&) {
+  } catch (const std::exception&) {  // of the JSON library, or Error
     throw Error(fmt::format("{}: \"{}\" = {} is not what a study has there", file, key, Quote(found->dump())));
   }
 }
@@ -248,6 +251,8 @@ void ReadJson(const std::string& folder, StudyResults& study) {
   } catch (const json::parse_error& e) {
     const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(e.byte, text.size()));
     throw Error(fmt::format("{}:{}: this is not JSON", file, 1 + std::count(text.begin(), end, '\n')));
+  } catch (const json::exception&) {
+    throw Error(fmt::format("{}: a number in it is too large", file));
   }
   if (!all.is_object()) throw Error(fmt::format("{}:1: this is not a study", file));
   if (const int schema = Get<int>(all, "schema", file); schema != 1) {

@@ -76,8 +76,8 @@ StudySpec SpecFromJson(const std::string& text) {
     }
     spec.holdings = HoldingsFrom(json.at("holdings"));
     spec.cost_paths = json.at("cost_paths");
-    spec.ticks_per_case = json.at("ticks_per_case");
-    spec.ticks_of_defaults = json.at("ticks_of_defaults");
+    spec.ticks_per_case = GetInt(json.at("ticks_per_case"));
+    spec.ticks_of_defaults = GetInt(json.at("ticks_of_defaults"));
     spec.reference_tolerance = json.at("reference_tolerance");
     for (const auto& [knob, value] : json.at("base").items()) SetValue(spec.base, knob, value);
     for (const Json& item : json.at("knobs")) {

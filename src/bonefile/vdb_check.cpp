@@ -298,7 +298,7 @@ class Check {
     if ((compression_ & (kBlosc | kZip)) == 0) return source_.Skip(bytes);
     const auto packed = source_.Number<std::int64_t>();
     if (packed <= 0) {
-      if (static_cast<std::uint64_t>(-packed) != bytes)
+      if (0 - static_cast<std::uint64_t>(packed) != bytes)
         source_.Refuse("values of another length than they should have");
       source_.Skip(bytes);
     } else if ((compression_ & kBlosc) != 0) {

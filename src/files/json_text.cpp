@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+
 #include "files/limits.h"
 #include "kerf/error.h"
 
@@ -35,6 +38,16 @@ nlohmann::json ParseJson(const std::string& text, const std::string& path) {
   } catch (const nlohmann::json::exception& e) {
     throw Error(fmt::format("{}: not valid JSON ({})", path, e.what()));
   }
+}
+
+int GetInt(const nlohmann::json& value) {
+  if (value.is_number()) {
+    const auto number = value.get<double>();
+    if (std::abs(number) <= std::numeric_limits<int>::max() && number == std::trunc(number)) {
+      return static_cast<int>(number);
+    }
+  }
+  throw Error(fmt::format("{} is not a whole number of at most {}", value.dump(), std::numeric_limits<int>::max()));
 }
 
 }  // namespace kerf

@@ -12,5 +12,8 @@ namespace kerf {
 void CheckJsonDepth(const std::string& text, const std::string& path);
 /// The same, and throws Error when it is not JSON.
 nlohmann::json ParseJson(const std::string& text, const std::string& path);
+/// A whole number. Throws Error when `value` is none, or one that an int can't hold, whose conversion by the library
+/// has no defined result.
+int GetInt(const nlohmann::json& value);
 
 }  // namespace kerf
