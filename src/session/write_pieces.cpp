@@ -31,7 +31,7 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
       const std::string name = fmt::format("piece_{}.stl", i + 1);
       summary.triangles = surface.mesh_W.triangles.size();
       for (Vec3& p : surface.mesh_W.points) p += summary.move_mm;
-      WriteMesh(surface.mesh_W, folder + "/" + name);
+      WriteMesh(surface.mesh_W, fmt::format("{}/{}", folder, name));
       summary.file = name;
     }
     surface.mesh_W = {};
