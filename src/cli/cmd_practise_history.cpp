@@ -16,7 +16,6 @@
 #include "cli/practise_history.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
-#include "core/printable.h"
 #include "files/files.h"
 #include "files/temporary.h"
 #include "kerf/error.h"
@@ -63,7 +62,7 @@ bool HandIn(const PractiseOptions& options) {
   fmt::print("{}", options.json ? FormatSheetJson(sheet) : FormatSheet(sheet));
   Say("{} in {}", is_new ? "kept" : "was handed in before; nothing changed", history.file());
   for (const Attempt& kept : history.List(options.student)) {
-    if (kept.hash != attempt.hash || kept.student != Printable(attempt.student)) continue;
+    if (kept.hash != attempt.hash || kept.student != attempt.student) continue;
     for (const std::string& mark : FindMarks(kept)) SayWarning("{}: marked: {}", options.hand_in, mark);
   }
   return sheet.state == RecordingState::kWhole;

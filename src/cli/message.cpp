@@ -7,47 +7,20 @@
 #include <mutex>
 
 #include "core/message_limit.h"
+#include "core/printable.h"
 
 namespace kerf::cli {
-
-namespace {
-
-/// The bytes of the character that `text` begins with when it is valid UTF-8 and no control character, else 0.
-std::size_t CountPrintableBytes(std::string_view text) {
-  const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  if (first < 0x80) return first < 0x20 || first == 0x7f ? 0 : 1;
-  // C0 and C1 would begin a longer form of ASCII, F5 and above are beyond U+10FFFF.
-  if (first < 0xc2 || first > 0xf4) return 0;
-  const std::size_t count = first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
-  if (text.size() < count) return 0;
-  for (std::size_t i = 1; i < count; ++i) {
-    if ((byte(i) & 0xc0) != 0x80) return 0;
-  }
-  const unsigned char second = byte(1);
-  const bool is_c1_control = first == 0xc2 && second < 0xa0;
-  const bool is_overlong = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
-  const bool is_surrogate = first == 0xed && second >= 0xa0;
-  const bool is_too_large = first == 0xf4 && second >= 0x90;
-  return is_c1_control || is_overlong || is_surrogate || is_too_large ? 0 : count;
-}
-
-}  // namespace
 
 std::string FormatMessage(std::string_view message) {
   std::string text;
   bool line_begins = true;
-  for (std::size_t at = 0; at < message.size();) {
-    const char c = message[at];
+  while (!message.empty()) {
+    const char c = message.front();
     if (line_begins && c != ' ' && c != '\n') text += "kerf: ";
     line_begins = c == '\n';
-    const std::size_t count = line_begins ? 1 : CountPrintableBytes(message.substr(at));
-    if (count == 0) {
-      text += '?';
-    } else {
-      text += message.substr(at, count);
-    }
-    at += std::max<std::size_t>(count, 1);
+    const FirstCharacter first = FindFirstCharacter(message);
+    text += first.is_printable || line_begins ? message.substr(0, first.bytes) : "?";
+    message.remove_prefix(first.bytes);
   }
   return text;
 }

@@ -10,8 +10,8 @@
 namespace kerf::cli {
 
 /// `message` with "kerf: " before each line that begins a sentence; a line that begins with a space continues the one
-/// before. Control characters (C0 and C1) and bytes that are not valid UTF-8 become '?', since messages quote files and
-/// nothing in a file may control the terminal.
+/// before. What is not printable (core/printable.h) becomes '?', since messages quote files and nothing in a file may
+/// control the terminal.
 std::string FormatMessage(std::string_view message);
 
 /// Prints FormatMessage(message) and a line end on stderr; of sentences that differ in their numbers only, the first

@@ -441,7 +441,7 @@ std::map<std::string, std::string> RecordingReader::ReadFiles() {
     if (place.kind != BlockKind::kFile) continue;
     const std::string bytes = blocks_.Read(place);
     ByteReader in(bytes);
-    const std::string name = Printable(std::string(in.GetText()));
+    const std::string name = Printable(in.GetText());
     files[name] = std::string(in.GetText());
     total += bytes.size();
     if (total > kMostBytesOfFiles) {

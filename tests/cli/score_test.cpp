@@ -165,7 +165,7 @@ TEST_F(Score, AStudentsNameIsUtf8) {
   for (const char* name : {"'\xff'", "'\xc0\xaf'", "'\xed\xa0\x80'", "'Ja\xc3'"}) {
     for (const char* more : {"--hand-in groove.toml", "--history --csv"}) {
       const ProgramResult refused = Practise(std::string(more) + " --student " + name);
-      ExpectRefusal(refused, "the student's name is not UTF-8");
+      ExpectRefusal(refused, "the student's name has control characters in it, or is not UTF-8");
     }
   }
   const ProgramResult taken = Practise("--history --csv --student 'J\xc3\xb8rgen'");

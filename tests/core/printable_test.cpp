@@ -19,8 +19,9 @@ TEST(PrintableText, HasNothingThatATerminalTakesForACommand) {
             "a?b?c");  // U+202E, U+2066
   EXPECT_EQ(Printable("a\x9b"
                       "2J\xff\xc0\x9b"),
-            "a?2J???");                            // no UTF-8
-  EXPECT_EQ(Printable("\xe2\x1b\x9b"), "\xe2??");  // a character that does not go on
+            "a?2J???");                                                            // no UTF-8
+  EXPECT_EQ(Printable("\xe2\x1b\x9b"), "???");                                     // a character that does not go on
+  EXPECT_EQ(Printable("\xe0\x80\x80\xed\xa0\x80\xf4\x90\x80\x80"), "??????????");  // overlong, surrogate, too large
 }
 
 }  // namespace

@@ -72,10 +72,10 @@ class HistoryTest : public test::ResultFolderTest {
     }
     return "";
   }
-  void Execute(const char* sql) const {
+  void Execute(const std::string& sql) const {
     sqlite3* db = nullptr;
     ASSERT_EQ(sqlite3_open(File().c_str(), &db), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(db, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
+    EXPECT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(db);
     sqlite3_close(db);
   }
 };
@@ -337,12 +337,14 @@ TEST_F(HistoryTest, OfManyDoublesAFewAreNamed) {
 }
 
 TEST_F(HistoryTest, IsNotUsedWithTablesViewsOrTriggersOfOthers) {
-  for (const char* change :
-       {"ALTER TABLE attempts RENAME TO a2; CREATE VIEW attempts AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT "
-        "x + 1 FROM n) SELECT x AS number, '' AS student FROM n",
-        "CREATE TRIGGER t AFTER INSERT ON attempts BEGIN DELETE FROM attempts; END", "CREATE TABLE more (x)",
-        "CREATE INDEX by_total ON attempts (total)", "ALTER TABLE attempts ADD COLUMN more TEXT",
-        "PRAGMA user_version = 1"}) {
+  const std::string endless_view =
+      "ALTER TABLE attempts RENAME TO a2; CREATE VIEW attempts AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT "
+      "x + 1 FROM n) SELECT x AS number, '' AS student FROM n";
+  const std::string trigger = "CREATE TRIGGER t AFTER INSERT ON attempts BEGIN DELETE FROM attempts; END";
+  for (const std::string& change :
+       {endless_view, trigger, std::string("CREATE TABLE more (x)"),
+        std::string("CREATE INDEX by_total ON attempts (total)"),
+        std::string("ALTER TABLE attempts ADD COLUMN more TEXT"), std::string("PRAGMA user_version = 1")}) {
     for (const char* with : {"-wal", "-shm", ""}) std::filesystem::remove(File() + with);
     History(File()).Add(MakeOne("Ida", "a", 1));
     EXPECT_EQ(MessageOfOpening(), "");
