@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include "kerf/error.h"
 #include "stability/measures.h"
@@ -253,28 +255,31 @@ void ScenarioRun::AtLeast(const std::string& name, const std::string& unit, doub
 
 void ScenarioRun::AddNoise(std::size_t from, std::size_t to, double share) {
   const std::size_t end = std::min(to, now());
-  const auto least = static_cast<std::size_t>(std::lround(kLeastWindow_s / T()));
-  const auto add = [&](double noise_mN, double mean_N) {
-    AtMost("noise above 20 Hz", "mN", noise_mN, std::max(20.0, 1000 * share * mean_N));
-  };
-  if (end >= from + least) return add(1000 * CalcNoise(forces_N(from, to), T()), MeanForce_N(from, to));
-  // A tool that hammers may be through before the scenario's own window. It is noisy all the time that it cuts; where
-  // the bone changes or a fault strikes, one part of that time is, so the quietest counts.
-  const auto part = static_cast<std::size_t>(std::lround(kLeastOfAll_s / T()));
-  const std::size_t begun = std::min(FirstSteady(), end);
-  if (!is_through() || end < begun + part) {
+  const double least_s = is_through() ? kLeastOfAll_s : kLeastWindow_s;
+  if (end < from + static_cast<std::size_t>(std::lround(least_s / T()))) {
     LeaveUnjudged("The tool was through the bone, or off it, too soon for the noise to be judged.");
     return;
   }
-  double quietest_mN = std::numeric_limits<double>::infinity();
-  std::size_t where = begun;
+  AddNoiseFigure(CalcNoise(forces_N(from, to), T()), MeanForce_N(from, to), share);
+}
+
+void ScenarioRun::AddCutNoise(std::size_t from, std::size_t to) {
+  const std::size_t end = std::min(to, now());
+  const auto part = static_cast<std::size_t>(std::lround(kLeastOfAll_s / T()));
+  const std::size_t begun = std::min(FirstSteady(), end);
+  const bool too_short = end < from + static_cast<std::size_t>(std::lround(kLeastWindow_s / T()));
+  if (!is_through() || !too_short || end < begun + part) return AddNoise(from, to);
+  std::vector<std::pair<double, std::size_t>> noise_N;
   for (std::size_t at = begun; at + part <= end; at += part) {
-    const double noise_mN = 1000 * CalcNoise(forces_N(at, at + part), T());
-    if (noise_mN >= quietest_mN) continue;
-    quietest_mN = noise_mN;
-    where = at;
+    noise_N.emplace_back(CalcNoise(forces_N(at, at + part), T()), at);
   }
-  add(quietest_mN, MeanForce_N(where, where + part));
+  const auto middle = noise_N.begin() + static_cast<std::ptrdiff_t>(noise_N.size() / 2);
+  std::nth_element(noise_N.begin(), middle, noise_N.end());
+  AddNoiseFigure(middle->first, MeanForce_N(middle->second, middle->second + part), kNoiseShare);
+}
+
+void ScenarioRun::AddNoiseFigure(double noise_N, double mean_N, double share) {
+  AtMost("noise above 20 Hz", "mN", 1000 * noise_N, std::max(20.0, 1000 * share * mean_N));
 }
 
 void ScenarioRun::AddEnergy() {

@@ -16,6 +16,8 @@ namespace kerf {
 /// to zero, no force in air.
 class ScenarioRun {
  public:
+  static constexpr double kNoiseShare = 0.01;  // of the force, that its noise may be
+
   /// From X_WT_start, or where the held tool is.
   ScenarioRun(const StabilitySubject& subject, const Scenario& scenario);
   ScenarioRun(const StabilitySubject& subject, const Scenario& scenario, const HeldTool& held);
@@ -50,9 +52,6 @@ class ScenarioRun {
   /// The tool has come out behind the bone: it cut, has no bone within 2 mm ahead of it along the feed, and is still on
   /// its line. A tool that left its line sideways or that hops on the bone has not cut through.
   bool is_through() const { return result_.cut_through_s.has_value(); }
-  /// The first sample (as now()) in which the tool cut, and a little later: from here on the force of a tool that
-  /// breaks through before a scenario's own time may be judged.
-  std::size_t FirstSteady() const;
   /// In the air, until the force is no longer ramped in.
   void AwaitRamp();
 
@@ -66,7 +65,11 @@ class ScenarioRun {
   void AtLeast(const std::string& name, const std::string& unit, double value, double bound);
   /// Force above 20 Hz: at most 20 mN, or that share of the force where it is more. Of less than a quarter of a second
   /// it is not judged.
-  void AddNoise(std::size_t from, std::size_t to = SIZE_MAX, double share = 0.01);
+  void AddNoise(std::size_t from, std::size_t to = SIZE_MAX, double share = kNoiseShare);
+  /// The same of a cut without faults, whose tool may be through before `from`: a loop that shakes breaks through
+  /// early. Then all that it cut for is looked at, in parts of a tenth of a second, and the middle one by noise counts,
+  /// of two the louder: a border between two kinds of bone shakes one part, an unstable loop most of them.
+  void AddCutNoise(std::size_t from, std::size_t to = SIZE_MAX);
   /// That the motors never gave more than was put in.
   void AddEnergy();
   void Say(const std::string& more) { result_.what += more; }
@@ -81,6 +84,10 @@ class ScenarioRun {
   static ScenarioResult NotJudged(const Scenario& scenario, const std::string& why);
 
  private:
+  /// The first sample (as now()) in which the tool cut, and a little later: from here on the force of a tool that
+  /// breaks through before a scenario's own time may be judged.
+  std::size_t FirstSteady() const;
+  void AddNoiseFigure(double noise_N, double mean_N, double share);
   const StabilitySubject& subject_;
   Pose X_WT_start_;
   double scale_;

@@ -27,10 +27,11 @@ ScenarioResult CutUnderPush(const StabilitySubject& subject, const Scenario& sce
   run.Run(0.6);
   const std::size_t begun = run.now();
   const std::size_t end = run.RunInBone(1.5);
-  run.AddNoise(begun, end);
+  run.AddCutNoise(begun, end);
   if (end > begun + 1) {
     const TickSteps steps = CalcTickSteps(run.forces_N(begun, end));
-    // A stiff coupling makes a force of each step of the encoder: where that is felt, a reader is told whence it comes.
+    // A stiff coupling makes a force of each step of the encoder: where that can be felt, the result says where it
+    // comes from.
     const double grain = run.CalcGrain(run.MeanForce_N(begun, end));
     if (grain > 1) run.Say(fmt::format(" A step of the encoder makes {:.2g} just-noticeable differences.", grain));
     run.AtMost("step of the force in a tick, 99.9 %", "just noticeable", steps.p999, 1);

@@ -150,7 +150,7 @@ TEST(Scenarios, HoldForTheStiffestCouplingThatADeviceIsGiven) {
 }
 
 // With it a step of the encoder, 10 um, is 45 mN on the device, and a hand tells 35 mN: the fit does not look at that,
-// the scenarios do, and say whence it comes.
+// the scenarios do, and say where it comes from.
 TEST(Scenarios, TellThatTheEncodersStepsAreFeltThroughAStiffCoupling) {
   StabilitySubject subject = MakeSubject();
   CouplingParams asked;
@@ -243,7 +243,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Spoilt{"lost_ticks", kNoise, TooStiff}, Spoilt{"burst_5ms", kNoise, TooStiff},
                     Spoilt{"burst_50ms", kNoise, TooStiff}, Spoilt{"burst_200ms", kNoise, TooStiffAndUnwatched},
                     Spoilt{"let_go", kNoise, TooStiff}, Spoilt{"not_a_number", "force while the samples are bad", Late},
-                    Spoilt{"frozen", kNoise, TooStiff}, Spoilt{"coarse_encoder", kNoise, TooStiff}),
+                    Spoilt{"frozen", kStep, TooStiff}, Spoilt{"coarse_encoder", kNoise, TooStiff}),
     [](const auto& tested) { return std::string(tested.param.scenario); });
 
 TEST(Scenarios, AreEachSpoiltInATest) {

@@ -68,6 +68,7 @@ TEST(CutThrough, NeitherAFaultNorABorderIsNoise) {
   for (const char* name : {"cut_20N", "frozen"}) {
     const ScenarioResult result = RunScenario(subject, name);
     EXPECT_TRUE(result.cut_through_s.has_value()) << name;
+    EXPECT_EQ(result.unjudged.empty(), std::string(name) == "cut_20N") << name << " " << result.unjudged;
     for (const StabilityFigure& f : result.figures) EXPECT_TRUE(f.holds()) << name << ": " << f.name << " " << f.value;
   }
 }
