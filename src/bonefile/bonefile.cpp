@@ -227,7 +227,7 @@ void WriteBone(const Bone& bone, const std::string& path) {
   const Bone::Grids& grids = bone.grids();
   openvdb::MetaMap meta;
   meta.insertMeta("kerf_format", openvdb::Int32Metadata(kFormat));
-  meta.insertMeta(std::string(kVdbChecksumName), openvdb::StringMetadata(MakeVdbChecksumPlaceholder()));
+  meta.insertMeta(std::string(kVdbChecksumName), openvdb::StringMetadata(MakeBlankVdbChecksum()));
   meta.insertMeta("units", openvdb::StringMetadata("mm"));
   meta.insertMeta("frame", openvdb::StringMetadata("LPS: x to the patient's left, y to the back, z to the head"));
   meta.insertMeta("region_table",

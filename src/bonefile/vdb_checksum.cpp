@@ -49,7 +49,7 @@ std::uint32_t CalcSum(std::istream& in, std::uint64_t place) {
 
 }  // namespace
 
-std::string MakeVdbChecksumPlaceholder() {
+std::string MakeBlankVdbChecksum() {
   return fmt::format("{:0>{}} {:0>{}}", "", kDigits, "", kVdbIdentityBytes);
 }
 
@@ -59,7 +59,7 @@ void StampVdb(const std::string& file) {
   std::string head(kSearched, '\0');
   stream.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(stream.gcount()));
-  const std::size_t place = head.find(MakeVdbChecksumPlaceholder());
+  const std::size_t place = head.find(MakeBlankVdbChecksum());
   if (place == std::string::npos) throw Error(fmt::format("{}: can't be written: its checksum has no place", file));
   stream.clear();
   stream.seekp(static_cast<std::streamoff>(place + kDigits + 1));

@@ -20,9 +20,8 @@ inline constexpr std::size_t kVdbIdentityBytes = 36;
 inline constexpr std::size_t kVdbIdentityPlace = 21;  // in the file
 
 /// What the metadata holds until StampVdb().
-std::string MakeVdbChecksumPlaceholder();
-/// Writes the checksum of a file that holds the placeholder. Throws std::ios_base::failure, and Error where there is no
-/// placeholder.
+std::string MakeBlankVdbChecksum();
+/// Writes the checksum over the blank one. Throws std::ios_base::failure, and Error where the file holds no blank one.
 void StampVdb(const std::string& file);
 
 /// An entry of a file's metadata.

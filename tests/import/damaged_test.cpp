@@ -58,14 +58,7 @@ void Try(Read&& read, Counts& counts) {
 // They could be read for ever, or wait for a writer for ever.
 TEST(DamagedFiles, PipesAndDevicesAreRefused) {
   const test::Folder folder;
-  const auto message = [](const std::string& path) -> std::string {
-    try {
-      ReadImageFile(path, "");
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "";
-  };
+  const auto message = [](const std::string& path) { return test::MessageOf([&] { ReadImageFile(path); }); };
   for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"}) {
     const std::string path = folder.file(name);
     ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);

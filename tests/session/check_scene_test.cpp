@@ -4,32 +4,23 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kerf/error.h"
 #include "models/block.h"
 #include "session/loop_setup.h"
 #include "session/make_bone.h"
 #include "support/block_scene.h"
+#include "support/folder.h"
 
 namespace kerf {
 namespace {
 
 using test::MakeBlockScene;
+using test::MessageOf;
 using testing::HasSubstr;
 using testing::Not;
 
 std::string WithLayers(const std::string& layers) {
   std::string scene = MakeBlockScene();
   return scene.insert(scene.find("[tool]"), layers);
-}
-
-template <typename Function>
-std::string MessageOf(const Function& function) {
-  try {
-    function();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 // The block is 3 mm high.
