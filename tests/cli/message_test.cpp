@@ -83,7 +83,7 @@ TEST_F(Messages, QuoteNoControlCharactersAndNoInvalidUtf8) {
   EXPECT_EQ(quoted("b\xc3\xb6n\xe2\x82\xac\xf0\x9f\xa6\xb4"), "kerf: b\xc3\xb6n\xe2\x82\xac\xf0\x9f\xa6\xb4");
   EXPECT_EQ(quoted("a\x1b[31mb\x7f"), "kerf: a?[31mb?");
   EXPECT_EQ(quoted("a\x94z"), "kerf: a?z");
-  EXPECT_EQ(quoted("a\xc2\x9bz\xc2\xa0"), "kerf: a??z\xc2\xa0");           // U+009B, and U+00A0, which is no control
+  EXPECT_EQ(quoted("a\xc2\x9bz\xc2\xa0"), "kerf: a?z\xc2\xa0");            // U+009B, and U+00A0, which is no control
   EXPECT_EQ(quoted("a\xc1\xbfz\xe0\x80\xafz"), "kerf: a??z???z");          // longer than they need be
   EXPECT_EQ(quoted("a\xed\xa0\x80z\xf4\x90\x80\x80"), "kerf: a???z????");  // a surrogate, and beyond U+10FFFF
   EXPECT_EQ(quoted("a\xe2\x82"), "kerf: a??");                             // cut off
