@@ -15,7 +15,7 @@ import tempfile
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 TYPE = re.compile(r"^(?:class|struct|enum class|enum|union) (\w+)\b(?!::)[^;\n]*$", re.MULTILINE)
-LINKS = re.compile(r"^kerf_folder\((\w+)(?:\s+DEPENDS((?:\s+[a-z]+)+))?", re.MULTILINE)
+LINKS = re.compile(r"^\s*kerf_folder\((\w+)(?:\s+DEPENDS((?:\s+[a-z_]+)+))?", re.MULTILINE)
 
 LIBRARIES = [
     ("openvdb", re.compile(r"^(openvdb|nanovdb)/")),
@@ -52,29 +52,51 @@ SYSTEM = {
 ALSO_ALLOWED = {"unistd.h": "files", "iostream": "files", "csignal": "threads", "sys/mman.h": "threads"}
 
 
+class Group:
+    def __init__(self, name, uses, purpose):
+        self.name, self.uses, self.purpose = name, uses, purpose
+
+
 class Folder:
-    def __init__(self, name, uses, libraries, system, public):
-        self.name, self.uses, self.libraries, self.system, self.public = name, uses, libraries, system, public
+    def __init__(self, group, name, uses, libraries, system, public, purpose):
+        self.group, self.name, self.uses, self.libraries, self.system, self.public = group, name, uses, libraries, system, public
+        self.purpose = purpose
+
+
+def close(table):
+    """What an entry may include, its entries bring along; each stands after all that it may include."""
+    for name, entry in table.items():
+        for used in list(entry.uses):
+            if used not in table or list(table).index(used) >= list(table).index(name):
+                raise SystemExit(f"docs/layers.txt: {name} includes {used}, which does not stand above it")
+            entry.uses |= table[used].uses
 
 
 def read_table(text):
-    folders = {}
+    """The groups and the folders, by name; a folder's name is that within its group, and there is one folder of a name."""
+    groups, folders = {}, {}
     for line in text.splitlines():
         if not line.strip() or line.startswith("#"):
             continue
         cells = [cell.strip() for cell in line.split("|")]
-        if len(cells) != 6:
-            raise SystemExit(f"docs/layers.txt: not six cells: {line}")
-        uses = set(cells[1].split())
-        for used in uses:
-            if used not in folders:
-                raise SystemExit(f"docs/layers.txt: {cells[0]} includes {used}, which does not stand above it")
+        if len(cells) == 3:
+            groups[cells[0]] = Group(cells[0], set(cells[1].split()), cells[2])
+            continue
+        group, _, name = cells[0].partition("/")
+        if len(cells) != 6 or group not in groups:
+            raise SystemExit(f"docs/layers.txt: neither a group (three cells) nor a folder of one (six): {line}")
+        if name in folders:
+            raise SystemExit(f"docs/layers.txt: two folders are called {name}")
         system = set() if cells[3] == "-" else set(cells[3].split())
-        folders[cells[0]] = Folder(cells[0], uses, set(cells[2].split()), system, set(cells[4].split()))
-    # What a folder may include, its folders may bring along.
+        folders[name] = Folder(group, name, set(cells[1].split()), set(cells[2].split()), system, set(cells[4].split()), cells[5])
+    close(groups)
+    close(folders)
     for folder in folders.values():
-        folder.uses |= set().union(*(folders[used].uses for used in folder.uses)) if folder.uses else set()
-    return folders
+        for used in sorted(folder.uses):
+            if folders[used].group not in groups[folder.group].uses | {folder.group}:
+                raise SystemExit(f"docs/layers.txt: {folder.group}/{folder.name} includes {used} of the group "
+                                 f"{folders[used].group}, which {folder.group} may not")
+    return groups, folders
 
 
 def includes_of(path):
@@ -94,18 +116,17 @@ def library_of(name):
 
 
 def check_link_graph(root, folders):
-    """The folders that src/CMakeLists.txt links must be allowed too."""
-    lists = root / "src/CMakeLists.txt"
-    if not lists.is_file():
-        return []
+    """The folders that the CMakeLists.txt of a group links must be allowed too."""
     faults = []
-    for name, depends in LINKS.findall(lists.read_text(encoding="utf-8")):
-        if name not in folders:
-            faults.append(f"src/CMakeLists.txt: {name} is not in docs/layers.txt")
-            continue
-        for used in depends.split():
-            if used not in folders[name].uses:
-                faults.append(f"src/CMakeLists.txt: {name} may not link {used}")
+    for lists in sorted((root / "src").glob("*/CMakeLists.txt")):
+        where = lists.relative_to(root)
+        for name, depends in LINKS.findall(lists.read_text(encoding="utf-8")):
+            if name not in folders or folders[name].group != lists.parent.name:
+                faults.append(f"{where}: {name} is not in docs/layers.txt")
+                continue
+            for used in depends.split():
+                if used not in folders[name].uses:
+                    faults.append(f"{where}: {name} may not link {used}")
     return faults
 
 
@@ -135,7 +156,7 @@ def check_folders_of_tests(root):
 
 
 def check(root):
-    folders = read_table((root / "docs/layers.txt").read_text(encoding="utf-8"))
+    _, folders = read_table((root / "docs/layers.txt").read_text(encoding="utf-8"))
     owner_of_public = {header: f.name for f in folders.values() for header in f.public}
     faults = check_link_graph(root, folders) + check_names(root) + check_folders_of_tests(root)
 
@@ -143,7 +164,8 @@ def check(root):
         parts = path.relative_to(root).parts
         if parts[:2] == ("include", "kerf"):
             return owner_of_public.get(path.stem)
-        return parts[1] if len(parts) > 2 else None
+        name = parts[2] if len(parts) > 3 else None
+        return name if name in folders and folders[name].group == parts[1] else None
 
     files = sorted(p for top in ("include", "src") for p in (root / top).rglob("*") if p.suffix in (".h", ".cpp", ".in"))
     includes = {}
@@ -199,52 +221,67 @@ def check(root):
 
 def self_test():
     table = ("# a comment\n"
-             "core | | | - | base | x\n"
-             "bone | core | openvdb | - | | x\n"
-             "sim | bone | | - | | x\n"
-             "files | core | | files | | x\n"
-             "app | sim files | cli | files terminal | | x\n")
+             "base | | x\n"
+             "bone | base | x\n"
+             "cut | bone | x\n"
+             "app | cut | x\n"
+             "base/core | | | - | points | x\n"
+             "base/files | core | | files | | x\n"
+             "bone/grid | core | openvdb | - | | x\n"
+             "cut/sim | grid | | - | | x\n"
+             "app/cli | sim files | cli | files terminal | | x\n")
     good = {"docs/layers.txt": table,
-            "include/kerf/base.h": "#include <string>\n",
-            "src/bone/grids.h": "#include <openvdb/openvdb.h>\n",
-            "src/bone/bone.h": '#include "kerf/base.h"\n',
-            "src/bone/names.h": "namespace kerf {\nstruct Known;\nclass Known final : public Base {\n};\n}\n",
-            "src/sim/names.h": "namespace kerf {\nstruct Known;\nstruct Other {\n  struct Known {};\n};\n}\n",
-            "src/files/names.h": "namespace kerf::files {\nstruct Known {\n};\n}\n",
-            "src/bone/bone.cpp": '#include "bone/bone.h"\n#include "bone/grids.h"\n',
-            "src/sim/sim.cpp": '#include "bone/bone.h"\n#include "kerf/base.h"\n#include <glm/glm.hpp>\n',
-            "src/CMakeLists.txt": "kerf_folder(core)\nkerf_folder(bone DEPENDS core LIBS X::y PCH <z.h>)\n",
-            "src/files/files.cpp": "#include <fstream>\n#include <unistd.h>\n",
-            "src/app/main.cpp": '#include <CLI/CLI.hpp>\n#include "bone/bone.h"\n#include <iostream>\n'}
+            "include/kerf/points.h": "#include <string>\n",
+            "src/bone/grid/grids.h": "#include <openvdb/openvdb.h>\n",
+            "src/bone/grid/bone.h": '#include "kerf/points.h"\n',
+            "src/bone/grid/names.h": "namespace kerf {\nstruct Known;\nclass Known final : public Base {\n};\n}\n",
+            "src/cut/sim/names.h": "namespace kerf {\nstruct Known;\nstruct Other {\n  struct Known {};\n};\n}\n",
+            "src/base/files/names.h": "namespace kerf::files {\nstruct Known {\n};\n}\n",
+            "src/bone/grid/bone.cpp": '#include "bone/grid/bone.h"\n#include "bone/grid/grids.h"\n',
+            "src/cut/sim/sim.h": "\n",
+            "src/cut/sim/sim.cpp": '#include "bone/grid/bone.h"\n#include "kerf/points.h"\n#include <glm/glm.hpp>\n',
+            "src/bone/CMakeLists.txt": "if(X)\n  kerf_folder(grid DEPENDS core LIBS X::y PCH <z.h>)\nendif()\n",
+            "src/base/files/files.cpp": "#include <fstream>\n#include <unistd.h>\n",
+            "src/app/cli/main.cpp": '#include <CLI/CLI.hpp>\n#include "bone/grid/bone.h"\n#include <iostream>\n'}
     # Each: what is planted, and the fault that it must bring.
     plants = [
-        ("src/bone/up.cpp", '#include "sim/sim.h"\n', "src/bone/up.cpp:1: bone may not include sim (sim/sim.h)"),
-        ("src/core/up.h", '\n#  include "bone/bone.h"\n', "src/core/up.h:2: core may not include bone (bone/bone.h)"),
-        ("src/files/beside.cpp", '#include "bone/bone.h"\n', "src/files/beside.cpp:1: files may not include bone (bone/bone.h)"),
-        ("include/kerf/base.h", '#include "bone/bone.h"\n', "include/kerf/base.h:1: core may not include bone (bone/bone.h)"),
-        ("src/sim/lib.cpp", "#include <openvdb/openvdb.h>\n", "src/sim/lib.cpp: sim may not see openvdb (openvdb/openvdb.h)"),
-        ("src/sim/lib.cpp", '#include "bone/grids.h"\n', "src/sim/lib.cpp: sim may not see openvdb (bone/grids.h > openvdb/openvdb.h)"),
-        ("src/sim/io.cpp", "#include <fstream>\n", "src/sim/io.cpp:1: sim may not touch files (<fstream>)"),
-        ("src/sim/io.cpp", "#include <chrono>\n", "src/sim/io.cpp:1: sim may not touch clock (<chrono>)"),
-        ("src/bone/io.cpp", "#include <thread>\n", "src/bone/io.cpp:1: bone may not touch threads (<thread>)"),
-        ("src/core/io.cpp", "#include <unistd.h>\n", "src/core/io.cpp:1: core may not touch terminal (<unistd.h>)"),
-        ("src/CMakeLists.txt", "kerf_folder(bone DEPENDS core sim LIBS X::y)\n", "src/CMakeLists.txt: bone may not link sim"),
-        ("src/CMakeLists.txt", "kerf_folder(other)\n", "src/CMakeLists.txt: other is not in docs/layers.txt"),
-        ("src/new/x.cpp", "\n", "src/new/x.cpp: its folder is not in docs/layers.txt"),
-        ("src/core/twice.h", "namespace kerf {\nstruct Known {\n};\n}\n", "src/core/twice.h: Known is defined in src/bone/names.h too"),
-        ("src/core/twice.h", "namespace kerf {\nenum class Other {\n};\n}\n", "src/sim/names.h: Other is defined in src/core/twice.h too"),
+        ("src/bone/grid/up.cpp", '#include "cut/sim/sim.h"\n', "src/bone/grid/up.cpp:1: grid may not include sim (cut/sim/sim.h)"),
+        ("src/base/core/up.h", '\n#  include "bone/grid/bone.h"\n', "src/base/core/up.h:2: core may not include grid (bone/grid/bone.h)"),
+        ("src/base/files/beside.cpp", '#include "bone/grid/bone.h"\n', "src/base/files/beside.cpp:1: files may not include grid (bone/grid/bone.h)"),
+        ("include/kerf/points.h", '#include "bone/grid/bone.h"\n', "include/kerf/points.h:1: core may not include grid (bone/grid/bone.h)"),
+        ("src/cut/sim/lib.cpp", "#include <openvdb/openvdb.h>\n", "src/cut/sim/lib.cpp: sim may not see openvdb (openvdb/openvdb.h)"),
+        ("src/cut/sim/lib.cpp", '#include "bone/grid/grids.h"\n', "src/cut/sim/lib.cpp: sim may not see openvdb (bone/grid/grids.h > openvdb/openvdb.h)"),
+        ("src/cut/sim/io.cpp", "#include <fstream>\n", "src/cut/sim/io.cpp:1: sim may not touch files (<fstream>)"),
+        ("src/cut/sim/io.cpp", "#include <chrono>\n", "src/cut/sim/io.cpp:1: sim may not touch clock (<chrono>)"),
+        ("src/bone/grid/io.cpp", "#include <thread>\n", "src/bone/grid/io.cpp:1: grid may not touch threads (<thread>)"),
+        ("src/base/core/io.cpp", "#include <unistd.h>\n", "src/base/core/io.cpp:1: core may not touch terminal (<unistd.h>)"),
+        ("src/bone/CMakeLists.txt", "kerf_folder(grid DEPENDS core sim LIBS X::y)\n", "src/bone/CMakeLists.txt: grid may not link sim"),
+        ("src/bone/CMakeLists.txt", "kerf_folder(other)\n", "src/bone/CMakeLists.txt: other is not in docs/layers.txt"),
+        ("src/cut/CMakeLists.txt", "kerf_folder(grid)\n", "src/cut/CMakeLists.txt: grid is not in docs/layers.txt"),
+        ("src/bone/new/x.cpp", "\n", "src/bone/new/x.cpp: its folder is not in docs/layers.txt"),
+        ("src/cut/grid/x.cpp", "\n", "src/cut/grid/x.cpp: its folder is not in docs/layers.txt"),
+        ("src/base/core/twice.h", "namespace kerf {\nstruct Known {\n};\n}\n", "src/bone/grid/names.h: Known is defined in src/base/core/twice.h too"),
+        ("src/base/core/twice.h", "namespace kerf {\nenum class Other {\n};\n}\n", "src/cut/sim/names.h: Other is defined in src/base/core/twice.h too"),
         ("include/kerf/other.h", "\n", "include/kerf/other.h: its folder is not in docs/layers.txt"),
-        ("tests/sim/a_test.cpp", "\nauto f = testing::TempDir();\n",
-         "tests/sim/a_test.cpp:2: other tests write there too: take a test::Folder of support/folder.h"),
+        ("tests/cut/sim/a_test.cpp", "\nauto f = testing::TempDir();\n",
+         "tests/cut/sim/a_test.cpp:2: other tests write there too: take a test::Folder of support/folder.h"),
+        ("docs/layers.txt", table + "base/late | sim | | - | | x\n",
+         "docs/layers.txt: base/late includes grid of the group bone, which base may not"),
+        ("docs/layers.txt", table + "bone/one | two | | - | | x\nbone/two | | | - | | x\n",
+         "docs/layers.txt: one includes two, which does not stand above it"),
+        ("docs/layers.txt", table + "app/grid | | | - | | x\n", "docs/layers.txt: two folders are called grid"),
     ]
 
     def faults_of(tree):
         with tempfile.TemporaryDirectory() as name:
             root = pathlib.Path(name)
-            for path, text in {**tree, "src/sim/sim.h": "\n"}.items():
+            for path, text in tree.items():
                 (root / path).parent.mkdir(parents=True, exist_ok=True)
                 (root / path).write_text(text, encoding="utf-8")
-            return check(root)
+            try:
+                return check(root)
+            except SystemExit as fault:
+                return [str(fault)]
 
     failed = 0
     if faults_of(good):

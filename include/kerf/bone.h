@@ -75,7 +75,7 @@ class Bone {
   /// Of what it is made of: the constants of all regions, and E from the CT where that is used.
   std::uint64_t CalcMaterialHash() const;
 
-  struct Grids;  // OpenVDB lives behind this door: src/bone/grids.h
+  struct Grids;  // OpenVDB lives behind this door: src/bone/grid/grids.h
   Grids& grids() { return *grids_; }
   const Grids& grids() const { return *grids_; }
 

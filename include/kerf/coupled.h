@@ -54,7 +54,7 @@ struct CoupledParams {
   int spare_leaves = 4096;           // see BoneField
   PaperReading slab_reading = PaperReading::kCorrected;  // by which the slab's resistance goes with depth
   int substeps = 1;  // so many equal parts of a tick at least, over which the handle goes on evenly, 1 to 64
-  int carve_interval_ticks = 1;  // bone is removed every so many ticks, 1 to 64 (src/removal/paced_cutter.h)
+  int carve_interval_ticks = 1;  // bone is removed every so many ticks, 1 to 64 (src/cut/removal/paced_cutter.h)
   int precision_bits = 24;       // for comparison: of the significand of what removal writes, 4 to 24 (a float's)
 };
 
@@ -157,7 +157,7 @@ class CoupledSimulation {
   ChangedLeaf changed(int i) const;
   void ClearChanged();
 
-  // ---- between ticks, tick-safe: bone is taken out and put back (src/coupled/take_out.h)
+  // ---- between ticks, tick-safe: bone is taken out and put back (src/cut/hand_sim/take_out.h)
   /// Whether nothing in the box is so near that a change of it could be felt within a tick.
   bool IsClearOf(const Box3& bounds_W) const;
   /// Where the leaf's values (512) are `from` they become `to`; what was cut since stays cut. False, and nothing done,
@@ -166,14 +166,14 @@ class CoupledSimulation {
   /// By region; below 0: put back. It is not counted as removed.
   void AddTakenOut(const std::array<double, 256>& mm3, double sign);
 
-  // ---- undo, between ticks, tick-safe; putting bone back: src/coupled/restore.h
+  // ---- undo, between ticks, tick-safe; putting bone back: src/cut/hand_sim/restore.h
   /// The bone as it is now can be come back to: what changes from here on is told to the history under this number, 1
   /// or more. False, and nothing done, when the history's ring is full or there is no history. What the slab's law
   /// passed and had not removed yet is removed later.
   bool Checkpoint(std::uint32_t number);
 
   // ---- not in the tick
-  /// From now on what leaves were before they change goes to a history (src/bone/leaf_history.h), whose ring holds
+  /// From now on what leaves were before they change goes to a history (src/bone/grid/leaf_history.h), whose ring holds
   /// `ring_leaves` (2 kB each) until somebody reads it; begins with a checkpoint of number 0. Once: later calls give
   /// the same history.
   LeafHistory& KeepHistory(int ring_leaves = 8192);
@@ -183,7 +183,7 @@ class CoupledSimulation {
   /// the tool stops before uncut bone (kCoupledLeavesUsedUp) and waits.
   void Refill();
   const CoupledParams& params() const;
-  /// What they keep and give (src/effects/plan.h). Tick-safe to read.
+  /// What they keep and give (src/cut/effects/plan.h). Tick-safe to read.
   const EffectPlan& effects() const;
   EffectPlan& effects();
   /// Volume cut since the start by region, mm^3: exactly bone().CalcVolume()'s loss, but for what was taken out.

@@ -1,6 +1,6 @@
-// Effects: what a scene may ask for beyond contact and removal. Each is one file or folder of src/effects with a line
-// in src/effects/effects.h; scenes, `kerf effects`, the docs and the tests all walk the list of them. What a scene does
-// not name is not simulated: no time, no memory, no state.
+// Effects: what a scene may ask for beyond contact and removal. Each is one file or folder of src/cut/effects with a
+// line in src/cut/effects/effects.h; scenes, `kerf effects`, the docs and the tests all walk the list of them. What a
+// scene does not name is not simulated: no time, no memory, no state.
 #pragma once
 
 #include <cstddef>

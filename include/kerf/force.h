@@ -1,4 +1,4 @@
-// Force laws: the force on one tooth from its bite and the material it cuts. Each law is one file of src/force; the
+// Force laws: the force on one tooth from its bite and the material it cuts. Each law is one file of src/cut/force; the
 // scene's choices, `kerf check`, the warnings and the tests all walk the list of them.
 #pragma once
 
@@ -53,7 +53,7 @@ struct ForceLawInfo {
   ToothForce (*make)(const LawValues& values, const Tooth& tooth);
 };
 
-/// All laws, the default first. To add one: a file in src/force and a line in src/force/laws.h.
+/// All laws, the default first. To add one: a file in src/cut/force and a line in src/cut/force/laws.h.
 const std::vector<const ForceLawInfo*>& ForceLaws();
 
 /// A law chosen by name, with its parameters.

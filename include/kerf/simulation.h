@@ -20,7 +20,7 @@ struct SimulationParams {
   int rim_samples_per_pitch = 16;  // 1 to 256; how finely the rim looks for bone
   EffectChoices effects = {};      // those that need a hand are left out
   int substeps = 1;                // each tick in at least so many steps, 1 to 64
-  int carve_interval_ticks = 1;    // bone is removed every so many ticks, 1 to 64 (src/removal/paced_cutter.h)
+  int carve_interval_ticks = 1;    // bone is removed every so many ticks, 1 to 64 (src/cut/removal/paced_cutter.h)
 };
 
 class EffectPlan;
@@ -77,7 +77,7 @@ class Simulation {
   ChangedLeaf changed(int i) const;
   void ClearChanged();
 
-  // ---- between ticks: bone is taken out and put back (src/bone/piece_removal.h)
+  // ---- between ticks: bone is taken out and put back (src/bone/grid/piece_removal.h)
   /// Whether nothing in the box is so near that a change of it could be felt within a tick.
   bool IsClearOf(const Box3& bounds_W) const;
   /// Where the leaf's values (512) are `from` they become `to`; what was cut since stays cut. False, and nothing done,
@@ -87,7 +87,7 @@ class Simulation {
   void AddTakenOut(const std::array<double, 256>& mm3, double sign);
 
   // ---- not in the tick
-  /// What they keep and give (src/effects/plan.h).
+  /// What they keep and give (src/cut/effects/plan.h).
   const EffectPlan& effects() const;
   EffectPlan& effects();
   const Bone& bone() const;

@@ -9,7 +9,7 @@
 #include <random>
 #include <sstream>
 
-#include "files/files.h"
+#include "base/files/files.h"
 #include "fuzz_targets.h"
 #include "test_paths.h"
 

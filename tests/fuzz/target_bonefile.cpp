@@ -1,6 +1,6 @@
 #include <sstream>
 
-#include "bonefile/bonefile.h"
+#include "bone/vdb/bonefile.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "devices/bridge/bridge_packet.h"
+#include "device/devices/bridge/bridge_packet.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,4 +1,4 @@
-#include "material/ct_law_table.h"
+#include "bone/material/ct_law_table.h"
 #include "target.h"
 
 namespace kerf::fuzz {

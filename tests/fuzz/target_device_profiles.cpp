@@ -1,4 +1,4 @@
-#include "devices/profiles.h"
+#include "device/devices/profiles.h"
 #include "target.h"
 
 namespace kerf::fuzz {

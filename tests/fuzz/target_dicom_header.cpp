@@ -1,6 +1,6 @@
 #include <sstream>
 
-#include "import/dicom_header.h"
+#include "bone/import/dicom_header.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,4 +1,4 @@
-#include "scene/edit_scene.h"
+#include "session/scene/edit_scene.h"
 #include "target.h"
 
 namespace kerf::fuzz {

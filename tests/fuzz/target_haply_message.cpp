@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "devices/haply/haply_message.h"
+#include "device/devices/haply/haply_message.h"
 #include "target.h"
 
 namespace kerf::fuzz {

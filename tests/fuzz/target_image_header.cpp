@@ -1,9 +1,9 @@
 #include <array>
 
-#include "import/image_fields.h"
-#include "import/image_header.h"
-#include "import/nifti.h"
-#include "import/nrrd_lattice.h"
+#include "bone/import/image_fields.h"
+#include "bone/import/image_header.h"
+#include "bone/import/nifti.h"
+#include "bone/import/nrrd_lattice.h"
 #include "target.h"
 
 namespace kerf::fuzz {

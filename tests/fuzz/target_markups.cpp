@@ -1,4 +1,4 @@
-#include "files/markups.h"
+#include "base/files/markups.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,4 +1,4 @@
-#include "scene/path_csv.h"
+#include "session/scene/path_csv.h"
 #include "target.h"
 
 namespace kerf::fuzz {

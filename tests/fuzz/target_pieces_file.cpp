@@ -1,4 +1,4 @@
-#include "pieces/piece_history.h"
+#include "bone/pieces/piece_history.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,5 +1,5 @@
+#include "bone/mesh/read.h"
 #include "check_mesh.h"
-#include "mesh/read.h"
 #include "target.h"
 
 namespace kerf::fuzz {

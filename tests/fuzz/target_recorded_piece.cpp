@@ -1,4 +1,4 @@
-#include "session/recorded_piece.h"
+#include "session/run/recorded_piece.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,5 +1,5 @@
-#include "pack/pack.h"
-#include "record/step.h"
+#include "base/compress/pack.h"
+#include "loop/record/step.h"
 #include "target.h"
 
 namespace kerf::fuzz {

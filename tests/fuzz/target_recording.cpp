@@ -1,4 +1,4 @@
-#include "record/recording.h"
+#include "loop/record/recording.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,4 +1,4 @@
-#include "material/region_table.h"
+#include "bone/material/region_table.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,4 +1,4 @@
-#include "session/results_folder.h"
+#include "session/run/results_folder.h"
 
 #include "target.h"
 

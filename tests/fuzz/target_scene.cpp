@@ -1,5 +1,5 @@
-#include "scene/path.h"
-#include "scene/scene.h"
+#include "session/scene/path.h"
+#include "session/scene/scene.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,7 +1,7 @@
+#include "bone/import/closed_surface.h"
+#include "bone/import/shells.h"
+#include "bone/mesh/read.h"
 #include "check_mesh.h"
-#include "import/closed_surface.h"
-#include "import/shells.h"
-#include "mesh/read.h"
 #include "target.h"
 
 namespace kerf::fuzz {

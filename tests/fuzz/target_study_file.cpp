@@ -1,4 +1,4 @@
-#include "accuracy/study_file.h"
+#include "experiment/study/study_file.h"
 #include "target.h"
 
 namespace kerf::fuzz {

@@ -1,6 +1,6 @@
 #include <array>
 
-#include "accuracy/study_csv.h"
+#include "experiment/study/study_csv.h"
 #include "target.h"
 
 namespace kerf::fuzz {

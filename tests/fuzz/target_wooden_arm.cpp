@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "devices/hid/wooden_kinematics.h"
-#include "drivers/wooden_config.h"
+#include "device/devices/hid/wooden_kinematics.h"
+#include "device/drivers/wooden_config.h"
 #include "target.h"
 
 namespace kerf::fuzz {

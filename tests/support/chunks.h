@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "material/region_table.h"
-#include "models/block.h"
-#include "view/bone_chunks.h"
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
+#include "view/live/bone_chunks.h"
 
 namespace kerf::test {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "bone/pieces/surface_tree.h"
 #include "kerf/geometry.h"
-#include "pieces/surface_tree.h"
 
 namespace kerf::test {
 

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "record/block_reader.h"
-#include "record/blocks.h"
-#include "record/step.h"
+#include "loop/record/block_reader.h"
+#include "loop/record/blocks.h"
+#include "loop/record/step.h"
 
 namespace kerf::test {
 

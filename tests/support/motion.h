@@ -4,7 +4,7 @@
 #include <atomic>
 #include <span>
 
-#include "session/run_loop.h"
+#include "session/run/run_loop.h"
 
 namespace kerf::test {
 

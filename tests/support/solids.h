@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "bone/build.h"
+#include "bone/grid/build.h"
 
 namespace kerf::test {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "view/hud.h"
+#include "view/live/hud.h"
 
 namespace kerf::test {
 

@@ -1,9 +1,0 @@
-#include "accuracy/records.h"
-
-namespace kerf {
-
-std::string_view ToString(Holding holding) {
-  return holding == Holding::kHand ? "hand" : "path";
-}
-
-}  // namespace kerf

@@ -1,0 +1,127 @@
+#include "app/cli/assess_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <glm/geometric.hpp>
+
+#include "base/files/files.h"
+#include "base/files/temporary.h"
+#include "kerf/error.h"
+#include "view/picture/picture.h"
+
+namespace kerf::cli {
+namespace {
+
+constexpr Rgb8 kPlanned{0, 114, 178};  // blue and vermilion: told apart by the colour-blind too
+constexpr Rgb8 kAchieved{213, 94, 0};
+constexpr double kPlaneMargin_mm = 4;
+
+/// Light tones, one a piece.
+constexpr std::array<Rgb8, 6> kPieceColours{
+    {{232, 220, 196}, {196, 214, 232}, {204, 226, 203}, {230, 206, 222}, {226, 214, 180}, {206, 206, 218}}};
+
+/// A plane as a plate.
+struct Plate {
+  CutPlane plane;
+  Vec3 middle;  // is brought into the plane
+  Vec3 u;       // its sides
+  Vec3 v;
+  double half_u;
+  double half_v;
+  Rgb8 colour;
+};
+
+Shape MakePlate(const Plate& plate, double half_thickness_mm, double opacity) {
+  const CutPlane& plane = plate.plane;
+  const Vec3 p = plate.middle - glm::dot(plane.normal_W, plate.middle - plane.p_W) * plane.normal_W;
+  Shape shape;
+  for (int corner = 0; corner < 8; ++corner) {
+    shape.mesh_W.points.push_back(p + (corner & 1 ? plate.half_u : -plate.half_u) * plate.u +
+                                  (corner & 2 ? plate.half_v : -plate.half_v) * plate.v +
+                                  (corner & 4 ? half_thickness_mm : -half_thickness_mm) * plane.normal_W);
+  }
+  shape.mesh_W.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                            {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  shape.colour = plate.colour;
+  shape.opacity = opacity;
+  return shape;
+}
+
+/// A little larger, so that it stands out in front of another of the same size.
+TriangleMesh Stretched(TriangleMesh mesh, const Vec3& about) {
+  for (Vec3& p : mesh.points) p = about + 1.02 * (p - about);
+  return mesh;
+}
+
+std::string ReadPng(const PictureSpec& spec) {
+  const TemporaryFolder folder("kerf_assess");
+  const std::string place = folder.path() + "/picture.png";
+  WritePicture(spec, place);
+  return ReadTextFile(place);
+}
+
+}  // namespace
+
+std::vector<TakenPicture> DrawAssessment(const std::string& title, const Assessment& assessment, const PieceSet& pieces,
+                                         bool of_patient) {
+  PictureSpec spec;
+  spec.title = title;
+  spec.orientation = of_patient ? Orientation::kPatient : Orientation::kAxes;
+  for (int i = 0; i < pieces.size(); ++i) {
+    const PieceState& state = pieces.state(i);
+    if (state.deleted || state.hidden) continue;
+    Shape shape;
+    shape.mesh_W = pieces.piece(i).mesh;
+    for (Vec3& p : shape.mesh_W.points) p = state.X_WP.Point(p);
+    shape.colour = kPieceColours[static_cast<std::size_t>(i) % kPieceColours.size()];
+    spec.shapes.push_back(std::move(shape));
+  }
+  if (spec.shapes.empty()) return {};
+  Box3 bone;
+  for (const Shape& shape : spec.shapes) {
+    for (const Vec3& p : shape.mesh_W.points) bone.Include(p);
+  }
+  const Vec3 middle_of_bone = bone.centre();
+  std::vector<Plate> plates;
+  for (const PlaneResult& result : assessment.planes) {
+    if (!result.cut) continue;
+    const FittedPlane& cut = *result.cut;
+    const Vec3 u = glm::cross(cut.normal_W, cut.depth_W);
+    const Plate planned{.plane = result.planned.plane,
+                        .middle = cut.p_W_mm,
+                        .u = u,
+                        .v = cut.depth_W,
+                        .half_u = 0.5 * cut.length_mm + kPlaneMargin_mm,
+                        .half_v = 0.5 * cut.depth_mm + kPlaneMargin_mm,
+                        .colour = kPlanned};
+    plates.push_back(planned);
+    plates.push_back(planned);
+    plates.back().plane = {cut.p_W_mm, cut.normal_W};
+    plates.back().colour = kAchieved;
+  }
+  if (!plates.empty()) spec.legend = {{"planned", kPlanned}, {"achieved", kAchieved}};
+  const std::size_t bone_shapes = spec.shapes.size();
+  for (const Plate& plate : plates) spec.shapes.push_back(MakePlate(plate, 0.02, 0.35));
+  std::vector<TakenPicture> pictures;
+  pictures.push_back(
+      {.name = "overview", .caption = "The pieces with the planned and the achieved planes", .png = ReadPng(spec)});
+  if (plates.empty()) return pictures;
+  // From along the first plane, across its depth: both are seen as lines.
+  const Plate& first = plates[1];
+  const double height_mm = 2.2 * first.half_v;
+  spec.shapes.resize(bone_shapes);
+  // What was planned is the wider line, so that both are seen where they are one.
+  for (std::size_t i = 0; i < plates.size(); ++i) {
+    spec.shapes.push_back(MakePlate(plates[i], height_mm / (i % 2 == 0 ? 250 : 600), 1));
+    if (i % 2 == 1) spec.shapes.back().mesh_W = Stretched(spec.shapes.back().mesh_W, first.middle);
+  }
+  const Vec3 up = first.v.z > 0.01 ? first.v : -first.v;
+  const Vec3 outwards = first.middle - middle_of_bone;
+  spec.camera = MakeCamera(glm::dot(first.u, outwards) < 0 ? -first.u : first.u, up, first.middle, height_mm);
+  pictures.push_back({.name = "cut", .caption = "The cut from near, along the first plane", .png = ReadPng(spec)});
+  return pictures;
+}
+
+}  // namespace kerf::cli

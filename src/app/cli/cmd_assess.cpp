@@ -1,0 +1,297 @@
+// kerf assess: what was cut against what was planned.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cli/assess_picture.h"
+#include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/message.h"
+#include "app/cli/numbers.h"
+#include "app/cli/progress.h"
+#include "app/cli/signals.h"
+#include "base/files/files.h"
+#include "base/files/folder_lock.h"
+#include "bone/grid/surface.h"
+#include "bone/pieces/join.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+#include "kerf/version.h"
+#include "session/export/take_away.h"
+#include "session/run/make_bone.h"
+#include "session/run/run_loop.h"
+#include "session/run/run_pictures.h"
+#include "session/run/session_recorder.h"
+
+namespace kerf::cli {
+namespace {
+
+constexpr std::size_t kMaxPiecesFile = std::size_t{64} << 20;
+
+struct Options {
+  std::string file;
+  std::string before;
+  std::string after;
+  std::string plan;
+  std::string bone_file;
+  std::string pieces;
+  std::string folder;
+  std::optional<double> margin_mm;
+  std::optional<double> blade_mm;
+  double reach_mm = 5;
+  double smallest_mm3 = 1;
+  std::size_t triangles = 0;
+  bool obj = false;
+  bool no_pictures = false;
+  bool json = false;
+};
+
+/// All that is held against each other.
+struct Subject {
+  std::string title;
+  Plan plan;
+  Bone before;
+  Bone after;
+  double blade_mm = DiscSaw{}.thickness_mm;
+  std::vector<TakenFigure> figures;
+  std::vector<TakenCurve> curves;
+  std::vector<TakenFact> provenance;
+  bool of_patient = true;
+  TakenRecording recording;  // none of bones in files
+};
+
+bool EndsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+std::string TitleOf(const Scene& scene) {
+  return scene.title.empty() ? scene.name : scene.title;
+}
+
+/// From a recording of the loop, gone through again.
+void TakeRecording(const Options& options, StageBars& bars, Subject& subject) {
+  RecordingReader recording(options.file);
+  const RecordingHead& head = recording.head();
+  if (head.kind != RecordedKind::kLoop) {
+    throw Error(fmt::format(
+        "{}: is of a run along a path; 'kerf replay {} -o FOLDER' writes its bone, and 'kerf assess SCENE --after "
+        "FOLDER/bone.vdb' takes that",
+        options.file, options.file));
+  }
+  const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
+  subject.recording = {ToString(recording.damage().state), FindDamageWarnings(recording)};
+  for (const std::string& warning : subject.recording.warnings) SayWarning("{}: {}", options.file, warning);
+  LoopOptions loop;
+  loop.virtual_time = true;
+  loop.seconds = std::clamp(recording.damage().whole_s, 0.01, kMostLoop_s);
+  loop.stop = &CatchInterrupt();
+  loop.scene_file = head.scene_file;
+  loop.replay.recording = &recording;
+  loop.keep_bones = true;
+  loop.log = LoopLog::kNowhere;
+  LoopSummary summary =
+      RunLoop(recorded.scene, loop, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
+  if (summary.replayed && summary.replayed->divergence) {
+    subject.recording.warnings.push_back(fmt::format("other than recorded from tick {} on: {}",
+                                                     summary.replayed->divergence->step + 1,
+                                                     summary.replayed->divergence->what));
+    SayWarning("{}: {}", options.file, subject.recording.warnings.back());
+  }
+  subject.title = TitleOf(recorded.scene);
+  subject.plan = recorded.scene.plan;
+  if (subject.plan.empty() && recorded.scene.exercise.given) {
+    // An exercise wants a cut as a plan does.
+    const WantedCut cut = MakeWantedCut(recorded.scene.exercise, MakeTool(recorded.scene));
+    subject.plan.planes = {{.name = "wanted cut",
+                            .plane = {cut.ToWorld({0.5 * cut.length_mm, 0.5 * cut.depth_mm, 0}), cut.across_W},
+                            .margin_mm = cut.margin_mm}};
+    subject.plan.stops = {
+        {.name = "wanted depth", .p_W_mm = cut.start_W, .direction_W = cut.into_W, .depth_mm = cut.depth_mm}};
+  }
+  subject.of_patient = IsOfPatient(recorded.scene);
+  subject.blade_mm = CalcBladeWidth(MakeTool(recorded.scene));
+  subject.before = std::move(summary.before);
+  subject.after = std::move(summary.after);
+  if (summary.fragments) {
+    std::vector<const Bone*> out;
+    for (const PieceOut& piece : summary.fragments->out) out.push_back(&piece.bone);
+    subject.after = JoinBones(subject.after, out);
+  }
+  subject.figures = {{"duration", "s", summary.simulated_s},
+                     {"largest force on the hand", "N", summary.force.largest_simulated_N},
+                     {"work of the hand", "J", summary.hand_J}};
+  TakenCurve curve{.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = {}};
+  for (const ForcePoint& p : summary.force_curve.points()) curve.points.emplace_back(p.time_s, p.hand_N);
+  if (curve.points.size() > 1) subject.curves.push_back(std::move(curve));
+  subject.provenance = {{"recording", std::filesystem::path(options.file).filename().string()},
+                        {"recorded", fmt::format("{} by kerf {} ({})", head.created, head.version, head.commit)},
+                        {"scene", head.scene_name}};
+}
+
+/// From bones in files, or the bone of the scene.
+void TakeBones(const Options& options, StageBars& bars, Subject& subject) {
+  const bool markups = EndsWith(options.file, ".mrk.json");
+  if (options.after.empty()) {
+    throw CLI::RequiredError("--after");
+  }
+  subject.provenance = {{markups ? "plan" : "scene", std::filesystem::path(options.file).filename().string()}};
+  const auto show = [&](double fraction) { bars.Show("reading the bones", fraction); };
+  if (markups) {
+    if (options.before.empty()) throw CLI::RequiredError("--before");
+    subject.plan.planes = ReadPlannedPlanes(options.file);
+    const std::string file_name = std::filesystem::path(options.file).filename().string();
+    subject.title = file_name.substr(0, file_name.find('.'));
+    subject.before = ReadBone(options.before);
+  } else {
+    const Scene scene = ReadScene(options.file);
+    subject.title = TitleOf(scene);
+    subject.plan = scene.plan;
+    subject.of_patient = IsOfPatient(scene);
+    subject.blade_mm = CalcBladeWidth(MakeTool(scene));
+    subject.before = options.before.empty() ? MakeSceneBone(scene, show) : ReadBone(options.before);
+  }
+  show(0.5);
+  subject.after = ReadBone(options.after);
+  const auto name_of = [](const std::string& path) { return std::filesystem::path(path).filename().string(); };
+  if (!options.before.empty()) subject.provenance.push_back({"bone before", name_of(options.before)});
+  subject.provenance.push_back({"bone after", name_of(options.after)});
+}
+
+Subject TakeSubject(const Options& options) {
+  StageBars bars;
+  Subject subject;
+  const bool recording = EndsWith(options.file, ".kerf");
+  if (recording) {
+    if (!options.before.empty() || !options.after.empty()) {
+      throw CLI::ValidationError("--before, --after", "a recording has its own bones");
+    }
+    TakeRecording(options, bars, subject);
+  } else {
+    TakeBones(options, bars, subject);
+  }
+  if (!options.plan.empty()) {
+    subject.plan = Plan{};
+    subject.plan.planes = ReadPlannedPlanes(options.plan);
+    subject.provenance.push_back({"plan", std::filesystem::path(options.plan).filename().string()});
+  }
+  if (options.margin_mm) {
+    for (PlannedPlane& plane : subject.plan.planes) plane.margin_mm = *options.margin_mm;
+  }
+  if (options.blade_mm) subject.blade_mm = *options.blade_mm;
+  subject.provenance.push_back({"bone before, hash", fmt::format("{:016x}", subject.before.CalcHash())});
+  subject.provenance.push_back({"bone after, hash", fmt::format("{:016x}", subject.after.CalcHash())});
+  subject.provenance.push_back({"voxel", fmt::format("{:g} mm", subject.before.voxel_mm())});
+  subject.provenance.push_back({"report by", fmt::format("kerf {} ({})", VersionString(), CommitString())});
+  return subject;
+}
+
+void PrintForPeople(const Subject& subject, const Assessment& a, const PieceSet* pieces) {
+  fmt::print("{}\n", subject.title);
+  for (const std::string& warning : subject.recording.warnings) fmt::print("  recording         {}\n", warning);
+  for (const PlaneResult& p : a.planes) {
+    if (!p.cut) {
+      fmt::print("  {:<16}  no kerf found near it\n", p.planned.name);
+      continue;
+    }
+    fmt::print("  {:<16}  offset {:+.2f} mm, at most {:+.2f} mm; angle {:.2f} deg (pitch {:+.2f}, roll {:+.2f}); {}\n",
+               p.planned.name, p.offset_mm, p.furthest_mm, p.angles.angle_deg, p.angles.pitch_deg, p.angles.roll_deg,
+               p.within_margin ? fmt::format("within {:g} mm", p.planned.margin_mm)
+                               : fmt::format("NOT within {:g} mm", p.planned.margin_mm));
+  }
+  for (const StopResult& s : a.stops) {
+    fmt::print("  {:<16}  {}\n", s.planned.name,
+               s.depth_mm ? fmt::format("{:.2f} mm deep, {:+.2f} mm against the plan", *s.depth_mm, s.over_mm)
+                          : "not reached");
+  }
+  if (a.planes.empty() && a.stops.empty()) fmt::print("  plan              none\n");
+  fmt::print("  removed           {:.2f} mm3", a.removed_mm3);
+  if (a.outside_mm3) fmt::print(", {:.2f} of it outside the margins", *a.outside_mm3);
+  if (a.too_deep_mm3) fmt::print(", {:.2f} too deep", *a.too_deep_mm3);
+  fmt::print("\n");
+  if (pieces != nullptr) fmt::print("  pieces            {}\n", pieces->size());
+}
+
+void Run(const Options& options) {
+  std::optional<FolderLock> lock;
+  if (!options.folder.empty()) lock.emplace(options.folder);
+  Subject subject = TakeSubject(options);
+  const Assessment assessment =
+      AssessCut(subject.plan, subject.before, subject.after, subject.blade_mm, {.reach_mm = options.reach_mm});
+  std::optional<PieceSet> pieces;
+  if (!options.folder.empty() || !options.pieces.empty()) {
+    pieces.emplace(subject.after, options.smallest_mm3);
+    if (!options.pieces.empty()) pieces->Restore(ReadTextFile(options.pieces, kMaxPiecesFile), options.pieces);
+  }
+  if (!options.folder.empty()) {
+    TakeAway taken{.title = subject.title,
+                   .plan = &subject.plan,
+                   .assessment = &assessment,
+                   .pieces = &*pieces,
+                   .figures = subject.figures,
+                   .measures = {},
+                   .pictures = {},
+                   .curves = subject.curves,
+                   .provenance = subject.provenance,
+                   .recording = subject.recording};
+    StageBars bars;
+    if (!options.no_pictures) {
+      bars.Show("drawing", 0);
+      taken.pictures = DrawAssessment(subject.title, assessment, *pieces, subject.of_patient);
+    }
+    WriteTakeAway(taken, options.folder, {.obj = options.obj, .triangles = options.triangles},
+                  [&](double fraction) { bars.Show("writing", fraction); });
+  }
+  if (options.json) {
+    fmt::print("{}", FormatAssessmentJson(assessment, subject.recording));
+  } else {
+    PrintForPeople(subject, assessment, pieces ? &*pieces : nullptr);
+    if (!options.folder.empty()) fmt::print("  report            {}/report.html\n", options.folder);
+  }
+  if (!subject.recording.is_whole()) throw ReadDamaged();
+}
+
+}  // namespace
+
+void AddAssessCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("assess",
+                                         "Hold what was cut against what was planned, and write what a surgeon takes "
+                                         "away (docs/planning.md). Exit code 3: "
+                                         "the recording is damaged or cut short");
+  command
+      ->add_option("FILE", options->file,
+                   "A recording (.kerf), or a scene with a [plan] (.toml), or planes of 3D Slicer (.mrk.json)")
+      ->required();
+  command->add_option("--before", options->before, "The bone before the cut (.vdb); else the scene's");
+  command->add_option("--after", options->after, "The bone after it (.vdb)");
+  command->add_option("--plan", options->plan, "Planes of 3D Slicer in place of the scene's plan (.mrk.json)");
+  command->add_option("--bone", options->bone_file, "A recording's bone, where it is not where it was (.vdb)");
+  command->add_option("--pieces", options->pieces, "Where the pieces are: a pieces.json of an earlier time");
+  command->add_option("-o,--output", options->folder,
+                      "Folder for pieces, planes, measures and report.html; made when missing");
+  command->add_option("--margin", options->margin_mm, "Of all planes, in place of the plan's, mm")
+      ->check(NumberWithin(0.01, 100, "mm"));
+  command->add_option("--blade", options->blade_mm, "Thickness of the blade, in place of the scene's, mm")
+      ->check(NumberWithin(0.02, 100, "mm"));
+  command->add_option("--reach", options->reach_mm, "A plane's kerf is looked for so far from it, mm")
+      ->capture_default_str()
+      ->check(NumberWithin(0.1, 100, "mm"));
+  command->add_option("--smallest-piece", options->smallest_mm3, "Smaller ones are left out, mm3")
+      ->capture_default_str()
+      ->check(NumberWithin(0, 1e6, "mm3"));
+  command
+      ->add_option("--triangles", options->triangles,
+                   "Each piece's file with at most so many triangles, 4 to 1e9; else with all")
+      ->check(CLI::Range(std::size_t{4}, std::size_t{1'000'000'000}).description(""));
+  command->add_flag("--obj", options->obj, "Pieces as OBJ instead of STL");
+  command->add_flag("--no-pictures", options->no_pictures, "Draw nothing");
+  command->add_flag("--json", options->json, "Print the figures as JSON");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

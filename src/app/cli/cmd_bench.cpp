@@ -1,0 +1,352 @@
+// kerf bench: how fast it is.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/device_option.h"
+#include "app/cli/message.h"
+#include "app/cli/numbers.h"
+#include "app/cli/progress.h"
+#include "app/cli/signals.h"
+#include "base/files/files.h"
+#include "base/files/folder_lock.h"
+#include "cut/removal/carve.h"
+#include "device/drivers/libusb_bus.h"
+#include "experiment/bench/tick_cases.h"
+#include "experiment/bench/tick_report.h"
+#include "experiment/bench/undo_bench.h"
+#include "experiment/device_bench/exchange_bench.h"
+#include "experiment/draw_bench/view_bench.h"
+#include "experiment/hour/hour.h"
+#include "kerf/error.h"
+#include "kerf/version.h"
+#include "session/scene/scene.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> cases;
+  BenchOptions bench;
+  std::string width;
+  std::string output;
+  bool json = false;
+  bool markdown = false;
+};
+
+void Run(Options& options) {
+  if (!options.output.empty()) CheckWritable(options.output);
+  try {
+    CheckTickCases(options.cases);
+  } catch (const Error& e) {
+    throw CLI::ValidationError("--case", e.what());
+  }
+  SetVectorTarget(options.width);
+  TickReport report;
+  report.vector_width = VectorTarget();
+  report.machine = LookAtMachine();
+  report.core = options.bench.core;
+  report.realtime = options.bench.realtime;
+  report.ticks = options.bench.ticks;
+  {
+    StageBars bars;
+    options.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+    report.results = RunTickCases(options.cases, options.bench);
+  }
+  for (const std::string& doubt : FindTickDoubts(report)) SayWarning("{}", doubt);
+  const std::string text = options.json       ? FormatTickJson(report)
+                           : options.markdown ? FormatTickMarkdown(report)
+                                              : FormatTickTable(report);
+  if (options.output.empty()) {
+    fmt::print("{}", text);
+  } else {
+    WriteTextFile(options.output, text);
+  }
+}
+
+struct UndoCommand {
+  UndoBenchOptions bench;
+  std::string output;
+  bool json = false;
+  bool markdown = false;
+};
+
+void RunUndo(UndoCommand& command) {
+  if (!command.output.empty()) CheckWritable(command.output);
+  UndoReport report;
+  {
+    StageBars bars;
+    command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+    report = RunUndoBench(command.bench);
+  }
+  const std::string text = command.json       ? FormatUndoJson(report)
+                           : command.markdown ? FormatUndoMarkdown(report)
+                                              : FormatUndoTable(report);
+  if (command.output.empty()) {
+    fmt::print("{}", text);
+  } else {
+    WriteTextFile(command.output, text);
+  }
+}
+
+void AddUndoBench(CLI::App& group) {
+  const auto options = std::make_shared<UndoCommand>();
+  CLI::App* command = group.add_subcommand(
+      "undo",
+      "Time going back over 1, 5 and 20 cuts through the default mandible and forward again, and what it costs "
+      "the tick to keep what was there; with hashes of the bone");
+  command->add_option("--rounds", options->bench.rounds, "Times that all is undone and redone, 1 to 1000")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->add_option("--voxel", options->bench.voxel_mm, "Voxels of the mandible, mm, 0.1 to 1")
+      ->check(CLI::Range(0.1, 1.0))
+      ->capture_default_str();
+  command->add_option("--leaves-per-tick", options->bench.leaves_per_tick, "Put back in a tick, 1 to 100000")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--core", options->bench.core, "Core that it is held to, from 0")
+      ->check(CLI::Range(0, 4095))
+      ->capture_default_str();
+  command->add_flag("--realtime", options->bench.realtime, "Go before other programs (SCHED_FIFO), as the loop does");
+  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
+  command->add_flag("--markdown", options->markdown, "Report as the table of docs/reliability.md")->excludes(json);
+  command->callback([options] { RunUndo(*options); });
+}
+
+}  // namespace
+
+namespace {
+
+struct HourCommand {
+  std::string scene;
+  std::string folder;
+  HourOptions hour;
+  bool markdown = false;
+};
+
+void RunHourCommand(HourCommand& options) {
+  const Scene scene = ReadScene(options.scene);
+  std::optional<FolderLock> lock;
+  if (!options.folder.empty()) {
+    lock.emplace(options.folder);
+    for (const char* name : {"/hour.csv", "/hour.png"}) CheckWritable(options.folder + name);
+  }
+  options.hour.stop = &CatchInterrupt();
+  const MachineState machine = LookAtMachine();
+  Hour hour;
+  {
+    StageBars bars;
+    hour = RunHour(scene, options.hour, [&](const std::string& now, double fraction) { bars.Show(now, fraction); });
+  }
+  if (!options.folder.empty()) WriteHour(hour, options.folder);
+  if (options.markdown) {
+    const std::string words =
+        fmt::format("{}; load {:.1f} before the run; commit {}. Made by `tools/reliability_figures`.", machine.cpu,
+                    machine.load, CommitString());
+    fmt::print("{}", FormatHourMarkdown(hour, words, "reliability/hour.png"));
+  } else {
+    fmt::print("{}", FormatHourTable(hour));
+  }
+  if (hour.loop.end != LoopEnd::kAsked) throw Error(fmt::format("the loop ended by itself: {}", hour.loop.failure));
+}
+
+void AddHourCommand(CLI::App& group) {
+  const auto options = std::make_shared<HourCommand>();
+  CLI::App* command = group.add_subcommand(
+      "hour",
+      "Saw for an hour of simulated time and watch memory, times of ticks, force at rest and sums, minute by minute");
+  command->add_option("SCENE", options->scene, "The scene file; made for it: scenes/one_hour.toml")->required();
+  command->add_option("--minutes", options->hour.minutes, "How long, simulated minutes, 0.1 to 600")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str();
+  command->add_option("-o,--output", options->folder, "Folder for hour.csv and hour.png; made when missing");
+  command->add_option("--log", options->hour.folder,
+                      "Folder that is there; the loop's log goes into it as it comes, and away again at the end");
+  command->add_flag("--markdown", options->markdown, "The table of docs/reliability.md instead");
+  command->callback([options] { RunHourCommand(*options); });
+}
+
+}  // namespace
+
+namespace {
+
+struct ViewCommand {
+  ViewBenchOptions bench;
+  std::string output;
+  bool json = false;
+  bool markdown = false;
+};
+
+void RunView(ViewCommand& command) {
+  if (!command.output.empty()) CheckWritable(command.output);
+  ViewReport report;
+  {
+    StageBars bars;
+    command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+    report = RunViewBench(command.bench);
+  }
+  const std::string text = command.json       ? FormatViewJson(report)
+                           : command.markdown ? FormatViewMarkdown(report)
+                                              : FormatViewTable(report);
+  if (command.output.empty()) {
+    fmt::print("{}", text);
+  } else {
+    WriteTextFile(command.output, text);
+  }
+}
+
+void AddViewBench(CLI::App& group) {
+  const auto options = std::make_shared<ViewCommand>();
+  CLI::App* command = group.add_subcommand(
+      "view", "Time the picture of the default mandible while it is cut: the first one, changed chunks, frames");
+  command->add_option("--voxel", options->bench.voxel_mm, "Voxels of the mandible, mm, 0.1 to 1")
+      ->check(CLI::Range(0.1, 1.0))
+      ->capture_default_str();
+  command->add_option("--width", options->bench.width, "Of the picture, pixels, 320 to 4096")
+      ->check(CLI::Range(320, 4096))
+      ->capture_default_str();
+  command->add_option("--height", options->bench.height, "Of the picture, pixels, 240 to 4096")
+      ->check(CLI::Range(240, 4096))
+      ->capture_default_str();
+  command->add_option("--scale", options->bench.scale, "Of words and lines, 1 to 4")
+      ->check(CLI::Range(1.0, 4.0))
+      ->capture_default_str();
+  command->add_option("--frames", options->bench.frames, "Frames drawn of each view, 5 to 100000")
+      ->check(CLI::Range(5, 100000))
+      ->capture_default_str();
+  command->add_option("--cut", options->bench.cut_mm, "How far the disc goes, mm, 1 to 40")
+      ->check(CLI::Range(1.0, 40.0))
+      ->capture_default_str();
+  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
+  command->add_flag("--markdown", options->markdown, "Report as the table of docs/window.md")->excludes(json);
+  command->callback([options] { RunView(*options); });
+}
+
+}  // namespace
+
+namespace {
+
+struct DevicesCommand {
+  ExchangeBenchOptions bench;
+  DeviceOption device;
+  int timeout_ms = 0;  // 0: each driver's own
+  std::string output;
+  bool models_only = false;
+  bool json = false;
+  bool markdown = false;
+};
+
+void RunDevices(DevicesCommand& command) {
+  if (!command.output.empty()) CheckWritable(command.output);
+  DriverOptions drivers = MakeDriverOptions(command.device);
+  if (command.timeout_ms > 0) {
+    drivers.falcon.timeout_ms = drivers.bridge.timeout_ms = drivers.haply.timeout_ms = command.timeout_ms;
+  }
+  command.bench.stop = &CatchInterrupt();
+  std::vector<ExchangeTimes> results;
+  {
+    StageBars bars;
+    command.bench.progress = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+    results = BenchModels(command.bench);
+    if (!command.models_only) {
+      LibusbBus bus;
+      for (const FoundDevice& found : FindDevices(bus, drivers)) {
+        results.push_back(BenchDevice(bus, found, drivers, command.bench));
+      }
+    }
+  }
+  const std::string text = command.json       ? FormatExchangeJson(results)
+                           : command.markdown ? FormatExchangeMarkdown(results)
+                                              : FormatExchangeTable(results);
+  if (command.output.empty()) {
+    fmt::print("{}", text);
+  } else {
+    WriteTextFile(command.output, text);
+  }
+}
+
+void AddDevicesBench(CLI::App& group) {
+  const auto options = std::make_shared<DevicesCommand>();
+  CLI::App* command = group.add_subcommand(
+      "devices",
+      "Time an exchange with each device: with models of all kinds within this process, and with what is plugged in, "
+      "which gets no force");
+  command->add_option("--rounds", options->bench.rounds, "Exchanges with each, 10 to 10000000")
+      ->check(CLI::Range(10, 10'000'000))
+      ->capture_default_str();
+  command
+      ->add_option("--rate", options->bench.rate_hz,
+                   "At which a device that is plugged in is asked, Hz, at most 10000; 0: as fast as it answers")
+      ->check(NumberWithin(0, 10'000, "Hz"))
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--timeout-ms", options->timeout_ms,
+          "How long an exchange with a Falcon, a bridge or an Inverse3 that is there may take before it is one "
+          "without an answer, 10 to 1000; without it 10 (Inverse3: 20). Other devices have times of their own")
+      ->check(CLI::Range(10, 1000));
+  command->add_flag("--realtime", options->bench.realtime, "Go before other programs (SCHED_FIFO), as the loop does");
+  command->add_flag("--models-only", options->models_only, "Leave alone what is plugged in");
+  AddDriverOptions(*command, options->device);
+  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
+  command->add_flag("--markdown", options->markdown, "Report as the table of docs/emulated-usb.md")->excludes(json);
+  command->callback([options] { RunDevices(*options); });
+}
+
+}  // namespace
+
+void AddBenchCommand(CLI::App& app) {
+  CLI::App* group = app.add_subcommand("bench", "Measure how fast kerf is, beside baselines of the same run");
+  group->require_subcommand(1);
+  AddUndoBench(*group);
+  AddHourCommand(*group);
+  AddViewBench(*group);
+  AddDevicesBench(*group);
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = group->add_subcommand(
+      "tick",
+      "Time whole ticks of the coupled simulation on one core, with the error and a hash of the result beside each "
+      "speed");
+  command
+      ->add_option(
+          "--case", options->cases,
+          fmt::format("Cases to run, separated by commas or by repeating the option. Default: all, which takes "
+                      "some minutes. They are: {}",
+                      fmt::join(NamesOfTickCases(), ", ")))
+      ->delimiter(',');
+  command
+      ->add_option(
+          "--ticks", options->bench.ticks,
+          "Ticks measured of each case, 1 to 10000000; where a cut is too short it is done again on fresh bones, "
+          "as a whole")
+      ->check(CLI::Range(1, 10000000))
+      ->capture_default_str();
+  command->add_option("--core", options->bench.core, "Core that the ticks are held to, from 0")
+      ->check(CLI::Range(0, 4095))
+      ->capture_default_str();
+  command->add_flag("--realtime", options->bench.realtime,
+                    "Let the ticks and the baselines go before other programs (SCHED_FIFO), as the loop does");
+  command->add_flag("--without-effects", options->bench.without_effects,
+                    "Without friction in the kerf, which the cuts have else");
+  command
+      ->add_option(
+          "--width", options->width,
+          fmt::format("Vector instructions that the removal uses; the bone comes out the same with each. Default: "
+                      "the widest that this machine has. It has: {}",
+                      fmt::join(VectorTargets(), ", ")))
+      ->check(CLI::IsMember(VectorTargets()));
+  command->add_option("-o,--output", options->output, "File for the report instead of stdout");
+  CLI::Option* json = command->add_flag("--json", options->json, "Report as JSON");
+  command->add_flag("--markdown", options->markdown, "Report as the Markdown tables of the README")->excludes(json);
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

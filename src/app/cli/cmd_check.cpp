@@ -1,0 +1,165 @@
+// kerf check: is a scene fit to run, and what will it do.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/message.h"
+#include "cut/force/measured.h"
+#include "kerf/error.h"
+#include "session/run/check_scene.h"
+#include "session/run/cutting_energy.h"
+#include "session/run/run_slab_scene.h"
+#include "session/scene/doubts.h"
+#include "session/scene/path.h"
+#include "session/scene/scene.h"
+#include "session/scene/schema.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string file;
+  bool json = false;
+};
+
+/// The law at the scene's largest bite, on cortical bone.
+struct ToothAtTopBite {
+  double bite_mm = 0;
+  double thrust_N = 0;
+  double J_per_mm3 = 0;
+};
+
+/// None where there is no such bite: a stopped spindle, a path that stays where it is.
+std::optional<ToothAtTopBite> CalcToothAtTopBite(const Scene& scene) {
+  ToothAtTopBite tooth{CalcTopBite(scene), 0, 0};
+  if (!std::isfinite(tooth.bite_mm) || !(tooth.bite_mm > 0)) return std::nullopt;
+  const Tool tool = MakeTool(scene);
+  tooth.thrust_N = MakeToothForce(scene.force, tool)(tooth.bite_mm, kMeasuredEStar_MPa);
+  tooth.J_per_mm3 = CalcSpecificEnergy(tooth.thrust_N, CalcTooth(tool).width_mm, tooth.bite_mm);
+  return tooth;
+}
+
+void Run(const Options& options) {
+  const Scene scene = ReadScene(options.file);
+  const Path path = MakePath(scene);
+  const bool slab = scene.simulation.mode == SceneMode::kSlab;
+  const CheckedScene checked = CheckWholeScene(scene);
+  const std::optional<LoopSetup>& loop = checked.loop;
+  for (const std::string& doubt : checked.warnings) Say("{}: warning: {}", options.file, doubt);
+
+  const ForceLawInfo& law = scene.force.info();
+  const double bite_um = 1000 * CalcTopBite(scene);
+  const std::size_t ticks = path.CountTicks(scene.simulation.rate_hz);
+  if (options.json) {
+    nlohmann::ordered_json json;
+    json["file"] = options.file;
+    json["title"] = scene.title;
+    json["bone"] = {{"summary", checked.bone}, {"voxel_mm", checked.voxel_mm}};
+    json["material"] = nlohmann::ordered_json::parse(FormatMaterialJson(scene, checked.material));
+    json["tool"] = {{"shape", kToolKindWords[static_cast<std::size_t>(scene.tool.kind)]},
+                    {"diameter_mm", scene.tool.diameter_mm}};
+    if (scene.tool.kind == ToolKind::kDisc) {
+      json["tool"]["thickness_mm"] = scene.tool.thickness_mm;
+      json["tool"]["teeth"] = scene.tool.teeth;
+    } else {
+      json["tool"]["flutes"] = scene.tool.flutes;
+      json["tool"]["tooth_width_mm"] = scene.tool.tooth_width_mm;
+    }
+    json["tool"]["rpm"] = scene.tool.rpm;
+    json["path"] = {{"segments", path.segments().size()},
+                    {"length_mm", path.length_mm()},
+                    {"duration_s", path.duration_s()},
+                    {"top_speed_mm_per_s", path.CalcTopSpeed()}};
+    json["mode"] = slab ? "slab" : "voxel";
+    if (slab) json["slab"] = {{"law", ToString(scene.slab.params.reading)}};
+    json["force"] = {{"law", law.name}, {"summary", law.summary}, {"source", law.source}};
+    for (std::size_t i = 0; i < law.parameters.size(); ++i) {
+      json["force"]["parameters"][law.parameters[i].key] = scene.force.values()[i];
+    }
+    const double to_mm = FindTopValidBite(scene.force, MakeTool(scene));
+    json["force"]["valid_bite_um"] = {1000 * law.validity.from_mm, std::isfinite(to_mm)
+                                                                       ? nlohmann::ordered_json(1000 * to_mm)
+                                                                       : nlohmann::ordered_json(nullptr)};
+    json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
+    json["force"]["blades"] = DescribeBlades(scene.force);
+    json["force"]["good_for"] = FindCaveat(law).good_for;
+    json["force"]["measured_bite_um"] = {1000 * kMeasuredThrust.front().bite_mm, 1000 * kMeasuredThrust.back().bite_mm};
+    json["force"]["published_J_per_mm3"] = {kLeastSpecificEnergy_J_per_mm3, kMostSpecificEnergy_J_per_mm3};
+    if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
+      json["force"]["at_top_bite"] = {{"thrust_N", tooth->thrust_N},
+                                      {"specific_energy_J_per_mm3", tooth->J_per_mm3},
+                                      {"E_star_MPa", kMeasuredEStar_MPa}};
+    }
+    json["force"]["top_bite_um"] = std::isfinite(bite_um) ? nlohmann::ordered_json(bite_um) : nullptr;
+    json["simulation"] = {{"rate_hz", scene.simulation.rate_hz}, {"ticks", ticks}};
+    if (loop) {
+      json["loop"] = {{"device", loop->profile.name},
+                      {"hand", loop->hand.name},
+                      {"coupling_at", scene.coupling.at == CouplingPoint::kGrip ? "grip" : "tool"},
+                      {"coupling_N_per_mm", loop->fitted.coupling.stiffness_N_per_mm},
+                      {"device_N_per_N", loop->force_scale},
+                      {"rate_hz", scene.loop.rate_hz},
+                      {"degrade", scene.loop.degrade}};
+    }
+    json["warnings"] = checked.warnings;
+    fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    return;
+  }
+  fmt::print("{}: valid{}{}\n", options.file, scene.title.empty() ? "" : ": ", scene.title);
+  fmt::print("  bone   {}\n", checked.bone);
+  fmt::print("  moduli {}\n", DescribeMaterial(scene, checked.material));
+  fmt::print("  tool   {}, {} rpm\n", DescribeTool(scene.tool), scene.tool.rpm);
+  const std::size_t parts = path.segments().size();
+  fmt::print("  path   {} {}, {:.1f} mm in {:.2f} s, {} ticks at {} Hz\n", parts,
+             scene.path.strokes.empty() ? "segment"
+             : parts == 1               ? "stroke"
+                                        : "strokes",
+             path.length_mm(), path.duration_s(), ticks, scene.simulation.rate_hz);
+  if (slab) {
+    fmt::print("  force  slab mode, law {}, at up to {:.3g} mm/s\n", ToString(scene.slab.params.reading),
+               path.CalcTopSpeed());
+    fmt::print("         {}\n", DescribeSlabLaw(scene));
+    return;
+  }
+  fmt::print("  force  {}, bite up to {:.3g} um at {:.3g} mm/s\n", law.name, bite_um, path.CalcTopSpeed());
+  fmt::print("         {}\n", law.summary);
+  fmt::print("         from: {}\n", law.source);
+  fmt::print("         {}\n         {}\n         {}\n", DescribeAccuracy(scene.force, MakeTool(scene)),
+             DescribeBlades(scene.force), FindCaveat(law).good_for);
+  if (const std::optional<ToothAtTopBite> tooth = CalcToothAtTopBite(scene)) {
+    const bool within =
+        tooth->J_per_mm3 >= kLeastSpecificEnergy_J_per_mm3 && tooth->J_per_mm3 <= kMostSpecificEnergy_J_per_mm3;
+    fmt::print(
+        "         at that bite {:.3g} N of thrust on a tooth in cortical bone, {:.3g} J/mm3; {} {:g} to {:g} "
+        "J/mm3 ({})\n",
+        tooth->thrust_N, tooth->J_per_mm3, within ? "within" : "outside", kLeastSpecificEnergy_J_per_mm3,
+        kMostSpecificEnergy_J_per_mm3, kSpecificEnergySource);
+  }
+  if (!loop) return;
+  fmt::print("  hand   {} on {}, {:.3g} N on the device for 1 N in the simulation\n", loop->hand.name,
+             loop->profile.name, loop->force_scale);
+  fmt::print("         coupling at the {}: {}\n", scene.coupling.at == CouplingPoint::kGrip ? "grip" : "tool's centre",
+             DescribeCoupling(*loop));
+  fmt::print("  loop   {:g} Hz, {}\n", scene.loop.rate_hz,
+             scene.loop.degrade ? "may give up exactness for time" : "always exact");
+}
+
+}  // namespace
+
+void AddCheckCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("check", "Check a scene and the files that it names, and say what it will do.");
+  command->add_option("SCENE", options->file, "The scene file (TOML).")->required();
+  command->add_flag("--json", options->json, "Print the summary as JSON.");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

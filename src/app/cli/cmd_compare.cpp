@@ -1,0 +1,110 @@
+// kerf compare: the same cut in voxel mode and slab mode, and with several force laws.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/message.h"
+#include "app/cli/progress.h"
+#include "base/files/folder_lock.h"
+#include "experiment/compare/compare_files.h"
+#include "experiment/compare/comparison.h"
+#include "experiment/compare/conclusion.h"
+#include "kerf/error.h"
+#include "session/scene/scene.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string scene;
+  std::string folder = "out/compare";
+  CompareParams params;
+  bool json = false;
+};
+
+void PrintComparison(const Comparison& c, const std::vector<std::string>& files, const std::string& folder) {
+  fmt::print("{}\n", c.title.empty() ? c.scene : c.title);
+  fmt::print("  {:<28} {:>9} {:>9} {:>9} {:>9} {:>7} {:>9} {:>9} {:>9} {:>10}\n", "", "mean N", "ratio", "peak N",
+             "rms N", "rms %", "p50 us", "p99 us", "max us", "memory");
+  for (const CaseResult& r : c.cases) {
+    const double percent = c.reference().peak_N > 0 ? 100 * r.slice.rms_N / c.reference().peak_N : 0;
+    const double ratio = r.slice.reference_mean_N > 0 ? r.slice.mean_N / r.slice.reference_mean_N : 0;
+    fmt::print("  {:<28} {:>9} {:>9} {:>9} {:>9} {:>7} {:>9} {:>9} {:>9} {:>10}\n", r.what.label,
+               ShowFigure(r.slice.mean_N), ShowFigure(ratio), ShowFigure(r.peak_N), ShowFigure(r.slice.rms_N),
+               ShowFigure(percent), ShowFigure(r.times.p50_us), ShowFigure(r.times.p99_us), ShowFigure(r.times.max_us),
+               ShowMemory(static_cast<double>(r.memory_bytes)));
+  }
+  fmt::print(
+      "  over the slice of {1:.1f} mm; ratio: of the mean to that of {0}; rms: difference of force from {0}, and "
+      "in % of its peak\n",
+      c.reference().what.label, c.profile.end_mm);
+  fmt::print("  results   {}/:", folder);
+  for (const std::string& file : files) fmt::print(" {}", file);
+  fmt::print("\n");
+}
+
+/// Bad use rather than a failure: nothing has been read yet.
+void CheckOption(const char* option, const CompareParams& params) {
+  try {
+    CheckCompareParams(params);
+  } catch (const Error& e) {
+    throw CLI::ValidationError(option, e.what());
+  }
+}
+
+void Run(const Options& options) {
+  const CompareParams preset;
+  CheckOption("--laws", {options.params.laws, preset.depth_step_mm, preset.repetitions});
+  CheckOption("--depth-step", {{}, options.params.depth_step_mm, preset.repetitions});
+  CheckOption("--repeat", {{}, preset.depth_step_mm, options.params.repetitions});
+  const Scene scene = ReadScene(options.scene);
+  CheckCompareInputsStay(scene, options.scene, options.folder);
+  const FolderLock lock(options.folder);  // before the long work
+  Comparison comparison;
+  {
+    StageBars bars;
+    const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+    comparison = CompareScene(scene, options.params, show, options.scene);
+  }
+  const std::vector<std::string> files = WriteComparison(comparison, options.folder);
+  for (const std::string& warning : comparison.warnings) SayWarning("{}", warning);
+  if (options.json) {
+    fmt::print("{}", FormatCompareJson(comparison));
+  } else {
+    PrintComparison(comparison, files, options.folder);
+  }
+}
+
+}  // namespace
+
+void AddCompareCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "compare", "Make the same cut in voxel mode and in slab mode, and report forces, work, time and memory of each");
+  command
+      ->add_option("SCENE", options->scene,
+                   "The scene file (TOML) with a [slab] section; both modes run, whatever its mode")
+      ->required();
+  command->add_option("-o,--output", options->folder, "Folder for report, figures, CSV and JSON; made when missing")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--laws", options->params.laws,
+          "Force laws for voxel mode beside the scene's own, separated by commas, with their preset parameters; "
+          "\"all\": every law. Default: none")
+      ->delimiter(',');
+  command->add_option("--depth-step", options->params.depth_step_mm, "Step of the common depth axis in mm, 0.005 to 5")
+      ->capture_default_str();
+  command
+      ->add_option("--repeat", options->params.repetitions,
+                   "Runs of each case, 1 to 100, all cases in turn; the times are those of the fastest")
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "Print compare.json to stdout");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

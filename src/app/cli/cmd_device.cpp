@@ -1,0 +1,125 @@
+// kerf device test: whether a haptic device works, without a simulation.
+#include <fmt/format.h>
+#include <poll.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/cli/commands.h"
+#include "app/cli/device_option.h"
+#include "app/cli/message.h"
+#include "app/cli/numbers.h"
+#include "app/cli/signals.h"
+#include "device/drivers/device_check.h"
+#include "kerf/error.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  DeviceOption device;
+  DeviceCheckOptions check;
+  bool watch = false;
+  bool json = false;
+};
+
+/// While one stands, keys come at once and are not shown; nothing where there is no terminal.
+class RawKeys {
+ public:
+  RawKeys() {
+    if (!MayReadTerminal(STDIN_FILENO) || tcgetattr(STDIN_FILENO, &before_.emplace()) != 0) {
+      before_.reset();
+      return;
+    }
+    termios raw = *before_;
+    raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+    tcsetattr(STDIN_FILENO, TCSANOW, &raw);
+  }
+  ~RawKeys() {
+    if (before_) tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
+  }
+  RawKeys(const RawKeys&) = delete;
+  RawKeys& operator=(const RawKeys&) = delete;
+
+  bool Pressed() const {
+    pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+    char key = 0;
+    return before_ && MayReadTerminal(STDIN_FILENO) && poll(&input, 1, 0) == 1 && read(STDIN_FILENO, &key, 1) == 1;
+  }
+
+ private:
+  std::optional<termios> before_;
+};
+
+/// On a terminal a passing line is written over the one before, cut off where the terminal ends.
+void ShowWatched(const std::string& line, bool passing) {
+  if (isatty(STDOUT_FILENO) == 1) {
+    fmt::print("\r\x1b[K\x1b[?7l{}\x1b[?7h{}", line, passing ? "" : "\n");
+  } else {
+    fmt::print("{}\n", line);
+  }
+  std::fflush(stdout);
+}
+
+void Run(Options& options) {
+  const std::atomic<bool>& stop = CatchInterrupt();
+  const std::shared_ptr<DeviceServo> servo = OpenServo(options.device, DeviceServoOptions{}, &stop);
+  if (!servo) throw CLI::ValidationError("NAME", "must be a device that is there: 'kerf devices' lists them");
+  DeviceCheckResult result;
+  {
+    const RawKeys keys;
+    options.check.goes_on = [&] { return !stop.load() && !keys.Pressed() && std::ferror(stdout) == 0; };
+    if (options.watch) {
+      WatchDevice(*servo, options.check.goes_on, ShowWatched);
+      return;
+    }
+    options.check.say = [](const std::string& message) { Say("{}", message); };
+    result = CheckDevice(*servo, options.check);
+  }
+  fmt::print("{}", options.json ? FormatDeviceCheckJson(options.device.device, *servo, result)
+                                : FormatDeviceCheck(options.device.device, *servo, result));
+  if (result.stopped) throw Error("the test was stopped");
+  if (!result.faults.empty()) throw Error(fmt::format("{}: {}", options.device.device, result.faults.front()));
+}
+
+}  // namespace
+
+void AddDeviceCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("device", "Try a haptic device without a simulation");
+  command->require_subcommand(1);
+  CLI::App* test = command->add_subcommand(
+      "test",
+      "Homing, a handle at rest, a slow circle of force within a fifth of the peak, buttons, and how long a round "
+      "takes; any key stops it, and the force with it");
+  options->device.called = "NAME";
+  test->add_option(options->device.called, options->device.device, "The device, as 'kerf devices' lists it")
+      ->required();
+  AddDriverOptions(*test, options->device);
+  DeviceCheckOptions& check = options->check;
+  test->add_option("--force", check.circle_share, "Of the circle, share of the device's peak, 0.01 to 0.2")
+      ->check(NumberWithin(0.01, 0.2, "of the peak"))
+      ->capture_default_str();
+  test->add_flag("--up", check.up, "It points up all the time, for weights to be lifted: 1 N lifts 102 g");
+  test->add_option("--circle", check.circle_s, "How long the force goes round, s, 4 to 60")
+      ->check(NumberWithin(4, 60, "s"))
+      ->capture_default_str();
+  test->add_option("--buttons", check.buttons_s, "How long to wait for the buttons, s, 0 to 60")
+      ->check(NumberWithin(0, 60, "s"))
+      ->capture_default_str();
+  test->add_option("--homing", check.homing_s, "How long to wait for homing, s, 1 to 600")
+      ->check(NumberWithin(1, 600, "s"))
+      ->capture_default_str();
+  CLI::Option* json = test->add_flag("--json", options->json, "As JSON");
+  test->add_flag("--watch", options->watch,
+                 "Only show the handle's place and the buttons, ten times a second and without force, until a key is "
+                 "pressed")
+      ->excludes(json);
+  test->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,168 @@
+// kerf devices: which haptic devices are there, and what each known one can do.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/numbers.h"
+#include "device/devices/force_table.h"
+#include "device/devices/profiles.h"
+#include "device/drivers/device_list.h"
+#include "device/drivers/libusb_bus.h"
+
+namespace kerf::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  bool json = false;
+  bool markdown = false;
+  bool udev_rules = false;
+  bool profiles = false;
+  double peak_N = 28;
+};
+
+void PrintFound(const std::vector<FoundDevice>& devices) {
+  if (devices.empty()) fmt::print("No device that kerf knows is there.\n");
+  for (const FoundDevice& found : devices) {
+    fmt::print("{:<14} {} at {}: {}\n", found.choice, found.model, found.where,
+               found.state == DeviceState::kReady ? "ready" : found.problem);
+    if (!found.mend.empty()) fmt::print("{:<14} {}\n", "", found.mend);
+  }
+  fmt::print("\nkerf knows, by the name for --device:\n");
+  for (const KnownDevice& known : KnownDevices()) {
+    fmt::print("{:<14} {} ({}){}\n", known.name, known.what, known.link, known.makes_force ? "" : ", makes no force");
+  }
+  fmt::print("\n'kerf devices --profiles' shows what each can do, and those that are simulated.\n");
+}
+
+void PrintFoundJson(const std::vector<FoundDevice>& devices) {
+  Json json = {{"schema", 1}, {"devices", Json::array()}, {"known", Json::array()}};
+  for (const FoundDevice& found : devices) {
+    json["devices"].push_back({{"device", found.choice},
+                               {"kind", found.kind->name},
+                               {"model", found.model},
+                               {"where", found.where},
+                               {"node", found.usb.vendor != 0 ? Json(DeviceNode(found.usb)) : Json(nullptr)},
+                               {"makes_force", found.kind->makes_force},
+                               {"state", ToString(found.state)},
+                               {"problem", found.problem},
+                               {"mend", found.mend}});
+  }
+  for (const KnownDevice& known : KnownDevices()) {
+    Json numbers = Json::array();
+    for (const UsbNumbers& n : known.numbers) numbers.push_back(fmt::format("{:04x}:{:04x}", n.vendor, n.product));
+    json["known"].push_back({{"kind", known.name},
+                             {"what", known.what},
+                             {"link", known.link},
+                             {"makes_force", known.makes_force},
+                             {"numbers", numbers}});
+  }
+  fmt::print("{}\n", json.dump(2));
+}
+
+/// Three figures, or a dash for what is not known or not there.
+std::string Figure(double value) {
+  return value > 0 ? fmt::format("{:.3g}", value) : "-";
+}
+
+void PrintProfiles(const Options& options) {
+  const std::vector<ForceTableRow> table = CalcForceTable(DeviceProfiles(), options.peak_N);
+  if (options.json) {
+    Json json = {{"schema", 1}, {"expected_peak_N", options.peak_N}, {"profiles", Json::array()}};
+    const auto known = [](double value) { return value > 0 ? Json(std::round(value * 1e6) / 1e6) : Json(nullptr); };
+    for (const ForceTableRow& row : table) {
+      json["profiles"].push_back({{"profile", row.profile.name},
+                                  {"peak_force_N", row.profile.peak_force_N},
+                                  {"scale", known(row.scale)},
+                                  {"largest_N", known(row.largest_N)},
+                                  {"friction_hides_below_N", known(row.masked_N)},
+                                  {"largest_over_hidden", known(row.range)},
+                                  {"for_ever_N", known(row.lasting_N)},
+                                  {"for_ever_share", known(row.lasting_share)},
+                                  {"source", row.profile.source}});
+    }
+    fmt::print("{}\n", json.dump(2));
+    return;
+  }
+  const std::vector<std::string> heads = {"profile",    "peak (N)", "scale",        "largest (N)",
+                                          "hidden (N)", "range",    "for ever (N)", "for ever (%)"};
+  std::vector<std::vector<std::string>> rows;
+  for (const ForceTableRow& row : table) {
+    rows.push_back({row.profile.name, Figure(row.profile.peak_force_N), Figure(row.scale), Figure(row.largest_N),
+                    Figure(row.masked_N), Figure(row.range), Figure(row.lasting_N), Figure(100 * row.lasting_share)});
+  }
+  if (options.markdown) {
+    fmt::print("| {} |\n|{}\n", fmt::join(heads, " | "), " --- | --- | --- | --- | --- | --- | --- | --- |");
+    for (const std::vector<std::string>& row : rows) fmt::print("| {} |\n", fmt::join(row, " | "));
+    return;
+  }
+  fmt::print(
+      "{:g} N of the simulation scaled to each device's peak; all but the peak in newtons of the simulation.\n\n",
+      options.peak_N);
+  const auto print = [](const std::vector<std::string>& row) {
+    fmt::print("{:<18}", row[0]);
+    for (std::size_t i = 1; i < row.size(); ++i) fmt::print(" {:>12}", row[i]);
+    fmt::print("\n");
+  };
+  print(heads);
+  for (const std::vector<std::string>& row : rows) print(row);
+  fmt::print(
+      "\nscale     device newtons for one of the simulation: peak / {:g}, never above 1\n"
+      "hidden    smaller forces are lost in the device's own friction: friction / scale\n"
+      "range     largest / hidden\n"
+      "for ever  what the motors bear without growing hot: continuous force / scale, and its share of the largest\n"
+      "-         not known, or none\n",
+      options.peak_N);
+}
+
+void Run(const Options& options) {
+  if (options.udev_rules) {
+    fmt::print("{}", MakeUdevRules());
+  } else if (options.profiles) {
+    PrintProfiles(options);
+  } else {
+    LibusbBus bus;
+    const std::vector<FoundDevice> devices = FindDevices(bus);
+    if (options.json) {
+      PrintFoundJson(devices);
+    } else {
+      PrintFound(devices);
+    }
+  }
+}
+
+}  // namespace
+
+void AddDevicesCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "devices",
+      "Which haptic devices are there, which can't be opened and why, and how that is mended; nothing is moved");
+  CLI::Option* json = command->add_flag("--json", options->json, "As JSON");
+  CLI::Option* rules = command->add_flag("--udev-rules", options->udev_rules,
+                                         "Print the rules for udev that let users at the devices, and how to install "
+                                         "them");
+  CLI::Option* profiles = command->add_flag(
+      "--profiles", options->profiles,
+      "What every known device makes of the simulation's force: how it is scaled, what its friction hides, what it "
+      "bears for long");
+  command->add_option("--peak", options->peak_N, "Largest force of the simulation, N, 0.1 to 10000")
+      ->check(NumberWithin(0.1, 1e4, "N"))
+      ->needs(profiles)
+      ->capture_default_str();
+  command->add_flag("--markdown", options->markdown, "The profiles as the table of docs/devices.md")
+      ->needs(profiles)
+      ->excludes(json);
+  rules->excludes(json)->excludes(profiles);
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

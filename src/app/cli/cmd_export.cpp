@@ -1,0 +1,173 @@
+// kerf export: a bone's surface as a triangle mesh, with as many triangles as wanted.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "base/files/files.h"
+#include "bone/grid/surface.h"
+#include "bone/mesh/decimate.h"
+#include "bone/mesh/meshfile.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+#include "view/picture/colours.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string output;
+  std::size_t triangles = 0;  // 0: all
+  std::string colour;
+  bool pieces = false;
+  double min_piece_mm3 = 1;
+  bool json = false;
+};
+
+struct Exported {
+  std::string file;
+  std::size_t triangles = 0;
+  std::size_t full_triangles = 0;
+  double volume_mm3 = 0;
+  double full_volume_mm3 = 0;
+  std::size_t open_edges = 0;
+  double deviation_mm = 0;        // largest distance of a corner or a middle of a triangle from the bone's surface
+  double deviation_limit_mm = 0;  // distances beyond are not known
+};
+
+Exported ExportSurface(const Bone& bone, const Options& options, const std::string& path) {
+  const TriangleMesh full = ExtractSurface(bone);
+  if (full.triangles.empty()) throw Error(fmt::format("{}: holds no bone, so it has no surface", options.file));
+  const TriangleMesh mesh = options.triangles > 0 ? Decimate(full, options.triangles) : full;
+  Exported exported{path,
+                    mesh.triangles.size(),
+                    full.triangles.size(),
+                    CalcEnclosedVolume(mesh),
+                    CalcEnclosedVolume(full),
+                    CountOpenEdges(mesh),
+                    0,
+                    bone.band_mm()};
+  for (const auto& t : mesh.triangles) {
+    const Vec3 middle = (mesh.points[t[0]] + mesh.points[t[1]] + mesh.points[t[2]]) / 3.0;
+    exported.deviation_mm = std::max({exported.deviation_mm, std::abs(bone.SignedDistance(middle)),
+                                      std::abs(bone.SignedDistance(mesh.points[t[0]]))});
+  }
+  if (options.colour.empty()) {
+    WriteMesh(mesh, path);
+  } else {
+    const ColourBy by = options.colour == "region" ? ColourBy::kRegion : ColourBy::kTissue;
+    WriteColouredMesh(mesh, CalcSurfaceColours(bone, mesh, by).points, path);
+  }
+  return exported;
+}
+
+// x.stl becomes x-1.stl, x-2.stl, ...
+std::string NumberedPath(const std::string& path, std::size_t number) {
+  const std::filesystem::path whole(path);
+  return (whole.parent_path() / fmt::format("{}-{}{}", whole.stem().string(), number, whole.extension().string()))
+      .string();
+}
+
+double CalcVolumeChangePercent(const Exported& exported) {
+  return 100 * (exported.volume_mm3 / exported.full_volume_mm3 - 1);
+}
+
+void PrintJson(const Options& options, const std::vector<Exported>& all, const Pieces& pieces) {
+  nlohmann::ordered_json json;
+  json["bone"] = options.file;
+  json["surfaces"] = nlohmann::ordered_json::array();
+  for (const Exported& one : all) {
+    json["surfaces"].push_back(
+        {{"file", one.file},
+         {"triangles", one.triangles},
+         {"triangles_before_reduction", one.full_triangles},
+         {"volume_mm3", one.volume_mm3},
+         {"volume_change_percent", CalcVolumeChangePercent(one)},
+         {"closed", one.open_edges == 0},
+         {"open_edges", one.open_edges},
+         {"largest_deviation_mm", one.deviation_mm},
+         {"largest_deviation_is_lower_bound", one.deviation_mm >= one.deviation_limit_mm * 0.999}});
+  }
+  if (options.pieces) json["left_out"] = {{"pieces", pieces.dust_count}, {"volume_mm3", pieces.dust_mm3}};
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+void Print(const Options& options, const std::vector<Exported>& all, const Pieces& pieces) {
+  for (const Exported& one : all) {
+    fmt::print("{}: {} triangles, {:.2f} cm3, {}\n", one.file, one.triangles, one.volume_mm3 / 1000,
+               one.open_edges == 0 ? std::string("closed") : fmt::format("not closed ({} open edges)", one.open_edges));
+    if (one.triangles < one.full_triangles) {
+      fmt::print("  reduced from {} triangles: volume {:+.3f} %, at most {}{:.3f} mm from the bone's surface\n",
+                 one.full_triangles, CalcVolumeChangePercent(one),
+                 one.deviation_mm >= one.deviation_limit_mm * 0.999 ? "more than " : "", one.deviation_mm);
+    }
+  }
+  if (options.pieces && pieces.dust_count > 0) {
+    fmt::print("{} smaller than {} mm3 left out, {:.3f} mm3 together\n",
+               pieces.dust_count == 1 ? "1 piece" : fmt::format("{} pieces", pieces.dust_count), options.min_piece_mm3,
+               pieces.dust_mm3);
+  }
+}
+
+void Run(const Options& options) {
+  CheckInputsStay({options.file}, {options.output});
+  const Bone bone = ReadBone(options.file);
+  std::vector<Exported> all;
+  Pieces pieces;
+  if (options.pieces) {
+    pieces = SplitPieces(bone, options.min_piece_mm3);
+    if (pieces.pieces.empty()) {
+      throw Error(
+          fmt::format("{}: has no piece of at least {} mm3; lower --min-piece", options.file, options.min_piece_mm3));
+    }
+    for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
+      CheckInputsStay({options.file}, {NumberedPath(options.output, i + 1)});
+    }
+    for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
+      all.push_back(ExportSurface(pieces.pieces[i], options, NumberedPath(options.output, i + 1)));
+    }
+  } else {
+    all.push_back(ExportSurface(bone, options, options.output));
+  }
+  if (options.json)
+    PrintJson(options, all, pieces);
+  else
+    Print(options, all, pieces);
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("export", "Write a bone's surface as a triangle mesh (STL, OBJ or PLY).");
+  command->add_option("BONE", options->file, "The bone (.vdb).")->required();
+  command
+      ->add_option("-o,--output", options->output, "The mesh to write; its ending (.stl, .obj, .ply) says the format.")
+      ->required();
+  command
+      ->add_option("--triangles", options->triangles,
+                   "Reduce the surface to at most about this many triangles, keeping its shape and volume; 4 or more. "
+                   "Without it "
+                   "every triangle is written.")
+      ->check(CLI::Range(std::size_t{4}, std::size_t{1} << 40).description(""));
+  command
+      ->add_option("--colour", options->colour,
+                   "Colour the points of a .ply: \"tissue\" or \"region\". Without it: no colours.")
+      ->check(CLI::IsMember({"tissue", "region"}).description(""));
+  command->add_flag("--pieces", options->pieces,
+                    "Write each separate piece to a file of its own: x-1.stl (the largest), x-2.stl, ...");
+  command
+      ->add_option("--min-piece", options->min_piece_mm3,
+                   "With --pieces: leave out pieces smaller than this, in mm3; 0 or more, 1 by default.")
+      ->check(CLI::NonNegativeNumber.description(""));
+  command->add_flag("--json", options->json, "Print what was written as JSON.");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,376 @@
+// kerf import: from a CT or a surface to a bone.
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/frame_option.h"
+#include "app/cli/message.h"
+#include "app/cli/numbers.h"
+#include "app/cli/progress.h"
+#include "base/core/number_text.h"
+#include "base/files/files.h"
+#include "base/files/markups.h"
+#include "bone/import/dicom.h"
+#include "bone/import/import.h"
+#include "bone/material/region_table.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+
+namespace kerf::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  std::string input;
+  std::string output;
+  bool list = false;
+  bool json = false;
+  bool no_isolate = false;
+  bool any_shape = false;
+  bool no_fill = false;
+  bool teeth_asked = false;  // by an option about them
+  std::vector<std::string> keep, drop, keep_markups, drop_markups;
+  std::string materials;
+  ImportOptions import;
+};
+
+Json ToJson(const Vec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+double PeakMemory_MB() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+void List(const Options& options) {
+  std::error_code failed;
+  if (!std::filesystem::is_directory(options.input, failed)) {
+    throw Error(fmt::format("{}: --list wants a folder of DICOM files", options.input));
+  }
+  const std::vector<DicomSeries> all = ListDicomSeries(options.input);
+  Json list = Json::array();
+  for (const DicomSeries& s : all) {
+    const DicomSlice& first = s.slices.front();
+    list.push_back({{"uid", s.uid},
+                    {"description", s.description},
+                    {"modality", s.modality},
+                    {"columns", first.size[0]},
+                    {"rows", first.size[1]},
+                    {"slices", s.slices.size()},
+                    {"spacing_mm", {first.pixel_mm[0], first.pixel_mm[1], s.gap_mm}},
+                    {"transfer_syntax", first.transfer_syntax}});
+    if (options.json) continue;
+    fmt::print("{}\n  {}, {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm{}{}\n", s.uid,
+               s.modality.empty() ? "no modality" : s.modality, first.size[0], first.size[1], s.slices.size(),
+               first.pixel_mm[0], first.pixel_mm[1], s.gap_mm, s.description.empty() ? "" : ", ", s.description);
+  }
+  if (options.json)
+    fmt::print("{}\n", Json{{"series", list}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+/// null when it is not known.
+Json ErrorJson(const SurfaceError& e) {
+  if (e.points == 0) return nullptr;
+  return {{"expected_mm", e.CalcExpected()},    {"offset_mm", e.offset_mm},
+          {"scatter_mm", e.scatter_mm},         {"blur_mm", e.blur_mm},
+          {"half_height_HU", e.half_height_hu}, {"points", e.points}};
+}
+
+/// null when none were kept.
+Json HuJson(const ImportReport& r) {
+  if (r.hu_voxel_mm == 0) return nullptr;
+  return {{"voxel_mm", r.hu_voxel_mm}, {"min_HU", r.hu.min}, {"mean_HU", r.hu.mean}, {"max_HU", r.hu.max}};
+}
+
+/// null when the input was a CT.
+Json SurfaceJson(const ImportReport& r) {
+  if (r.kind != "surface") return nullptr;
+  return {{"triangles", r.surface.triangles},
+          {"shells", r.surface.shells},
+          {"hollow_shells", r.surface.hollow_shells},
+          {"hollow_mm3", r.surface.hollow_mm3},
+          {"inner_solid_shells", r.surface.inner_solid_shells},
+          {"repairs", r.surface.repairs}};
+}
+
+void PrintJson(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
+  Json seconds;
+  double total = 0;
+  for (const auto& [name, s] : r.seconds) {
+    seconds[name] = s;
+    total += s;
+  }
+  seconds["write"] = write_s;
+  seconds["total"] = total + write_s;
+  Json regions = Json::array();
+  for (const auto& [id, mm3] : r.region_mm3) {
+    const bool known = bone.materials().Contains(id);
+    regions.push_back({{"id", id}, {"name", known ? bone.materials().At(id).name : "none"}, {"volume_mm3", mm3}});
+  }
+  const Json json = {{"input", options.input},
+                     {"kind", r.kind},
+                     {"series_uid", r.series_uid},
+                     {"ct_voxels", r.size},
+                     {"ct_spacing_mm", ToJson(r.spacing_mm)},
+                     {"input_hash", fmt::format("{:016x}", r.input_hash)},
+                     {"warnings", r.warnings},
+                     {"iso_HU", options.import.isolate.iso_hu},
+                     {"isolation", r.isolation},
+                     {"contact_mm2", r.contact_mm2},
+                     {"volume_mm3", r.solid_mm3},
+                     {"volume_above_iso_mm3", r.iso_mm3},
+                     {"filled_mm3", r.filled_mm3},
+                     {"voids_filled", r.voids.count},
+                     {"voids_filled_mm3", r.voids.mm3},
+                     {"tooth_mm3", r.tooth_mm3},
+                     {"surface", SurfaceJson(r)},
+                     {"box_lower_mm", ToJson(r.box.lower)},
+                     {"box_upper_mm", ToJson(r.box.upper)},
+                     {"box_size_mm", ToJson(r.box.size())},
+                     {"pieces", r.pieces},
+                     {"dropped_pieces", r.dropped_pieces},
+                     {"dropped_mm3", r.dropped_mm3},
+                     {"mandible", r.mandible},
+                     {"shape_objection", r.shape_objection},
+                     {"cut_by_scan", r.cut_by_scan},
+                     {"surface_error", ErrorJson(r.surface_error)},
+                     {"voxel_mm", bone.voxel_mm()},
+                     {"region_voxel_mm", bone.region_voxel_mm()},
+                     {"active_voxels", r.active_voxels},
+                     {"bone_memory_bytes", r.memory_bytes},
+                     {"peak_memory_MB", PeakMemory_MB()},
+                     {"hu", HuJson(r)},
+                     {"regions", regions},
+                     {"seconds", seconds},
+                     {"output", options.output}};
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+/// Smaller than the CT's voxels, so counted apart from the marrow.
+std::string VoidsText(const ImportReport& r) {
+  if (r.voids.count == 0) return "";
+  return fmt::format(" and {} small void{} of {}{}", r.voids.count, r.voids.count == 1 ? "" : "s",
+                     FormatVolume(r.voids.mm3), r.voids.count == 1 ? "" : " together");
+}
+
+void PrintText(const Options& options, const ImportReport& r, const Bone& bone, double write_s) {
+  const Vec3 size = r.box.size();
+  const Vec3 centre = r.box.centre();
+  if (r.kind != "surface") {
+    fmt::print("read       {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm\n", r.size[0], r.size[1], r.size[2],
+               r.spacing_mm.x, r.spacing_mm.y, r.spacing_mm.z);
+    fmt::print("isolation  {}; {:.0f} mm2 of contact with other bone\n", r.isolation, r.contact_mm2);
+  }
+  fmt::print("volume     {}", FormatVolume(r.solid_mm3));
+  if (r.kind != "surface") {
+    fmt::print(" ({} above {:.0f} HU, {} of marrow and canals filled{}, {})", FormatVolume(r.iso_mm3),
+               options.import.isolate.iso_hu, FormatVolume(r.filled_mm3), VoidsText(r),
+               r.tooth_mm3 > 0 ? FormatVolume(r.tooth_mm3) + " of teeth" : "no teeth");
+  } else {
+    fmt::print("\nsurface    {} triangles in {}", r.surface.triangles, r.surface.how);
+  }
+  fmt::print("\nbox        {:.1f} x {:.1f} x {:.1f} mm around ({:.1f}, {:.1f}, {:.1f})\n", size.x, size.y, size.z,
+             centre.x, centre.y, centre.z);
+  if (const SurfaceError& e = r.surface_error; e.points > 0) {
+    fmt::print("surface    {:.2f} mm of expected error (rms): offset {:+.2f} mm (+ is outward), scatter {:.2f} mm\n",
+               e.CalcExpected(), e.offset_mm, e.scatter_mm);
+  }
+  fmt::print("pieces     {}", r.pieces);
+  if (r.dropped_pieces > 0)
+    fmt::print("; {} bits of {} together left out", r.dropped_pieces, FormatVolume(r.dropped_mm3));
+  fmt::print("\nvoxels     {} of {} mm, {:.0f} MB; peak memory {:.0f} MB\n", r.active_voxels, bone.voxel_mm(),
+             static_cast<double>(r.memory_bytes) / 1e6, PeakMemory_MB());
+  if (r.hu_voxel_mm > 0) {
+    fmt::print("CT numbers {:.0f} to {:.0f} HU in the bone, mean {:.0f}, on voxels of {:.4g} mm\n", r.hu.min, r.hu.max,
+               r.hu.mean, r.hu_voxel_mm);
+  }
+  double total = write_s;
+  std::string stages;
+  for (const auto& [name, s] : r.seconds) {
+    total += s;
+    stages += fmt::format("{} {:.1f}, ", name, s);
+  }
+  fmt::print("time       {:.1f} s ({}write {:.1f})\n", total, stages, write_s);
+  fmt::print("written    {}\n", options.output);
+}
+
+void Warn(const Options& options, const ImportReport& r) {
+  for (const std::string& warning : r.warnings) Say("{}", warning);
+  if (r.kind != "surface" && r.tooth_mm3 == 0 && (r.mandible || options.teeth_asked)) {
+    Say("no teeth were found: no part of the bone is as bright as enamel, {:.0f} HU and more; where the CT shows "
+        "teeth, "
+        "lower --tooth-hu",
+        options.import.tissue.tooth_hu);
+  }
+  if (r.cut_by_scan) Say("the bone reaches the edge of the scan and is cut off there");
+  if (!r.mandible) {
+    Say("all cortex is one region, since this is no mandible as the atlas knows it{}{}",
+        r.shape_objection.empty() ? "" : ": ", r.shape_objection);
+  }
+}
+
+/// An option that would do nothing with this kind of input is a mistake.
+void CheckOptionsAct(const CLI::App& command, const std::string& input) {
+  const bool is_surface = IsSurfacePath(input);
+  const std::vector<const char*> idle =
+      is_surface ? std::vector{"--list",          "--series",       "--keep",       "--drop",
+                               "--keep-markups",  "--drop-markups", "--no-isolate", "--any-shape",
+                               "--iso",           "--cortical-hu",  "--shell",      "--tooth-hu",
+                               "--tooth-body-hu", "--tooth-reach",  "--keep-hu",    "--hu-voxel"}
+                 : std::vector{"--units", "--mesh-shell"};
+  for (const char* option : idle) {
+    if (command.count(option) == 0) continue;
+    throw CLI::ValidationError(option, is_surface ? "acts on a CT only, and INPUT is a surface, which is imported whole"
+                                                  : "acts on a surface only, and INPUT is none");
+  }
+}
+
+void Run(Options& options) {
+  if (options.list) {
+    List(options);
+    return;
+  }
+  if (options.output.empty()) throw CLI::RequiredError("-o");
+  if (std::filesystem::path(options.output).extension() != ".vdb") {
+    throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", options.output));
+  }
+  CheckWritable(options.output);
+  std::vector<std::string> inputs{options.input, options.materials};
+  for (const auto* markups : {&options.keep_markups, &options.drop_markups}) {
+    inputs.insert(inputs.end(), markups->begin(), markups->end());
+  }
+  CheckInputsStay(inputs, {options.output});
+  ImportOptions& import = options.import;
+  import.isolate.isolate = !options.no_isolate;
+  import.isolate.check_shape = !options.any_shape;
+  import.fill = !options.no_fill;
+  for (const std::string& text : options.keep) import.isolate.keep_W.push_back(ParsePoint(text, "--keep"));
+  for (const std::string& text : options.drop) import.isolate.drop_W.push_back(ParsePoint(text, "--drop"));
+  for (const std::string& path : options.keep_markups) {
+    for (const Vec3& p_W : ReadMarkups(path)) import.isolate.keep_W.push_back(p_W);
+  }
+  for (const std::string& path : options.drop_markups) {
+    for (const Vec3& p_W : ReadMarkups(path)) import.isolate.drop_W.push_back(p_W);
+  }
+  if (!options.materials.empty()) {
+    import.materials = ParseRegionTable(ReadTextFile(options.materials), options.materials);
+    import.materials_name = std::filesystem::path(options.materials).filename().string();
+  }
+  ImportResult result;
+  double write_s = 0;
+  {
+    ProgressBar bar("importing");
+    import.progress = [&bar](double fraction) { bar.Show(0.97 * fraction);
+  };
+  result = Import(options.input, import);
+  const auto start = std::chrono::steady_clock::now();
+  WriteBone(result.bone, options.output);
+  write_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+Warn(options, result.report);
+if (options.json) {
+  PrintJson(options, result.report, result.bone, write_s);
+} else {
+  PrintText(options, result.report, result.bone, write_s);
+}
+}  // namespace
+
+}  // namespace kerf::cli
+
+void AddImportCommand(CLI::App& app) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* c =
+      app.add_subcommand("import", "Make a bone from a CT (DICOM folder, NRRD, NIfTI, MetaImage) or a closed surface.");
+  c->add_option("INPUT", o->input,
+                "A folder of DICOM files, an image (.nrrd .nhdr .nii .nii.gz .mha .mhd) or a surface (.stl .obj .ply).")
+      ->required();
+  c->add_option("-o,--output", o->output, "The bone to write (.vdb).");
+  c->add_flag("--list", o->list, "List the series of a DICOM folder and do nothing else.");
+  c->add_option("--series", o->import.series,
+                "UID, or its end, of the DICOM series to import; default: the only CT series.");
+  c->add_flag("--json", o->json, "Print the report as JSON.");
+  c->add_option("--voxel", o->import.voxel_mm, "Edge of a voxel of the bone, mm, 0.05 to 2; default 0.1.");
+
+  AddFrameOption(*c, o->import.frame);
+
+  const std::string which = "Which bone";
+  c->add_option("--keep", o->keep, "A point x,y,z in the bone wanted, patient coordinates LPS in mm; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(which);
+  c->add_option("--drop", o->drop, "A point x,y,z in bone that is not wanted; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(which);
+  c->add_option("--keep-markups", o->keep_markups,
+                "A point list of 3D Slicer (.mrk.json) with points to keep; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(which);
+  c->add_option("--drop-markups", o->drop_markups, "The same with points to drop; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(which);
+  c->add_flag("--no-isolate", o->no_isolate,
+              "Import all bone, in pieces of 1 cm3 and more, without looking for the mandible.")
+      ->group(which);
+  c->add_flag("--any-shape", o->any_shape, "Write what the points isolate even when it does not look like a mandible.")
+      ->group(which);
+
+  const std::string surface = "Surface and tissues";
+  c->add_option("--iso", o->import.isolate.iso_hu, "HU of the bone's surface, -500 to 3000; default 300.")
+      ->group(surface);
+  c->add_flag("--no-fill", o->no_fill,
+              "Leave marrow spaces and canals below the iso value hollow; of a surface, what any inner shell encloses "
+              "(without it: where the shell faces inward).")
+      ->group(surface);
+  c->add_option("--cortical-hu", o->import.tissue.cortical_hu,
+                "Cortical bone from this HU up, -500 to 4000; default 850.")
+      ->group(surface);
+  c->add_option("--shell", o->import.tissue.shell_mm,
+                "Cortical bone down to this depth whatever its HU, mm, 0 to 10; default 1.")
+      ->group(surface);
+  c->add_option("--mesh-shell", o->import.mesh_shell_mm,
+                "Thickness of the cortex of a surface, mm, 0 to 10; default 2.")
+      ->group(surface);
+  c->add_option("--units", o->import.mesh_units,
+                "Unit of a surface's coordinates: mm, cm, m, in or um; default mm, if that is the size of a bone.")
+      ->check(CLI::IsMember({"mm", "cm", "m", "in", "um"}))
+      ->group(surface);
+  c->add_option("--tooth-hu", o->import.tissue.tooth_hu, "Enamel from this HU up, 0 to 32767; default 1800.")
+      ->group(surface);
+  c->add_option("--tooth-body-hu", o->import.tissue.tooth_body_hu,
+                "Dentin joined to enamel from this HU up; default 1200.")
+      ->group(surface);
+  c->add_option("--tooth-reach", o->import.tissue.tooth_reach_mm, "Dentin reaches so far from enamel, mm; default 3.")
+      ->group(surface);
+  c->add_option("--materials", o->materials, "Region table (CSV) instead of the built-in one.")->group(surface);
+  CLI::Option* keep_hu =
+      c->add_flag(
+           "--keep-hu", o->import.keep_hu,
+           "Store the CT numbers in the bone, so that a scene can take its stiffness from them ([material] kind = "
+           "\"ct\").")
+          ->group(surface);
+  c->add_option(
+       "--hu-voxel", o->import.hu_voxel_mm,
+       "Edge of a voxel of the stored CT numbers, mm, 0.1 to 5; default: the CT's finest spacing, but at least "
+       "--voxel.")
+      ->needs(keep_hu)
+      ->check(NumberWithin(0.1, 5, "mm"))
+      ->group(surface);
+  c->callback([o, c] {
+    CheckOptionsAct(*c, o->input);
+    o->teeth_asked = c->count("--tooth-hu") + c->count("--tooth-body-hu") + c->count("--tooth-reach") > 0;
+    Run(*o);
+  });
+}
+
+}  // namespace kerf::cli

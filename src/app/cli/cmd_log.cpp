@@ -1,0 +1,261 @@
+#include <fmt/format.h>
+
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/message.h"
+#include "base/files/files.h"
+#include "kerf/error.h"
+#include "loop/record/recording.h"
+#include "loop/record/seal.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string output;
+  bool csv = false;
+  bool ticks = false;
+  bool json = false;
+  bool make_key = false;
+  bool show_key = false;
+  std::string key_file;
+};
+
+/// The given of each tick, a row each.
+class StepsCsv {
+ public:
+  explicit StepsCsv(double rate_hz) : rate_hz_(rate_hz) {}
+  /// Before a block's steps: where some are missing, the count and the clock go on behind them.
+  void Begin(const RecordedBlock& block) {
+    if (block.first_step == step_) return;
+    step_ = block.first_step;
+    time_s_ = block.first_time_s;
+  }
+  static const char* Header() {
+    return "step,time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,dt_s,skipped,rpm,buttons,read,wrote,force_off,set_down,fidelity,"
+           "flags,piece,"
+           "checkpoint\n";
+  }
+  void Add(const RecordedStep& s, std::string& csv) {
+    const bool set_down = (s.flags & kRecordedSetDown) != 0;
+    time_s_ += CalcElapsed(s, rate_hz_);
+    const Vec3& p = s.X.p_AB;
+    const Quat& q = s.X.R_AB;
+    fmt::format_to(std::back_inserter(csv),
+                   "{},{:.6f},{:.7f},{:.7f},{:.7f},{:.10f},{:.10f},{:.10f},{:.10f},{:.9g},{},{:g},"
+                   "{},{},{},{},{},{},{},{},{}\n",
+                   ++step_, time_s_, p.x, p.y, p.z, q.w, q.x, q.y, q.z, s.dt_s, s.skipped, s.rpm, s.buttons,
+                   (s.flags & kRecordedReadFailed) == 0 ? 1 : 0, (s.flags & kRecordedWriteFailed) == 0 ? 1 : 0,
+                   (s.flags & kRecordedForceOff) != 0 ? 1 : 0, set_down ? 1 : 0, s.fidelity, s.flags, s.piece,
+                   s.checkpoint);
+  }
+
+ private:
+  double rate_hz_;
+  std::uint64_t step_ = 0;
+  double time_s_ = 0;
+};
+
+const char* const kStatesHeader =
+    "step,time_s,handle_x_mm,handle_y_mm,handle_z_mm,handle_qw,handle_qx,handle_qy,handle_qz,tool_x_mm,tool_y_mm,"
+    "tool_z_mm,force_x_N,force_y_N,force_z_N,removed_total_mm3,engaged_teeth,rpm,buttons\n";
+
+/// How things stood, a hundred times a second.
+void AddStates(const RecordedBlock& block, std::string& csv) {
+  for (const RecordedState& s : block.states) {
+    const RecordedStep& step = block.steps[static_cast<std::size_t>(s.step - block.first_step)];
+    const Vec3& p = step.X.p_AB;
+    const Quat& q = step.X.R_AB;
+    fmt::format_to(
+        std::back_inserter(csv),
+        "{},{:.6f},{:.6f},{:.6f},{:.6f},{:.9f},{:.9f},{:.9f},{:.9f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},"
+        "{:.3f},{:.3f},{:g},{}\n",
+        s.step + 1, s.time_s, p.x, p.y, p.z, q.w, q.x, q.y, q.z, s.p_WT_mm.x, s.p_WT_mm.y, s.p_WT_mm.z, s.f_N.x,
+        s.f_N.y, s.f_N.z, s.removed_mm3, s.engaged_teeth, step.rpm, step.buttons);
+  }
+}
+
+/// As it comes, never all of it in memory.
+template <typename Put>
+void WriteCsv(const Options& options, RecordingReader& recording, Put&& put) {
+  put(options.ticks ? StepsCsv::Header() : kStatesHeader);
+  StepsCsv steps(recording.head().rate_hz);
+  RecordedBlock block;
+  for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
+    std::string csv;
+    if (!options.ticks) AddStates(block, csv);
+    steps.Begin(block);
+    for (std::size_t k = 0; options.ticks && k < block.steps.size(); ++k) steps.Add(block.steps[k], csv);
+    put(csv);
+  }
+}
+
+/// The keys whose signatures are recognised: this installation's, and those in the file given.
+std::vector<KnownKey> ListKeys(const Options& options) {
+  std::vector<KnownKey> keys = ListOwnKeys();
+  if (options.key_file.empty()) return keys;
+  const std::vector<KnownKey> more = ReadPublicKeys(options.key_file);
+  keys.insert(keys.begin(), more.begin(), more.end());
+  return keys;
+}
+
+/// With --key only what was signed by one of these keys, and is as it was signed, is good.
+void CheckSigner(const Options& options, const RecordingReader& recording) {
+  if (options.key_file.empty()) return;
+  const RecordingSeal& seal = recording.seal();
+  for (const KnownKey& known : ReadPublicKeys(options.key_file)) {
+    if (seal.is_whole && seal.signer == known.key) return;
+  }
+  throw Error(fmt::format("{}: is not signed by a key in {}: {}", options.file, options.key_file,
+                          DescribeSeal(seal, ListOwnKeys())));
+}
+
+void PrintSummary(RecordingReader& recording, const std::vector<KnownKey>& keys) {
+  const RecordingHead& head = recording.head();
+  fmt::print("{}\n", head.scene_name);
+  fmt::print("  kind      {} of {}\n", ToString(head.kind),
+             head.scene_file.empty() ? head.scene_name : head.scene_file);
+  fmt::print("  recorded  {} by kerf {} ({}, {})\n", head.created, head.version, head.commit, head.compiler);
+  fmt::print("  machine   {}\n", head.machine);
+  if (!head.taken_up_from.empty()) fmt::print("  goes on   from {}\n", head.taken_up_from);
+  fmt::print("  bone      {:016x} at {:g} mm voxels\n", head.bone_hash, head.voxel_mm);
+  fmt::print(
+      "  holds     {:.3f} s at {:g} Hz, {} ticks, {:.1f} kB: {:.2f} MB a minute\n", recording.duration_s(),
+      head.rate_hz, recording.steps(), 1e-3 * static_cast<double>(recording.file_bytes()),
+      recording.duration_s() > 0 ? 60e-6 * static_cast<double>(recording.file_bytes()) / recording.duration_s() : 0);
+  for (const auto& [name, bytes] : recording.ReadFiles()) {
+    fmt::print("  file      {}: {} bytes\n", name, bytes.size());
+  }
+  for (const RecordedEvent& event : recording.events()) {
+    fmt::print("  event     {:.3f} s: {} {}\n", event.time_s, event.what, event.name);
+  }
+  const std::string damage = recording.DescribeDamage();
+  if (recording.end()) fmt::print("  end       {}\n", recording.end()->why);
+  fmt::print("  seal      {}\n", DescribeSeal(recording.seal(), keys));
+  if (!damage.empty()) fmt::print("  damage    {}\n", damage);
+}
+
+void PrintJson(RecordingReader& recording) {
+  const RecordingHead& head = recording.head();
+  nlohmann::ordered_json json{{"file", recording.path()},
+                              {"kind", ToString(head.kind)},
+                              {"scene", head.scene_name},
+                              {"scene_file", head.scene_file},
+                              {"created", head.created},
+                              {"version", head.version},
+                              {"commit", head.commit},
+                              {"machine", head.machine},
+                              {"goes_on_from", head.taken_up_from},
+                              {"bone_hash", fmt::format("{:016x}", head.bone_hash)},
+                              {"voxel_mm", head.voxel_mm},
+                              {"rate_hz", head.rate_hz},
+                              {"duration_s", recording.duration_s()},
+                              {"steps", recording.steps()},
+                              {"bytes", recording.file_bytes()},
+                              {"state", ToString(recording.damage().state)},
+                              {"damage", recording.DescribeDamage()}};
+  const RecordingDamage& damage = recording.damage();
+  json["lost"] = {
+      {"steps", damage.lost_steps}, {"blocks", damage.lost_blocks}, {"gaps", nlohmann::ordered_json::array()}};
+  for (const LostSteps& gap : damage.gaps) {
+    json["lost"]["gaps"].push_back(
+        {{"first_step", gap.first_step}, {"steps", gap.count}, {"from_s", gap.from_s}, {"to_s", gap.to_s}});
+  }
+  const RecordingSeal& seal = recording.seal();
+  json["seal"] = {
+      {"chained", seal.is_chained}, {"broken", seal.is_broken}, {"whole", seal.is_whole}, {"signer", seal.signer}};
+  json["inputs"] = nlohmann::ordered_json::array();
+  for (const auto& [name, bytes] : recording.ReadFiles()) json["inputs"].push_back(name);
+  json["events"] = nlohmann::ordered_json::array();
+  for (const RecordedEvent& e : recording.events()) {
+    json["events"].push_back(
+        {{"time_s", e.time_s}, {"step", e.step}, {"what", e.what}, {"name", e.name}, {"number", e.number}});
+  }
+  if (const std::optional<RecordingEnd>& end = recording.end()) {
+    json["end"] = {{"why", end->why}, {"force_hash", fmt::format("{:016x}", end->force_hash)}};
+    if (end->bone_hash) json["end"]["bone_hash"] = fmt::format("{:016x}", *end->bone_hash);
+  }
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+void ShowKey(const Options& options) {
+  const std::optional<SealKey> key = options.make_key ? MakeKeyFile() : ReadKeyFile();
+  if (!key) throw Error(fmt::format("{}: there is no key; 'kerf log --make-key' makes one", FindKeyFile()));
+  fmt::print("{}\n", FormatPublicKey(key->public_key()));
+  if (options.make_key) Say("recordings made from now on are signed with the key in {}", FindKeyFile());
+}
+
+void WriteCsv(const Options& options, RecordingReader& recording) {
+  if (options.output.empty()) {
+    WriteCsv(options, recording, [](const std::string& text) { fmt::print("{}", text); });
+    return;
+  }
+  CheckInputsStay({options.file}, {options.output});
+  CheckWritable(options.output);
+  GrowingFile csv(options.output);
+  WriteCsv(options, recording, [&](const std::string& text) { csv.Append(text); });
+  csv.Commit();
+}
+
+void Run(const Options& options) {
+  if (options.make_key || options.show_key) {
+    if (!options.file.empty()) throw CLI::ValidationError("--make-key and --show-key", "take no recording");
+    ShowKey(options);
+    return;
+  }
+  if (options.file.empty()) throw CLI::RequiredError("FILE");
+  if (!options.csv && !options.output.empty()) throw CLI::ValidationError("-o", "is for --csv");
+  RecordingReader recording(options.file);
+  const std::vector<KnownKey> keys = ListKeys(options);  // before anything is printed
+  if (options.json) {
+    PrintJson(recording);
+  } else if (options.csv) {
+    WriteCsv(options, recording);
+  } else {
+    PrintSummary(recording, keys);
+  }
+  if (const std::string& damage = recording.DescribeDamage(); !damage.empty()) {
+    SayWarning("{}: {}", options.file, damage);
+  }
+  CheckSigner(options, recording);
+  if (recording.damage().state != RecordingState::kWhole) throw ReadDamaged();
+}
+
+}  // namespace
+
+void AddLogCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "log",
+      "What a recording holds, for people or as CSV for notebooks. Exit code 3: what was read is shown, but the "
+      "recording is damaged or cut short");
+  command->add_option("FILE", options->file, "The recording (made by --record)");
+  CLI::Option* csv = command->add_flag(
+      "--csv", options->csv,
+      "As CSV, a hundred rows a second: handle, tool, force, what was removed; forces of every tick come from 'kerf "
+      "replay -o'");
+  command->add_flag("--ticks", options->ticks, "With --csv: what each tick was given, exactly")->needs(csv);
+  command->add_flag("--json", options->json, "Head, inputs, events and end as JSON")->excludes(csv);
+  command->add_option("-o,--output", options->output, "File for the CSV; without it, stdout");
+  command->add_option(
+      "--key", options->key_file,
+      "File of public keys, a line each as --show-key prints it, with a name behind it or without: exit "
+      "with 1 when the recording is not sealed and signed by one of them");
+  CLI::Option* make =
+      command->add_flag("--make-key", options->make_key,
+                        "Make this installation's key, which signs all its recordings from now on, in "
+                        "kerf/recording.key of $XDG_CONFIG_HOME or ~/.config, and print its public half");
+  command->add_flag("--show-key", options->show_key, "Print the public half of this installation's key")
+      ->excludes(make);
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

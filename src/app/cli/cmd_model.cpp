@@ -1,0 +1,223 @@
+// kerf model: bones made from parameters.
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <glm/gtc/constants.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/numbers.h"
+#include "app/cli/progress.h"
+#include "base/files/files.h"
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
+#include "bone/models/mandible.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+
+namespace kerf::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Common {
+  std::string output;
+  std::string materials;
+  bool json = false;
+};
+
+MaterialTable ReadMaterials(const Common& common) {
+  if (common.materials.empty()) return DefaultMandibleTable();
+  return ParseRegionTable(ReadTextFile(common.materials), common.materials);
+}
+
+/// Writes the bone that `make` makes, and says what came out.
+void MakeAndWrite(const Common& common, const std::function<Bone(const std::function<void(double)>&)>& make) {
+  if (std::filesystem::path(common.output).extension() != ".vdb") {
+    throw CLI::ValidationError("-o", fmt::format("'{}' must end in .vdb", common.output));
+  }
+  CheckWritable(common.output);
+  CheckInputsStay({common.materials}, {common.output});
+  const auto start = std::chrono::steady_clock::now();
+  Bone bone;
+  {
+    ProgressBar bar("making");
+    bone = make([&bar](double fraction) { bar.Show(0.95 * fraction); });
+    WriteBone(bone, common.output);
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const double peak_MB = static_cast<double>(usage.ru_maxrss) / 1024;
+  const double volume_mm3 = bone.CalcVolume();
+  const Box3 box = bone.CalcBounds();
+  const std::uint64_t voxels = bone.CountActiveVoxels();
+  const std::uint64_t bytes = bone.CalcMemoryBytes();
+  if (!common.json) {
+    fmt::print("volume     {:.3f} cm3\n", volume_mm3 / 1000);
+    fmt::print("box        {:.1f} x {:.1f} x {:.1f} mm, from ({:.1f}, {:.1f}, {:.1f}) to ({:.1f}, {:.1f}, {:.1f})\n",
+               box.size().x, box.size().y, box.size().z, box.lower.x, box.lower.y, box.lower.z, box.upper.x,
+               box.upper.y, box.upper.z);
+    fmt::print("voxels     {} of {} mm, {:.0f} MB; peak memory {:.0f} MB\n", voxels, bone.voxel_mm(),
+               static_cast<double>(bytes) / 1e6, peak_MB);
+    fmt::print("time       {:.1f} s\n", seconds);
+    fmt::print("written    {}\n", common.output);
+    return;
+  }
+  Json regions = Json::array();
+  for (const auto& [id, mm3] : bone.CalcRegionVolumes()) {
+    regions.push_back({{"id", id},
+                       {"name", bone.materials().Contains(id) ? bone.materials().At(id).name : "none"},
+                       {"volume_mm3", mm3}});
+  }
+  const Json json = {{"volume_mm3", volume_mm3},
+                     {"bounds",
+                      {{"lower_mm", {box.lower.x, box.lower.y, box.lower.z}},
+                       {"upper_mm", {box.upper.x, box.upper.y, box.upper.z}},
+                       {"size_mm", {box.size().x, box.size().y, box.size().z}}}},
+                     {"voxel_mm", bone.voxel_mm()},
+                     {"region_voxel_mm", bone.region_voxel_mm()},
+                     {"active_voxels", voxels},
+                     {"memory_bytes", bytes},
+                     {"peak_memory_MB", peak_MB},
+                     {"seconds", seconds},
+                     {"hash", fmt::format("{:016x}", bone.CalcHash())},
+                     {"regions", regions},
+                     {"notes", bone.notes()},
+                     {"output", common.output}};
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+void AddCommon(CLI::App& c, Common& common) {
+  c.add_option("-o,--output", common.output, "The bone to write (.vdb).")->required();
+  c.add_option("--materials", common.materials,
+               "Table of regions (CSV) to use instead of the one built in (volumes/mandible_regions.csv).");
+  c.add_flag("--json", common.json, "Print the summary as JSON.");
+}
+
+/// "ramus_height_mm" -> "--ramus-height"; the unit goes into the help text.
+std::string MakeOptionName(std::string key, std::string* unit) {
+  for (const char* suffix : {"mm", "deg"}) {
+    const std::string ending = fmt::format("_{}", suffix);
+    if (!key.ends_with(ending)) continue;
+    *unit = suffix;
+    key.resize(key.size() - ending.size());
+  }
+  for (char& c : key) c = c == '_' ? '-' : c;
+  return "--" + key;
+}
+
+/// One option for each described parameter.
+struct OptionMaker {
+  CLI::App& command;
+
+  template <typename T>
+  void operator()(const char* key, T& value, Range range, const char* meaning) const {
+    std::string unit;
+    const std::string name = MakeOptionName(key, &unit);
+    std::string text = meaning;
+    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+    command.add_option(name, value,
+                       fmt::format("{}{}{}; {} to {}, default {}.", text, unit.empty() ? "" : ", ", unit, range.lower,
+                                   range.upper, value));
+  }
+};
+
+void AddMandible(CLI::App& model) {
+  struct Options : Common {
+    MandibleParams params;
+  };
+  const auto o = std::make_shared<Options>();
+  CLI::App* c = model.add_subcommand("mandible", "The generic mandible, in patient coordinates (docs/mandible.md).");
+  AddCommon(*c, *o);
+  Describe(o->params, OptionMaker{*c});
+  c->callback([o] {
+    const MaterialTable materials = ReadMaterials(*o);
+    MakeAndWrite(*o, [&](const auto& progress) { return MakeMandible(o->params, materials, progress); });
+  });
+}
+
+/// Turns by degrees about the block's x axis, then the world's y, then its z.
+Quat MakeRotation(const std::vector<double>& degrees) {
+  return glm::angleAxis(glm::radians(degrees[2]), Vec3{0, 0, 1}) *
+         glm::angleAxis(glm::radians(degrees[1]), Vec3{0, 1, 0}) *
+         glm::angleAxis(glm::radians(degrees[0]), Vec3{1, 0, 0});
+}
+
+void AddBlock(CLI::App& model, const char* name, const char* help, const BlockParams& defaults) {
+  struct Options : Common {
+    BlockParams params;
+    std::string size, at, rotate;
+    std::vector<std::string> layers;
+  };
+  const auto o = std::make_shared<Options>();
+  o->params = defaults;
+  CLI::App* c = model.add_subcommand(name, help);
+  AddCommon(*c, *o);
+  const Vec3& s = defaults.size_mm;
+  c->add_option("--size", o->size,
+                fmt::format("Length, width and height x,y,z, mm, each 0.1 to 1000; default {},{},{}.", s.x, s.y, s.z));
+  std::string usual;
+  for (const MaterialLayer& layer : defaults.layers)
+    usual += fmt::format(" --layer {}:{}", layer.thickness_mm, layer.region);
+  c->add_option(
+       "--layer", o->layers,
+       fmt::format(
+           "A layer thickness:region, mm and a region of the table, from the top down; may be repeated, the last "
+           "one fills what is left; default{}.",
+           usual.empty() ? " region 24 throughout" : usual))
+      ->allow_extra_args(false);
+  c->add_option("--at", o->at, "Where the middle of the top face stands, x,y,z, mm; default 0,0,0.");
+  c->add_option("--rotate", o->rotate,
+                "Turn about the middle of the top face by x,y,z degrees: about the x axis, then the y axis, then the z "
+                "axis of the "
+                "world; default 0,0,0.");
+  c->add_option("--voxel", o->params.voxel_mm, "Edge of a voxel, mm; 0.02 to 4, default 0.1.");
+  c->callback([o] {
+    BlockParams params = o->params;
+    if (!o->size.empty()) {
+      const auto v = ParseNumbers(o->size, ',', 3, "--size", "x,y,z in mm, such as 40,20,20");
+      params.size_mm = {v[0], v[1], v[2]};
+    }
+    if (!o->at.empty()) {
+      const auto v = ParseNumbers(o->at, ',', 3, "--at", "x,y,z in mm, such as 0,0,10");
+      params.X_WB.p_AB = {v[0], v[1], v[2]};
+    }
+    if (!o->rotate.empty()) {
+      params.X_WB.R_AB = MakeRotation(ParseNumbers(o->rotate, ',', 3, "--rotate", "x,y,z in degrees, such as 0,30,45"));
+    }
+    if (!o->layers.empty()) params.layers.clear();
+    for (const std::string& text : o->layers) {
+      const auto v = ParseNumbers(text, ':', 2, "--layer", "thickness:region, such as 2.2:24");
+      if (v[1] != std::floor(v[1]) || v[1] < 1 || v[1] > 255) {
+        throw CLI::ValidationError(
+            "--layer", fmt::format("'{}' names no region; a region is a whole number within 1 to 255", text));
+      }
+      params.layers.push_back({v[0], static_cast<int>(v[1])});
+    }
+    const MaterialTable materials = ReadMaterials(*o);
+    MakeAndWrite(*o, [&](const auto&) { return MakeBlock(params, materials); });
+  });
+}
+
+}  // namespace
+
+void AddModelCommand(CLI::App& app) {
+  CLI::App* c = app.add_subcommand("model", "Make a bone from parameters: the generic mandible, a block or a plate.");
+  c->require_subcommand(1);
+  AddMandible(*c);
+  AddBlock(*c, "block", "A block with layers of material, for experiments with a known answer.", BlockParams{});
+  AddBlock(*c, "plate", "A plate of the mandible's body laid flat: cortical, cancellous and cortical bone.",
+           MakePlateParams());
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,166 @@
+// kerf picture: what a bone looks like, or a CT.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+
+#include "app/cli/commands.h"
+#include "app/cli/ct_sheet.h"
+#include "app/cli/frame_option.h"
+#include "app/cli/numbers.h"
+#include "base/files/files.h"
+#include "bone/grid/surface.h"
+#include "bone/import/image_header.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+#include "view/picture/picture.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string output;
+  std::string view = "three-quarter";
+  std::string colour = "tissue";
+  std::string size;
+  std::string title;
+  bool dark = false;
+  bool axes = false;
+  CtSheetOptions ct;
+};
+
+bool ParseSize(const std::string& text, int& width, int& height) {
+  const char* end = text.data() + text.size();
+  const auto [after_width, width_error] = std::from_chars(text.data(), end, width);
+  if (width_error != std::errc() || after_width == end || *after_width != 'x') return false;
+  const auto [after_height, height_error] = std::from_chars(after_width + 1, end, height);
+  return height_error == std::errc() && after_height == end;
+}
+
+std::string CheckSize(const std::string& text) {
+  int width = 0;
+  int height = 0;
+  const bool fits = ParseSize(text, width, height) && width >= 64 && height >= 64 && width <= 8192 && height <= 8192;
+  return fits ? std::string() : fmt::format("'{}' is no size: give it as WIDTHxHEIGHT, each 64 to 8192 pixels", text);
+}
+
+/// Whether an import would read it as a CT.
+bool IsCt(const std::string& path) {
+  std::error_code failed;
+  return std::filesystem::is_directory(path, failed) || HasImageExtension(path);
+}
+
+void DrawCt(const Options& options) {
+  CtSheetOptions sheet = options.ct;
+  sheet.input = options.file;
+  sheet.output = options.output;
+  sheet.title = options.title;
+  if (!options.size.empty()) ParseSize(options.size, sheet.width, sheet.height);
+  DrawCtSheet(sheet);
+}
+
+void DrawBone(const Options& options) {
+  const Bone bone = ReadBone(options.file);
+  PictureSpec spec;
+  if (!options.size.empty()) ParseSize(options.size, spec.width, spec.height);
+  spec.axes = options.axes;
+  spec.camera = MakeCamera(*ViewFromString(options.view));
+  spec.dark = options.dark;
+  const Vec3 size = bone.CalcBounds().size();
+  spec.title = options.title.empty() ? std::filesystem::path(options.file).stem().string() : options.title;
+  spec.caption = fmt::format("{:.1f} cm³, {:.0f} x {:.0f} x {:.0f} mm, voxels of {:g} mm", bone.CalcVolume() / 1000,
+                             size.x, size.y, size.z, bone.voxel_mm());
+  const ColourBy by = options.colour == "region"  ? ColourBy::kRegion
+                      : options.colour == "plain" ? ColourBy::kPlain
+                                                  : ColourBy::kTissue;
+  Shape shape;
+  shape.mesh_W = ExtractSurface(bone);
+  if (shape.mesh_W.triangles.empty())
+    throw Error(fmt::format("{}: holds no bone, so there is nothing to see", options.file));
+  SurfaceColours colours = CalcSurfaceColours(bone, shape.mesh_W, by);
+  shape.point_colours = std::move(colours.points);
+  spec.legend = std::move(colours.legend);
+  spec.shapes.push_back(std::move(shape));
+  WritePicture(spec, options.output);
+  fmt::print("{}\n", options.output);
+}
+
+void Run(const CLI::App& command, const Options& options) {
+  const bool ct = IsCt(options.file);
+  for (const char* name : {"--view", "--colour", "--dark"}) {
+    if (ct && command.count(name) > 0) throw CLI::ValidationError(name, "is for a bone; a CT is drawn in slices");
+  }
+  for (const char* name : {"--slice", "--keep", "--drop", "--iso", "--series", "--frame"}) {
+    if (!ct && command.count(name) > 0) throw CLI::ValidationError(name, "is for a CT, not for a bone");
+  }
+  CheckWritable(options.output);
+  CheckInputsStay({options.file}, {options.output});
+  ct ? DrawCt(options) : DrawBone(options);
+}
+
+}  // namespace
+
+void AddPictureCommand(CLI::App& app) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("picture", "Draw a bone or a CT as a PNG; needs no display.");
+  command
+      ->add_option("BONE", o->file,
+                   "The bone (.vdb); or a CT, as 'kerf import' takes it: a folder of DICOM files or an image.")
+      ->required();
+  command->add_option("-o,--output", o->output, "The picture to write (.png).")->required();
+  command->add_flag("--axes", o->axes,
+                    "Patient coordinates (LPS) in mm along the edges, and a grid. A CT always has them.");
+  command
+      ->add_option(
+          "--size", o->size,
+          "Width and height in pixels, each 64 to 8192, of a CT 200 to 8192; default 1280x720, of a CT 2400x1800.")
+      ->check(CLI::Validator(CheckSize, ""));
+  command->add_option("--title", o->title, "The line at the top; by default the file's name.");
+
+  const std::string bone = "A bone";
+  command
+      ->add_option(
+          "--view", o->view,
+          "From where the patient is seen: front, back, left, right, top, bottom or three-quarter (the default).")
+      ->check(CLI::IsMember({"front", "back", "left", "right", "top", "bottom", "three-quarter"}).description(""))
+      ->group(bone);
+  command
+      ->add_option("--colour", o->colour,
+                   "What the colours say: tissue (cortical, cancellous, tooth, canal; the default), region (of the "
+                   "table) or plain.")
+      ->check(CLI::IsMember({"tissue", "region", "plain"}).description(""))
+      ->group(bone);
+  command->add_flag("--dark", o->dark, "Dark background instead of white.")->group(bone);
+
+  const std::string ct = "A CT, for the points of 'kerf import --keep' and '--drop' to be read off";
+  command
+      ->add_option("--slice", o->ct.slices,
+                   "A slice to draw: x=MM, y=MM or z=MM; may be repeated. Without: the bone from the front and the "
+                   "left, and axial slices: through the points, or ten over the bone's height.")
+      ->allow_extra_args(false)
+      ->group(ct);
+  command->add_option("--keep", o->ct.keep, "Mark the point x,y,z (LPS, mm) in green; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(ct);
+  command->add_option("--drop", o->ct.drop, "Mark the point x,y,z in orange; may be repeated.")
+      ->allow_extra_args(false)
+      ->group(ct);
+  command
+      ->add_option("--iso", o->ct.import.isolate.iso_hu,
+                   "Bone is what has this HU and more, -500 to 3000; default 300.")
+      ->check(NumberWithin(-500, 3000, "HU"))
+      ->group(ct);
+  command
+      ->add_option("--series", o->ct.import.series,
+                   "UID, or its end, of the DICOM series; default: the only CT series.")
+      ->group(ct);
+  AddFrameOption(*command, o->ct.import.frame)->group(ct);
+  command->callback([o, command] { Run(*command, *o); });
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,47 @@
+// kerf practise: the student's exercises.
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+
+#include "app/cli/commands.h"
+#include "app/cli/practise_history.h"
+#include "app/cli/signals.h"
+#include "app/cli/window_options.h"
+#include "app/window/practice.h"
+#include "session/practise/history.h"
+
+namespace kerf::cli {
+namespace {
+
+void OpenWindow(const PractiseOptions& options, const WindowOptions& window) {
+  PracticeOptions practice;
+  practice.theatre = MakeTheatreOptions(window, "kerf practise", "practice");
+  practice.exercise = options.exercise;
+  practice.level = options.level;
+  practice.student = options.student;
+  Practice theatre(practice);
+  const ExitsAtOnce at_once;
+  for (const std::string& recording : theatre.Run()) fmt::print("recording  {}\n", recording);
+}
+
+}  // namespace
+
+void AddPractiseCommand(CLI::App& app) {
+  const auto options = std::make_shared<PractiseOptions>();
+  CLI::App* command =
+      app.add_subcommand("practise", "Exercises for students, their scores and their history (docs/practise.md)");
+  const auto window = std::make_shared<WindowOptions>();
+  AddPractiseHistoryOptions(*command, *options);
+  AddWindowOptions(*command, *window);
+  command->callback([options, window] {
+    if (!options->student.empty()) CheckStudentName(options->student);
+    if (WantsPractiseHistory(*options)) {
+      RunPractiseHistory(*options);
+    } else {
+      OpenWindow(*options, *window);
+    }
+  });
+}
+
+}  // namespace kerf::cli

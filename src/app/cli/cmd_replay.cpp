@@ -1,0 +1,194 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/message.h"
+#include "app/cli/progress.h"
+#include "app/cli/signals.h"
+#include "base/files/files.h"
+#include "base/files/folder_lock.h"
+#include "kerf/error.h"
+#include "session/run/run_loop.h"
+#include "session/run/run_scene.h"
+#include "session/run/run_slab_scene.h"
+#include "session/run/session_recorder.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string folder;
+  std::string bone_file;
+  std::optional<double> until_s;
+  double speed = 0;
+  bool verify = false;
+  bool full = false;
+  bool json = false;
+};
+
+void PrintHead(const RecordingReader& recording) {
+  const RecordingHead& head = recording.head();
+  fmt::print("{}\n", head.scene_name);
+  fmt::print("  recorded  {} by kerf {} ({}) on {}\n", head.created, head.version, head.commit, head.machine);
+  if (!head.taken_up_from.empty()) fmt::print("            goes on from {}\n", head.taken_up_from);
+  fmt::print("  holds     {:.3f} s, {} ticks, {:.1f} kB\n", recording.duration_s(), recording.steps(),
+             1e-3 * static_cast<double>(recording.file_bytes()));
+  for (const std::string& warning : FindDamageWarnings(recording)) fmt::print("  damage    {}\n", warning);
+  fmt::print("  seal      {}\n", DescribeSeal(recording.seal(), ListOwnKeys()));
+}
+
+std::string FormatJson(const RecordingReader& recording, const Replayed& replayed) {
+  const RecordingHead& head = recording.head();
+  const std::optional<RecordingEnd>& end = recording.end();
+  nlohmann::ordered_json json{{"recording", recording.path()},
+                              {"kind", ToString(head.kind)},
+                              {"scene", head.scene_name},
+                              {"version", head.version},
+                              {"commit", head.commit},
+                              {"machine", head.machine},
+                              {"created", head.created},
+                              {"duration_s", recording.duration_s()},
+                              {"ticks", recording.steps()},
+                              {"bytes", recording.file_bytes()},
+                              {"whole", recording.DescribeDamage().empty()},
+                              {"state", ToString(recording.damage().state)},
+                              {"damage", recording.DescribeDamage()},
+                              {"lost_ticks", recording.damage().lost_steps},
+                              {"replayed_ticks", replayed.steps},
+                              {"replayed_s", replayed.time_s},
+                              {"identical", !replayed.divergence},
+                              {"force_hash", fmt::format("{:016x}", replayed.force_hash)},
+                              {"voxel_hash", fmt::format("{:016x}", replayed.voxel_hash)},
+                              {"bone_hash", fmt::format("{:016x}", replayed.bone_hash)}};
+  if (end && end->bone_hash) json["recorded_bone_hash"] = fmt::format("{:016x}", *end->bone_hash);
+  if (replayed.divergence) {
+    json["divergence"] = {{"tick", replayed.divergence->step + 1},
+                          {"time_s", replayed.divergence->time_s},
+                          {"what", replayed.divergence->what}};
+  }
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+/// Of the surfaces that are written.
+double ErrorOf(const Options& options) {
+  return options.full ? 0 : kSurfaceErrorMm;
+}
+
+Replayed ReplayLoop(const Options& options, RecordingReader& recording, const RecordedScene& recorded) {
+  const Scene& scene = recorded.scene;
+  LoopOptions loop;
+  loop.virtual_time = true;
+  loop.seconds = std::clamp(std::min(options.until_s.value_or(1e9), recording.damage().whole_s), 0.01, kMostLoop_s);
+  loop.stop = &CatchInterrupt();
+  loop.scene_file = recording.head().scene_file;
+  loop.replay.recording = &recording;
+  loop.replay.until_s = options.until_s.value_or(std::numeric_limits<double>::infinity());
+  loop.replay.verify = options.verify;
+  loop.replay.speed = options.speed;
+  loop.keep_bones = !options.folder.empty();
+  loop.log = options.folder.empty() ? LoopLog::kNowhere : LoopLog::kFolder;
+  loop.folder = options.folder;
+  if (!options.folder.empty()) {
+    CheckLoopInputsStay(scene, options.file, options.folder);
+  }
+  StageBars bars;
+  const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+  LoopSummary summary = RunLoop(scene, loop, show);
+  const std::vector<std::string> damage = FindDamageWarnings(recording);
+  summary.warnings.insert(summary.warnings.begin(), damage.begin(), damage.end());
+  if (!options.folder.empty()) WriteLoopReport(scene, summary, options.folder, show, ErrorOf(options));
+  return *summary.replayed;
+}
+
+Replayed ReplayRun(const Options& options, RecordingReader& recording, const RecordedScene& recorded) {
+  RunReplay replay(recording, options.until_s.value_or(std::numeric_limits<double>::infinity()), options.verify);
+  StageBars bars;
+  const auto show = [&](const std::string& now, double fraction) { bars.Show(now, fraction); };
+  if (options.folder.empty()) return ReplayScene(recorded.scene, replay, show);
+  CheckInputsStay(recorded.scene, options.file, options.folder);
+  if (recording.head().kind == RecordedKind::kSlab) {
+    RunSlabScene(recorded.scene, options.folder, show, {"", "", &replay}, ErrorOf(options));
+    return replay.MakeReport(recording.end() ? recording.end()->bone_hash.value_or(0) : 0);
+  }
+  const RunSummary summary = RunScene(recorded.scene, options.folder, show, {}, {"", "", &replay}, ErrorOf(options));
+  return replay.MakeReport(summary.hash_after);
+}
+
+void Run(const Options& options) {
+  if (options.until_s && std::isnan(*options.until_s)) throw CLI::ValidationError("--until", "is no number");
+  RecordingReader recording(options.file);
+  if (options.until_s && *options.until_s > recording.duration_s() + 1e-9) {
+    throw Error(fmt::format("{}: is {:.3f} s long; there is no moment {:g} s in it", options.file,
+                            recording.duration_s(), *options.until_s));
+  }
+  const RecordingDamage& damage = recording.damage();
+  if (options.until_s && *options.until_s > damage.whole_s + 1e-9) {
+    throw Error(
+        fmt::format("{}: {}; it can be gone through up to {:.3f} s", options.file, damage.sentence, damage.whole_s));
+  }
+  const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
+  std::optional<FolderLock> lock;
+  if (!options.folder.empty()) lock.emplace(options.folder);
+  for (const std::string& warning : FindDamageWarnings(recording)) SayWarning("{}: {}", options.file, warning);
+  const bool loop = recording.head().kind == RecordedKind::kLoop;
+  if (!loop && options.speed > 0) {
+    throw CLI::ValidationError("--speed", "is for a recorded loop; a run along a path has no pace of its own");
+  }
+  const Replayed replayed = loop ? ReplayLoop(options, recording, recorded) : ReplayRun(options, recording, recorded);
+  if (!options.json) PrintHead(recording);
+  if (options.json) fmt::print("{}", FormatJson(recording, replayed));
+  if (const std::optional<Divergence>& d = replayed.divergence) {
+    const std::string what = fmt::format("{}: other than recorded from tick {} on, at {:.3f} s: {}", options.file,
+                                         d->step + 1, d->time_s, d->what);
+    if (options.verify) throw Error(what);
+    SayWarning("{}", what);
+  } else if (!options.json) {
+    fmt::print("  replayed  {:.3f} s, {} ticks: voxels and forces to the bit as recorded\n", replayed.time_s,
+               replayed.steps);
+  }
+  if (!options.json) {
+    fmt::print("  state     bone {:016x}, voxels {:016x}, force {:016x}\n", replayed.bone_hash, replayed.voxel_hash,
+               replayed.force_hash);
+    if (!options.folder.empty()) fmt::print("  results   {}/\n", options.folder);
+  }
+  if (damage.state != RecordingState::kWhole) throw ReadDamaged();
+}
+
+}  // namespace
+
+void AddReplayCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "replay",
+      "Go through a recording again: the same voxels and forces to the bit, or where they are not. Exit code 3: as "
+      "recorded as far as it goes, but the recording is damaged or cut short");
+  command->add_option("FILE", options->file, "The recording (made by --record)")->required();
+  command->add_flag(
+      "--verify", options->verify,
+      "Stop at the first tick whose forces, voxels, row of states or events come out otherwise, name it, and exit "
+      "with 1; without it the replay goes on and warns");
+  command->add_option("--speed", options->speed, "Times real time; 0: as fast as it goes")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6));
+  command->add_option("--until", options->until_s, "Only as far as this moment, s")->check(CLI::Range(0.0, 1e9));
+  command->add_option("-o,--output", options->folder,
+                      "Folder for what the run itself would have written there; made when missing");
+  command->add_flag("--full", options->full,
+                    fmt::format("Write the pieces at full resolution; else within {:g} mm of it, with fewer triangles",
+                                kSurfaceErrorMm));
+  command->add_option("--bone", options->bone_file, "The bone, where it is not where it was (.vdb)");
+  command->add_flag("--json", options->json, "Print what came of it as JSON");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,44 @@
+// kerf scene: the default scene, or a scene with all its values.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "app/cli/commands.h"
+#include "base/files/files.h"
+#include "session/scene/scene.h"
+
+namespace kerf::cli {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string output;
+  bool defaults = false;
+};
+
+void Run(const Options& options) {
+  if (options.defaults == !options.file.empty()) {
+    throw CLI::ValidationError("scene", "give either FILE or --defaults");
+  }
+  CheckInputsStay({options.file}, {options.output});
+  const std::string text = options.defaults ? DefaultSceneToml() : ResolvedToml(ReadScene(options.file));
+  if (options.output.empty()) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+  } else {
+    WriteTextFile(options.output, text);
+  }
+}
+
+}  // namespace
+
+void AddSceneCommand(CLI::App& app) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("scene", "Print a scene as commented TOML with every value, unit and range.");
+  command->add_option("FILE", options->file, "The scene whose resolved form is printed: each value, given or default.");
+  command->add_flag("--defaults", options->defaults,
+                    "Print the default scene instead, with all that a scene may say; it runs as it stands.");
+  command->add_option("-o,--output", options->output, "The file to write to; default: standard output.");
+  command->callback([options] { Run(*options); });
+}
+
+}  // namespace kerf::cli

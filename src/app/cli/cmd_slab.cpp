@@ -1,0 +1,167 @@
+// kerf slab: a bone cut into the paper's three parts.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/message.h"
+#include "app/cli/numbers.h"
+#include "app/cli/progress.h"
+#include "base/files/markups.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+#include "session/run/write_parts.h"
+
+namespace kerf::cli {
+namespace {
+
+/// What is said aloud when it is exceeded (docs/slab.md says what is usual).
+constexpr double kLargestDifference_percent = 0.1;
+constexpr double kLargestThicknessError_mm = 0.01;
+
+struct Options {
+  std::string plane;
+  std::string plane_markups;
+  std::string near_point;
+  std::vector<std::string> formats{"obj", "stl", "vdb"};
+  bool no_picture = false;
+  bool json = false;
+  SlabCut cut;
+  PartsOptions parts;
+};
+
+CutPlane ParsePlane(const std::string& text) {
+  const auto v = ParseNumbers(text, ',', 6, "--plane",
+                              "a point and a normal, x,y,z,nx,ny,nz with the point in mm, such as 24,30,0,0,1,0");
+  const auto normal = CalcDirection({v[3], v[4], v[5]});
+  if (!normal) throw CLI::ValidationError("--plane", fmt::format("'{}' has a normal without direction", text));
+  return {{v[0], v[1], v[2]}, *normal};
+}
+
+void Print(const PartsReport& r, const std::string& folder) {
+  const Vec3& p = r.plane.p_W;
+  const Vec3& n = r.plane.normal_W;
+  fmt::print(
+      "plane      through ({:.2f}, {:.2f}, {:.2f}), normal ({:.4f}, {:.4f}, {:.4f}); {:.1f} mm from its point to "
+      "the cut\n",
+      p.x, p.y, p.z, n.x, n.y, n.z, r.distance_mm);
+  fmt::print("slice      {:g} mm thick; {:.4f} mm between the faces of its surface; section {:.1f} mm2\n",
+             r.thickness_mm, r.measured_thickness_mm, r.section_mm2);
+  fmt::print("{:<8}{:>14}{:>10}{:>8}{:>12}  {}\n", "part", "volume, mm3", "share, %", "pieces", "triangles", "surface");
+  for (const PartFile& part : r.parts) {
+    fmt::print("{:<8}{:>14.3f}{:>10.3f}{:>8}{:>12}  {}\n", part.name, part.volume_mm3,
+               100 * part.volume_mm3 / r.whole_mm3, part.pieces, part.triangles,
+               part.open_edges == 0 ? std::string("closed") : fmt::format("{} open edges", part.open_edges));
+  }
+  fmt::print("{:<8}{:>14.3f}{:>10.3f}  of {:.3f} mm3 ({:+.4f} %)\n", "sum", r.sum_mm3, 100 * r.sum_mm3 / r.whole_mm3,
+             r.whole_mm3, r.CalcDifferencePercent());
+  for (const PartFile& part : r.parts) {
+    if (part.crumbs == 0) continue;
+    fmt::print("{:<8}  besides {} of {:.2g} mm3 together, each below {:g} % of the part\n", part.name,
+               part.crumbs == 1 ? "a crumb" : fmt::format("{} crumbs", part.crumbs), part.crumbs_mm3,
+               100 * kCrumbShare);
+  }
+  fmt::print("written    {}/:", folder);
+  for (const PartFile& part : r.parts) {
+    for (const std::string& file : part.files) fmt::print(" {}", file);
+  }
+  for (const std::string& file : r.files) fmt::print(" {}", file);
+  fmt::print("\n");
+}
+
+void Warn(const PartsReport& r, bool everywhere, bool reduced) {
+  if (std::abs(r.CalcDifferencePercent()) > kLargestDifference_percent) {
+    Say("the parts' volumes sum to {:+.2f} % of the bone's: voxels of {:g} mm are coarse for this bone and "
+        "cut; make it again with smaller ones",
+        r.CalcDifferencePercent(), r.parts.front().voxel_mm);
+  }
+  if (const double off_mm = r.measured_thickness_mm - r.thickness_mm;
+      !(std::abs(off_mm) <= kLargestThicknessError_mm)) {
+    Say("the slice's surface is {:.3f} mm thick instead of {:g} mm; {}", r.measured_thickness_mm, r.thickness_mm,
+        reduced ? "give it more --triangles" : "make the bone again with smaller voxels, or the slice thicker");
+  }
+  if (!everywhere && r.cut_places > 1) {
+    Say("the bone is cut in {} places, because fewer left it in one piece", r.cut_places);
+  }
+  if (!everywhere && r.places > r.cut_places) {
+    Say("the plane goes through the bone in {} places; {} of them {} left whole (--near chooses another, "
+        "--everywhere cuts all)",
+        r.places, r.places - r.cut_places, r.places - r.cut_places == 1 ? "is" : "are");
+  }
+}
+
+void Run(Options& options) {
+  if (options.plane.empty() == options.plane_markups.empty()) {
+    throw CLI::ValidationError("--plane", "give the plane by one of --plane and --plane-markups");
+  }
+  if (options.cut.everywhere && !options.near_point.empty()) {
+    throw CLI::ValidationError("--near", "means nothing with --everywhere");
+  }
+  if (!options.plane.empty()) options.cut.plane = ParsePlane(options.plane);
+  if (!options.near_point.empty()) {
+    options.cut.near_W = ParsePoint(options.near_point, "--near");
+  }
+  const auto wanted = [&options](const char* format) {
+    return std::find(options.formats.begin(), options.formats.end(), format) != options.formats.end();
+  };
+  options.parts.obj = wanted("obj");
+  options.parts.stl = wanted("stl");
+  options.parts.vdb = wanted("vdb");
+  options.parts.picture = !options.no_picture;
+  options.parts.plane_file = options.plane_markups;
+  if (!options.plane_markups.empty()) options.cut.plane = ReadPlaneMarkups(options.plane_markups);
+  PartsReport report;
+  {
+    ProgressBar bar("cutting");
+    const Bone bone = ReadBone(options.parts.bone_file);
+    options.parts.progress = [&bar](double fraction) { bar.Show(fraction); };
+    report = CutAndWriteParts(bone, options.cut, options.parts);
+  }
+  Warn(report, options.cut.everywhere, options.parts.triangles > 0);
+  if (options.json) {
+    fmt::print("{}", FormatPartsJson(report));
+  } else {
+    Print(report, options.parts.folder);
+  }
+}
+
+}  // namespace
+
+void AddSlabCommand(CLI::App& app) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* c = app.add_subcommand(
+      "slab", "Cut a bone into the paper's three parts: left segment, thin slice and right segment (docs/slab.md).");
+  c->add_option("BONE", o->parts.bone_file, "The bone (.vdb).")->required();
+  c->add_option("-o,--output", o->parts.folder, "The folder to write into; made when it is not there.")->required();
+  c->add_option(
+      "--plane", o->plane,
+      "The slice's middle plane, x,y,z,nx,ny,nz: a point, mm, -10^6 to 10^6, and a normal of any length, in patient "
+      "coordinates LPS. The normal points to the right segment.");
+  c->add_option(
+      "--plane-markups", o->plane_markups,
+      "Takes the plane from a file of 3D Slicer (.mrk.json) instead: a plane, or three or more points that it "
+      "goes through or nearest to.");
+  c->add_option("--thickness", o->cut.thickness_mm, "Thickness of the slice, mm, 0.02 to 50; default 0.25.")
+      ->check(NumberWithin(0.02, 50, "mm"));
+  c->add_option("--near", o->near_point,
+                "Where the plane goes through the bone in several places: cut the one nearest to this point x,y,z, mm; "
+                "default: nearest to the plane's own point.");
+  c->add_flag("--everywhere", o->cut.everywhere, "Cut in all the places where the plane meets the bone.");
+  c->add_option("--formats", o->formats, "What to write of each part: any of obj,stl,vdb; default all.")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"obj", "stl", "vdb"}).description(""));
+  c->add_option("--triangles", o->parts.triangles,
+                "Reduce each part's surface to at most about this many triangles; 4 or more. Without it every triangle "
+                "is written.")
+      ->check(CLI::Range(std::size_t{4}, std::size_t{1} << 40).description(""));
+  c->add_flag("--no-picture", o->no_picture, "Leave out parts.png.");
+  c->add_flag("--json", o->json, "Print parts.json instead of the table.");
+  c->callback([o] { Run(*o); });
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,173 @@
+#include "app/cli/ct_sheet.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "app/cli/numbers.h"
+#include "base/core/number_text.h"
+#include "bone/import/ct_view.h"
+#include "view/picture/mm_grid.h"
+#include "view/picture/panel_sheet.h"
+
+namespace kerf::cli {
+namespace {
+
+constexpr std::size_t kMostSlices = 24;
+constexpr int kSpreadSlices = 10;
+constexpr int kLeastSheet_pixels = 200;
+constexpr Rgb8 kKeepColour{0, 158, 115};
+constexpr Rgb8 kDropColour{213, 94, 0};
+
+struct Slice {
+  CtAxis axis;
+  double at_mm;
+};
+
+// A point to be marked, and what it is called.
+struct SheetPoint {
+  Vec3 p_W;
+  Rgb8 colour;
+  std::string name;
+};
+
+Slice ParseSlice(const std::string& text) {
+  const std::size_t axis = std::string("xyz").find(text.empty() ? '?' : text[0]);
+  const std::optional<double> mm =
+      text.size() > 2 && text[1] == '=' ? ParseNumber(text.substr(2)) : std::optional<double>();
+  if (axis == std::string::npos || !mm) {
+    throw CLI::ValidationError("--slice", fmt::format("'{}' must be x=MM, y=MM or z=MM", text));
+  }
+  return {static_cast<CtAxis>(axis), *mm};
+}
+
+std::vector<Slice> ChooseSlices(const CtSheetOptions& options, const std::vector<SheetPoint>& points,
+                                const Box3& box_W) {
+  std::vector<Slice> slices;
+  for (const std::string& text : options.slices) slices.push_back(ParseSlice(text));
+  for (const Slice& slice : slices) {
+    const int a = static_cast<int>(slice.axis);
+    if (slice.at_mm >= box_W.lower[a] && slice.at_mm <= box_W.upper[a]) continue;
+    throw CLI::ValidationError(
+        "--slice", fmt::format("{}={:g} meets no bone, which lies from {} to {} there", "xyz"[a], slice.at_mm,
+                               FormatLength(box_W.lower[a]), FormatLength(box_W.upper[a])));
+  }
+  if (slices.empty()) {
+    std::vector<double> levels;
+    for (const SheetPoint& point : points) levels.push_back(point.p_W.z);
+    std::sort(levels.begin(), levels.end());
+    levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
+    for (int i = 0; levels.empty() && i < kSpreadSlices; ++i) {
+      const double z = box_W.lower.z + (i + 0.5) / kSpreadSlices * box_W.size().z;
+      slices.push_back({CtAxis::kZ, std::round(z)});
+    }
+    for (const double z : levels) slices.push_back({CtAxis::kZ, z});
+  }
+  if (slices.size() > kMostSlices) {
+    throw CLI::ValidationError("--slice", fmt::format("{} slices are more than the {} that a picture has room for",
+                                                      slices.size(), kMostSlices));
+  }
+  return slices;
+}
+
+// The view as a panel, with its axes named.
+Panel MakePanel(std::string title, CtAxis axis, CtView view) {
+  const bool axial = axis == CtAxis::kZ;
+  const int across = axis == CtAxis::kX ? 1 : 0;
+  Panel panel;
+  panel.title = std::move(title);
+  panel.image = {view.columns, view.rows, std::move(view.pixels)};
+  panel.left_mm = view.left_mm, panel.right_mm = view.right_mm;
+  panel.top_mm = view.top_mm, panel.bottom_mm = view.bottom_mm;
+  panel.across_name = NamePatientAxis(across);
+  panel.down_name = NamePatientAxis(axial ? 1 : 2);
+  panel.left_letter = across == 0 ? "R" : "A";
+  panel.right_letter = across == 0 ? "L" : "P";
+  return panel;
+}
+
+// Where a point lies in a panel that looks along the axis.
+PanelMark MakeMark(const SheetPoint& point, CtAxis axis) {
+  const Vec3& p = point.p_W;
+  switch (axis) {
+    case CtAxis::kX:
+      return {p.y, p.z, point.colour, point.name};
+    case CtAxis::kY:
+      return {p.x, p.z, point.colour, point.name};
+    case CtAxis::kZ:
+      break;
+  }
+  return {p.x, p.y, point.colour, point.name};
+}
+
+std::vector<SheetPoint> ReadPoints(const CtSheetOptions& options) {
+  std::vector<SheetPoint> points;
+  for (const auto& [texts, option, colour] :
+       {std::tuple(&options.keep, "--keep", kKeepColour), std::tuple(&options.drop, "--drop", kDropColour)}) {
+    for (std::size_t i = 0; i < texts->size(); ++i) {
+      points.push_back({ParsePoint((*texts)[i], option), colour, fmt::format("{} {}", option + 2, i + 1)});
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+void DrawCtSheet(const CtSheetOptions& options) {
+  const std::vector<SheetPoint> points = ReadPoints(options);
+  for (const std::string& text : options.slices) ParseSlice(text);  // before the CT is read
+  if (std::min(options.width, options.height) < kLeastSheet_pixels) {
+    throw CLI::ValidationError("--size", fmt::format("a CT is drawn in several pictures; give each side {} to 8192 "
+                                                     "pixels",
+                                                     kLeastSheet_pixels));
+  }
+  ImportReport report;
+  const Volume ct = ReadCt(options.input, options.import, report);
+  CtViewOptions draw;
+  draw.iso_hu = options.import.isolate.iso_hu;
+  draw.box_W = FindBoneBox(ct, draw.iso_hu, options.input);
+  const std::vector<Slice> slices = ChooseSlices(options, points, draw.box_W);
+
+  SheetSpec sheet;
+  sheet.width = options.width;
+  sheet.height = options.height;
+  sheet.title =
+      options.title.empty() ? std::filesystem::path(options.input).lexically_normal().string() : options.title;
+  sheet.caption = fmt::format(
+      "Patient coordinates (LPS) in mm: a point is x,y,z. Tinted: bone, {:.0f} HU and more. CT of {} x {} x {} "
+      "voxels of {:.3g} x {:.3g} x {:.3g} mm.",
+      draw.iso_hu, ct.size[0], ct.size[1], ct.size[2], ct.spacing_mm.x, ct.spacing_mm.y, ct.spacing_mm.z);
+  // Two views of the surface first, so that one sees at which height what lies; orange: the slices.
+  const bool whole = options.slices.empty();
+  for (const auto& [axis, title] :
+       {std::pair(CtAxis::kY, "surface from the front"), std::pair(CtAxis::kX, "surface from the patient's left")}) {
+    if (!whole) continue;
+    Panel panel = MakePanel(title, axis, DrawCtSurface(ct, axis, draw));
+    for (const Slice& slice : slices) panel.levels_mm.push_back(slice.at_mm);
+    for (const SheetPoint& point : points) panel.marks.push_back(MakeMark(point, axis));
+    sheet.panels.push_back(std::move(panel));
+  }
+  for (const Slice& slice : slices) {
+    constexpr std::array kFrom{"from the left", "from the front", "from the feet"};
+    const auto a = static_cast<std::size_t>(slice.axis);
+    Panel panel = MakePanel(fmt::format("{} = {:g} mm, {}", "xyz"[a], slice.at_mm, kFrom[a]), slice.axis,
+                            DrawCtSlice(ct, slice.axis, slice.at_mm, draw));
+    // A point within 2 mm, half of what the import allows a point to be off the bone, counts as in the slice.
+    for (const SheetPoint& point : points) {
+      if (std::abs(point.p_W[static_cast<int>(a)] - slice.at_mm) <= 2) {
+        panel.marks.push_back(MakeMark(point, slice.axis));
+      }
+    }
+    sheet.panels.push_back(std::move(panel));
+  }
+  WriteSheet(sheet, options.output);
+  fmt::print("{}\n", options.output);
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,270 @@
+#include "app/cli/device_option.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "app/cli/message.h"
+#include "app/cli/numbers.h"
+#include "app/cli/progress.h"
+#include "app/cli/signals.h"
+#include "base/core/sha256.h"
+#include "base/files/files.h"
+#include "device/devices/played_device.h"
+#include "device/devices/profiles.h"
+#include "device/drivers/libusb_bus.h"
+#include "device/drivers/wooden_config.h"
+#include "kerf/error.h"
+#include "loop/record/recording.h"
+#include "session/scene/path_csv.h"
+
+namespace kerf::cli {
+namespace {
+
+constexpr const char* kNone = "none";
+constexpr const char* kScript = "script:";
+constexpr const char* kRecording = "recording:";
+constexpr double kMostPlayed = 36e6;  // poses: ten hours at 1 kHz
+constexpr std::size_t kMostPathBytes = std::size_t{1} << 28;
+
+bool IsPlayed(const std::string& device) {
+  return device == kNone || device.starts_with(kScript) || device.starts_with(kRecording);
+}
+
+std::string FileOf(const std::string& device, std::string_view what) {
+  std::string file = device.substr(what.size());
+  if (file.empty()) throw CLI::ValidationError("--device", fmt::format("\"{}\" needs a file behind it", what));
+  return file;
+}
+
+std::uint16_t ReadPort(const std::string& text) {
+  unsigned port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  if (error != std::errc() || end != text.data() + text.size() || port < 1 || port > 65535) {
+    throw CLI::ValidationError("--bridge", fmt::format("the port '{}' is not within 1 to 65535", text));
+  }
+  return static_cast<std::uint16_t>(port);
+}
+
+std::vector<PlayedPose> ReadScript(const std::string& file) {
+  std::vector<PlayedPose> poses;
+  for (const TimedPose& pose : ParsePathCsv(ReadTextFile(file, kMostPathBytes), file)) {
+    poses.push_back({.time_s = pose.time_s, .sample = {.X_WH = pose.X_WT, .buttons = 0}});
+  }
+  return poses;
+}
+
+/// The handle as it went.
+std::vector<PlayedPose> ReadHandle(const std::string& file) {
+  RecordingReader recording(file);
+  if (recording.head().kind != RecordedKind::kLoop) {
+    throw Error(fmt::format("{}: is a recording of 'kerf run', in which no hand moved", file));
+  }
+  if (static_cast<double>(recording.steps()) > kMostPlayed) throw Error(fmt::format("{}: is too long", file));
+  std::vector<PlayedPose> poses;
+  RecordedBlock block;
+  double time_s = 0;
+  std::uint64_t next_step = 0;
+  for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
+    if (block.first_step != next_step) time_s = block.first_time_s;
+    next_step = block.first_step + block.steps.size();
+    for (const RecordedStep& step : block.steps) {
+      const double elapsed_s = CalcElapsed(step, recording.head().rate_hz);
+      time_s += elapsed_s;
+      if (elapsed_s <= 0 || (step.flags & kRecordedReadFailed) != 0) continue;
+      poses.push_back({.time_s = time_s, .sample = {.X_WH = step.X, .buttons = step.buttons}});
+    }
+  }
+  if (poses.empty()) throw Error(fmt::format("{}: has no pose of a handle", file));
+  if (const std::string damage = recording.DescribeDamage(); !damage.empty()) {
+    SayWarning("{}: {}; the handle does not move in what is missing", file, damage);
+  }
+  return poses;
+}
+
+/// On the command line: the environment may name one whatever the device is.
+bool AsksForFirmware(const DeviceOption& option) {
+  const char* variable = std::getenv(kFalconFirmwareVariable);
+  return !option.falcon_firmware.empty() && (variable == nullptr || option.falcon_firmware != variable);
+}
+
+std::string CheckNotEmpty(const std::string& text) {
+  return text.empty() ? "must not be empty" : "";
+}
+
+void CheckIsFor(std::string_view kind, const char* name, bool given, std::string_view chosen) {
+  if (!given || chosen == kind) return;
+  throw CLI::ValidationError(name, fmt::format("is for the device \"{}\", not for \"{}\"", kind, chosen));
+}
+
+}  // namespace
+
+void AddDriverOptions(CLI::App& command, DeviceOption& option) {
+  command
+      .add_option("--falcon-firmware", option.falcon_firmware,
+                  "The Novint Falcon's firmware, a file of its maker's that you have; not needed when another program "
+                  "has loaded it")
+      ->envname(kFalconFirmwareVariable)
+      ->check(CheckNotEmpty);
+  command
+      .add_option("--wooden", option.wooden,
+                  "A WoodenHaptics device's sizes (TOML, as volumes/wooden_2016.toml); without it those of 2016")
+      ->check(CheckNotEmpty);
+  CLI::Option* bridge = command.add_option(
+      "--bridge", option.bridge,
+      fmt::format("Where the bridge program of a device with a maker's library listens, ADDRESS[:PORT]; without it "
+                  "127.0.0.1:{}",
+                  kBridgePort));
+  bridge->check(CheckNotEmpty);
+  command
+      .add_flag("--bridge-elsewhere", option.bridge_elsewhere,
+                "It may be another machine's: whoever can send to it there can move the device")
+      ->needs(bridge);
+}
+
+CLI::Option* AddDeviceOption(CLI::App& command, DeviceOption& option, bool played) {
+  std::string what =
+      "The haptic device in your hand ('kerf devices' lists those that are there), in place of a simulated one";
+  if (played) {
+    what +=
+        "; or \"none\": the handle stands still; \"script:FILE\": it goes by a table of poses, as [path] file; "
+        "\"recording:FILE\": as in a recording";
+  }
+  CLI::Option* device =
+      command.add_option(kDeviceOption, option.device, what)->check([played](const std::string& name) {
+        if (name.empty()) return CheckNotEmpty(name);
+        return played || !IsPlayed(name) ? "" : fmt::format("\"{}\" is for 'kerf loop' alone", name);
+      });
+  AddDriverOptions(command, option);
+  for (const char* name : {"--wooden", "--bridge"}) command.get_option(name)->needs(device);
+  command.add_option("--motion-scale", option.motion_scale, "mm of the tool for each of the handle, 0.02 to 20")
+      ->needs(device)
+      ->check(NumberWithin(0.02, 20, "times"));
+  command
+      .add_option("--profile", option.profile,
+                  "What the device is like, of 'kerf devices --profiles', where it is not the one of its own name")
+      ->needs(device);
+  command.add_flag("--left-handed", option.left_handed, "The device stands mirrored, right and left button exchanged")
+      ->needs(device);
+  return device;
+}
+
+DriverOptions MakeDriverOptions(const DeviceOption& option) {
+  DriverOptions options;
+  const bool may_be_falcon = option.device.empty() || option.device.starts_with("falcon");
+  if (!option.falcon_firmware.empty() && may_be_falcon) {
+    const std::string text = ReadTextFile(option.falcon_firmware, std::size_t{1} << 20);
+    options.falcon.firmware.assign(text.begin(), text.end());
+    CheckFalconFirmware(options.falcon.firmware, option.falcon_firmware);
+  }
+  if (!option.wooden.empty()) options.wooden = ReadWoodenConfig(option.wooden);
+  options.bridge.allow_remote = option.bridge_elsewhere;
+  if (!option.bridge.empty()) {
+    const std::size_t colon = option.bridge.rfind(':');
+    options.bridge.address = option.bridge.substr(0, colon);
+    if (options.bridge.address == "localhost") options.bridge.address = "127.0.0.1";
+    if (colon != std::string::npos) options.bridge.port = ReadPort(option.bridge.substr(colon + 1));
+  }
+  return options;
+}
+
+void CheckDeviceOption(const DeviceOption& option) {
+  if (option.device.empty() || IsPlayed(option.device)) {
+    if (AsksForFirmware(option)) throw CLI::ValidationError("--falcon-firmware", "requires --device falcon");
+    return;
+  }
+  std::string kind;
+  try {
+    kind = FindKnownDevice(option.device).name;
+  } catch (const Error& e) {
+    throw CLI::ValidationError(
+        option.called,
+        option.called == kDeviceOption
+            ? fmt::format("{}; 'kerf loop' has \"none\", \"script:FILE\" and \"recording:FILE\" too", e.what())
+            : e.what());
+  }
+  CheckIsFor("falcon", "--falcon-firmware", AsksForFirmware(option), kind);
+  CheckIsFor("wooden", "--wooden", !option.wooden.empty(), kind);
+  CheckIsFor("bridge", "--bridge", !option.bridge.empty(), kind);
+}
+
+std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, const DeviceServoOptions& servo,
+                                       const std::atomic<bool>* stop) {
+  CheckDeviceOption(option);
+  if (option.device.empty() || IsPlayed(option.device)) return nullptr;
+  if (!option.profile.empty()) FindDeviceProfile(option.profile);
+  const DriverOptions driver = MakeDriverOptions(option);
+  if (!driver.falcon.firmware.empty()) {
+    Say("{}: {} bytes, SHA-256 {}", option.falcon_firmware, driver.falcon.firmware.size(),
+        CalcSha256(driver.falcon.firmware));
+  }
+  HandleSignalsOfDevices();
+  DeviceServoOptions served = servo;
+  served.own_figures = !option.wooden.empty();
+  const auto bus = std::make_shared<LibusbBus>();
+  StageBars bars;
+  return std::make_shared<DeviceServo>(
+      option.device, [bus, choice = option.device, driver] { return OpenDriver(*bus, choice, driver); }, served,
+      [&bars, stop](const std::string& doing, double share) {
+        bars.Show(doing, share);
+        return stop == nullptr || !stop->load();
+      });
+}
+
+std::shared_ptr<DeviceServo> OpenServo(const DeviceOption& option, Scene& scene, const std::atomic<bool>* stop) {
+  if (option.motion_scale) scene.device.motion_scale = *option.motion_scale;
+  if (option.left_handed) scene.device.left_handed = true;
+  DeviceServoOptions options = MakeServoOptions(scene);
+  options.profile = option.profile;
+  std::shared_ptr<DeviceServo> servo = OpenServo(option, options, stop);
+  if (servo) SetDevice(scene, *servo);
+  return servo;
+}
+
+LoopDevice MakePlayedDevice(const DeviceOption& option) {
+  LoopDevice device;
+  if (!IsPlayed(option.device)) return device;
+  if (option.motion_scale || option.left_handed || !option.profile.empty() || !option.wooden.empty() ||
+      !option.bridge.empty()) {
+    throw CLI::ValidationError("--device",
+                               fmt::format("\"{}\" tells poses of the tool: --motion-scale, --left-handed, --profile, "
+                                           "--wooden and --bridge are for a device that is there",
+                                           option.device));
+  }
+  std::vector<PlayedPose> poses;
+  if (option.device.starts_with(kScript)) poses = ReadScript(FileOf(option.device, kScript));
+  if (option.device.starts_with(kRecording)) poses = ReadHandle(FileOf(option.device, kRecording));
+  const auto played = std::make_shared<std::optional<PlayedDevice>>();
+  device.in_real_time = false;
+  device.begin = [played, poses = std::move(poses)](const Pose& X_WT, const CouplingParams&, double) -> Device& {
+    std::vector<PlayedPose> all = poses;
+    if (all.empty()) all.push_back({.time_s = 0, .sample = {.X_WH = X_WT, .buttons = 0}});
+    return played->emplace(DeviceProfile{}, std::move(all));
+  };
+  return device;
+}
+
+void FollowServo(DeviceServo& servo, bool& waited) {
+  const bool terminal = isatty(STDERR_FILENO) == 1;
+  for (const std::string& message : servo.TakeMessages()) {
+    if (terminal) std::fputs("\r\x1b[K", stderr);  // over a progress bar
+    Say("{}", message);
+  }
+  if (!MayReadTerminal(STDIN_FILENO)) return;
+  // What was typed before it asked is no answer.
+  const bool asks = servo.state() == ServoState::kWaiting;
+  const bool asked = std::exchange(waited, asks);
+  pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  if (poll(&input, 1, 0) != 1) return;
+  char line[256];
+  if (read(STDIN_FILENO, line, sizeof(line)) > 0 && asks && asked) servo.Agree();
+}
+
+}  // namespace kerf::cli

@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/cli/exit_codes.h"
+#include "app/cli/lack_of_memory.h"
+#include "app/cli/message.h"
+#include "app/cli/signals.h"
+#include "base/core/nearest_name.h"
+#include "kerf/error.h"
+#include "kerf/version.h"
+
+namespace {
+
+using kerf::cli::kFailed;
+using kerf::cli::kUsage;
+
+/// What the command line says; "kerf help run" is "kerf run --help".
+std::vector<std::string> ReadArguments(int argc, char** argv) {
+  std::vector<std::string> arguments;
+  for (int i = 1; i < argc; ++i) arguments.emplace_back(argv[i]);
+  if (!arguments.empty() && arguments.front() == "help") {
+    arguments.erase(arguments.begin());
+    arguments.emplace_back("--help");
+  }
+  return arguments;
+}
+
+/// A sentence about a first word that is no command; "" when it is one or an option. CLI11 only says that a command is
+/// missing.
+std::string FindUnknownCommand(const CLI::App& app, const std::vector<std::string>& arguments) {
+  if (arguments.empty() || arguments.front().starts_with('-')) return "";
+  const std::string& word = arguments.front();
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  if (std::find(names.begin(), names.end(), word) != names.end()) return "";
+  const std::string nearest = kerf::FindNearestName(word, names);
+  return fmt::format("unknown command \"{}\"{}; 'kerf --help' lists them", word,
+                     nearest.empty() ? "" : fmt::format("; the nearest is \"{}\"", nearest));
+}
+
+/// "kerf model block", as far as it was understood.
+std::string NameParsedCommand(const CLI::App& app) {
+  std::string name = app.get_name();
+  for (const CLI::App* at = &app; !at->get_subcommands().empty();) {
+    at = at->get_subcommands().front();
+    name += " " + at->get_name();
+  }
+  return name;
+}
+
+/// Output that got lost, on a full disk for instance, is a failure.
+int FlushOutput(int code) {
+  errno = 0;
+  std::cout.flush();
+  const bool lost = std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout;
+  if (!lost) return code;
+  const std::string reason = errno == 0 ? "" : ": " + std::generic_category().message(errno);
+  kerf::cli::Say("standard output can't be written{}", reason);
+  return code == 0 ? kFailed : code;
+}
+
+int RunProgram(int argc, char** argv) {
+  CLI::App app{"kerf: a simulator of cutting bone with a saw", "kerf"};
+  app.require_subcommand(1);
+  app.set_version_flag("--version", [] {
+    return fmt::format("kerf {} (commit {}; {})\nbuilt with {}", kerf::VersionString(), kerf::CommitString(),
+                       kerf::CompilerString(), kerf::LibrariesString());
+  });
+  kerf::cli::AddAssessCommand(app);
+  kerf::cli::AddBenchCommand(app);
+  kerf::cli::AddCheckCommand(app);
+  kerf::cli::AddCompareCommand(app);
+  kerf::cli::AddDevicesCommand(app);
+  kerf::cli::AddDeviceCommand(app);
+  kerf::cli::AddEffectsCommand(app);
+  kerf::cli::AddExportCommand(app);
+  kerf::cli::AddPictureCommand(app);
+  kerf::cli::AddInfoCommand(app);
+  kerf::cli::AddPaperCommand(app);
+  kerf::cli::AddRunCommand(app);
+  kerf::cli::AddLoopCommand(app);
+  kerf::cli::AddRehearseCommand(app);
+  kerf::cli::AddReplayCommand(app);
+  kerf::cli::AddScoreCommand(app);
+  kerf::cli::AddPractiseCommand(app);
+  kerf::cli::AddLogCommand(app);
+  kerf::cli::AddImportCommand(app);
+  kerf::cli::AddModelCommand(app);
+  kerf::cli::AddSceneCommand(app);
+  kerf::cli::AddMaterialsCommand(app);
+  kerf::cli::AddSlabCommand(app);
+  kerf::cli::AddStabilityCommand(app);
+  kerf::cli::AddStudyCommand(app);
+  kerf::cli::AddTuneCommand(app);
+  app.add_subcommand("help", "Show this list, or the help of a command: kerf help run.");
+
+  using kerf::cli::Say;
+  const std::vector<std::string> arguments = ReadArguments(argc, argv);
+  try {
+    app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the end
+    return 0;
+  } catch (const CLI::ParseError& e) {
+    // --help and --version come as "errors" with exit code 0; everything else is bad use.
+    if (const std::string unknown = FindUnknownCommand(app, arguments); !unknown.empty()) {
+      Say("{}", unknown);
+      return kUsage;
+    }
+    if (e.get_exit_code() == 0) return app.exit(e);
+    Say("{}; see '{} --help'", e.what(), NameParsedCommand(app));
+    return kUsage;
+  } catch (const kerf::cli::ReadDamaged&) {
+    return kerf::cli::kReadDamaged;
+  } catch (const kerf::Error& e) {
+    Say("{}", e.what());
+    return kFailed;
+  } catch (const std::bad_alloc&) {
+    kerf::cli::EndWithoutMemory();
+  } catch (const std::system_error& e) {
+    if (std::ferror(stdout) == 0) Say("{}", e.what());  // else FlushOutput says it
+    return kFailed;
+  } catch (const std::exception& e) {
+    Say("{}", e.what());
+    return kFailed;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  kerf::cli::HandleSignals();
+  kerf::cli::HandleLackOfMemory();
+  try {
+    const int code = RunProgram(argc, argv);
+    kerf::cli::PrintLeftOutMessages();
+    return FlushOutput(code);
+  } catch (const std::bad_alloc&) {
+    kerf::cli::EndWithoutMemory();
+  }
+}

@@ -1,0 +1,60 @@
+#include "app/cli/numbers.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
+namespace kerf::cli {
+
+std::optional<double> ParseNumber(const std::string& text) {
+  std::string_view rest = text;
+  while (!rest.empty() && rest.front() == ' ') rest.remove_prefix(1);
+  while (!rest.empty() && rest.back() == ' ') rest.remove_suffix(1);
+  if (rest.size() > 1 && rest[0] == '+' && rest[1] != '-') rest.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+  // Too small for a double is out of range, too.
+  if (error != std::errc() || end != rest.data() + rest.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::vector<double> ParseNumbers(const std::string& text, char separator, std::size_t count, const char* option,
+                                 const char* form) {
+  std::vector<double> numbers;
+  std::size_t from = 0;
+  while (from <= text.size()) {
+    const std::size_t to = std::min(text.find(separator, from), text.size());
+    const auto value = ParseNumber(text.substr(from, to - from));
+    if (!value) break;
+    numbers.push_back(*value);
+    from = to + 1;
+  }
+  if (from != text.size() + 1 || numbers.size() != count) {
+    throw CLI::ValidationError(option, fmt::format("'{}' must be {}", text, form));
+  }
+  return numbers;
+}
+
+Vec3 ParsePoint(const std::string& text, const char* option) {
+  const auto v = ParseNumbers(text, ',', 3, option, "a point x,y,z in mm, such as 24,30,0");
+  const Vec3 p(v[0], v[1], v[2]);
+  if (!IsInWorld(p)) {
+    throw CLI::ValidationError(option, fmt::format("'{}' lies outside the world; coordinates go from {} to {} mm", text,
+                                                   -kWorldReach_mm, kWorldReach_mm));
+  }
+  return p;
+}
+
+CLI::Validator NumberWithin(double lower, double upper, const char* unit) {
+  const auto check = [=](const std::string& text) {
+    const auto value = ParseNumber(text);
+    if (!value) return fmt::format("'{}' is no number; give {:g} to {:g} {}", text, lower, upper, unit);
+    if (*value >= lower && *value <= upper) return std::string();
+    return fmt::format("{:g} {} is out of range; give {:g} to {:g} {}", *value, unit, lower, upper, unit);
+  };
+  return {check, ""};
+}
+
+}  // namespace kerf::cli

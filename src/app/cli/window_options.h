@@ -1,0 +1,25 @@
+// Options of the commands that open a window.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "app/cli/device_option.h"
+#include "app/window/theatre.h"
+
+namespace kerf::cli {
+
+struct WindowOptions {
+  std::string folder;
+  std::string log;
+  DeviceOption device;
+  std::string size = "1280x720";
+  double scale = 0;
+};
+
+void AddWindowOptions(CLI::App& command, WindowOptions& options);
+/// Opens the device, if any, and makes the session's folder: the one asked for, or kerf/`kind`-DATE-TIME in the user's
+/// data folder. Throws Error, and CLI::ValidationError for a size that is none.
+TheatreOptions MakeTheatreOptions(const WindowOptions& options, const std::string& title, const std::string& kind);
+
+}  // namespace kerf::cli

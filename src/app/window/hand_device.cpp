@@ -1,0 +1,80 @@
+#include "app/window/hand_device.h"
+
+#include <fmt/format.h>
+
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+
+namespace kerf {
+
+HandDeviceFrame HandDevice::Update(double dt_s, const ViewBasis& view, const Pose& X_WT, SawControls& controls) {
+  HandDeviceFrame frame;
+  frame.messages = servo_->TakeMessages();
+  if (!frame.messages.empty()) told_ = frame.messages.back();
+  const ServoSample sample = servo_->TakeSample();
+  engagements_ = sample.engagements;
+  const bool pressed = servo_->IsSpindlePressed(sample.sample.buttons);
+  // The press that agrees to have force is none for the spindle.
+  const bool engaged = sample.state == ServoState::kEngaged;
+  frame.switches_spindle = engaged && engaged_ && pressed && !pressed_;
+  pressed_ = pressed;
+  engaged_ = engaged;
+
+  const Quat R_WD = glm::normalize(glm::quat_cast(glm::dmat3(view.right_W, view.up_W, -view.forward_W)));
+  if (holds()) {
+    servo_->SetOrientation(R_WD);
+    // Keys and mouse have its turning only.
+    servo_->SetToolOrientation(controls.wanted().R_AB);
+    controls.Set({controls.wanted().R_AB, X_WT.p_AB});
+  } else if (sample.state == ServoState::kEngaged) {
+    controls.Set(MoveByDeflection(controls.wanted(), sample.sample.deflection, R_WD, Vec3{0}, {}, dt_s));
+  } else if (sample.state == ServoState::kWaiting) {
+    servo_->Agree();  // no force comes of it
+  }
+  return frame;
+}
+
+HudKeyGroup HandDevice::MakeHelp() const {
+  HudKeyGroup help{"Device: " + servo_->name(), {}};
+  if (!holds()) {
+    help.keys.push_back({"cap", "moves and turns the saw"});
+    return help;
+  }
+  help.keys.push_back({"handle", "has the saw; keys and mouse turn it"});
+  const std::string clutch = servo_->clutch_button();
+  if (!clutch.empty()) help.keys.push_back({clutch + " button", "held: the handle moves without the saw"});
+  const std::string spindle = servo_->spindle_button();
+  if (!spindle.empty()) help.keys.push_back({spindle + " button", "spindle on, off"});
+  help.keys.push_back({"Enter", "force again, after it was gone"});
+  return help;
+}
+
+std::optional<HudBanner> HandDevice::MakeBanner() const {
+  if (!holds()) return std::nullopt;
+  HudBanner banner;
+  switch (servo_->state()) {
+    case ServoState::kEngaged:
+      return std::nullopt;
+    case ServoState::kHoming:
+      banner.text =
+          fmt::format("{}: {}. There is no force before that", servo_->name(), DescribeHoming(servo_->traits()));
+      break;
+    case ServoState::kWaiting:
+      banner.text = engagements_ > 0
+                        ? fmt::format("{} is there again, without force until you agree", servo_->name())
+                        : fmt::format("{}: hold the handle still in the middle to take the saw", servo_->name());
+      if (HasToldZero(servo_->traits())) {
+        banner.text = fmt::format("{}: {}", servo_->name(), servo_->traits().homing);
+      }
+      banner.answers = servo_->traits().buttons.empty() ? "Enter" : "Enter, or a button of the device";
+      break;
+    case ServoState::kSilent:
+    case ServoState::kClosed:
+      banner.kind = HudBanner::Kind::kWarning;
+      banner.text = told_.empty() ? fmt::format("{} is gone: no force", servo_->name()) : told_;
+      break;
+  }
+  return banner;
+}
+
+}  // namespace kerf

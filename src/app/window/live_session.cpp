@@ -1,0 +1,189 @@
+#include "app/window/live_session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "cut/force/measured.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kTicksInMoment = 20;  // a point of the curve each 20 ms at 1 kHz
+constexpr double kFeedOver_s = 0.1;
+
+}  // namespace
+
+LiveSession::LiveSession(Scene scene, LiveOptions options)
+    : scene_(std::move(scene)), options_(std::move(options)), rpm_(options_.scripted ? scene_.tool.rpm : 0) {
+  asked_.push_back({.at_s = 0, .kind = LoopAction::Kind::kSpindle, .rpm = rpm_, .name = ""});
+  if (options_.device != nullptr) SetDevice(scene_, *options_.device);
+  thread_ = std::thread([this] { Run(); });
+}
+
+LiveSession::~LiveSession() {
+  Stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+void LiveSession::Run() {
+  LoopOptions loop;
+  loop.seconds = options_.seconds;
+  loop.log = LoopLog::kNowhere;
+  loop.keep_bones = true;
+  loop.stop = &stop_;
+  loop.record = options_.record;
+  loop.scene_file = options_.scene_file;
+  loop.peer = this;
+  loop.take_tick = [this](const LoopSample& sample, std::span<const double> channels) { TakeTick(sample, channels); };
+  if (options_.device != nullptr && !options_.scripted) {
+    loop.device = HoldBy(*options_.device, &stop_, [this](const std::string& message) {
+      const std::lock_guard lock(mutex_);
+      notes_.push_back(message);
+    });
+  } else if (!options_.scripted) {
+    loop.make_hand = [this](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm, double) {
+      DeviceSample sample;
+      device.Read(sample);
+      return std::make_unique<MouseHand>(device, target_, sample.X_WH, p_TC_mm);
+    };
+  }
+  try {
+    if (options_.prepare) options_.prepare();
+    LoopSummary summary = RunLoop(scene_, loop, [this](const std::string& stage, double share) {
+      const std::lock_guard lock(mutex_);
+      doing_ = stage;
+      share_ = share;
+      if (stop_.load() && stage_.load() == LiveStage::kRunning) stage_.store(LiveStage::kEnding);
+    });
+    if (!summary.failure.empty()) failure_ = summary.failure;
+    summary_.emplace(std::move(summary));
+  } catch (const std::exception& e) {
+    failure_ = e.what();
+  }
+  mirror_ = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    bones_asked_.clear();  // their futures learn that nobody answers
+  }
+  stage_.store(LiveStage::kEnded);
+}
+
+void LiveSession::Begin(const LoopBeginning& beginning) {
+  mirror_ = &beginning.bone;
+  if (options_.begin) options_.begin(beginning.bone, beginning.effects);
+  target_.Publish(beginning.X_WT);
+  {
+    const std::lock_guard lock(mutex_);
+    figures_.X_WT = figures_.X_WH = beginning.X_WT;
+  }
+  stage_.store(LiveStage::kRunning);
+}
+
+void LiveSession::TakeLeaf(const LeafMessage& leaf) {
+  if (options_.leaf) options_.leaf(leaf);
+  const std::lock_guard lock(mutex_);
+  ++figures_.changes;
+}
+
+void LiveSession::TakeTick(const LoopSample& sample, std::span<const double> channels) {
+  const CoupledOutput& out = sample.report.out;
+  const std::lock_guard lock(mutex_);
+  figures_.time_s = sample.time_s;
+  figures_.X_WT = out.X_WT;
+  figures_.X_WH = sample.report.X_WH;
+  figures_.f_hand_N = out.f_H_W_N;
+  figures_.engaged_teeth = out.engaged_teeth;
+  figures_.removed_mm3 += out.removed_mm3;
+  figures_.rpm = sample.report.given.rpm;
+  figures_.ticks = sample.tick;
+  figures_.missed += static_cast<std::uint64_t>(sample.skipped);
+  figures_.status = out.status;
+  figures_.channels.assign(channels.begin(), channels.end());
+
+  places_.push_back({sample.time_s, out.X_WT.p_AB});
+  while (places_.size() > 2 && sample.time_s - places_.front().time_s > kFeedOver_s) places_.pop_front();
+  const double over_s = sample.time_s - places_.front().time_s;
+  if (over_s > 0) figures_.feed_mm_per_s = glm::length(out.X_WT.p_AB - places_.front().p_W_mm) / over_s;
+
+  moment_.time_s = sample.time_s;
+  moment_.force_N = std::max(moment_.force_N, glm::length(out.f_H_W_N));
+  if (++in_moment_ < kTicksInMoment) return;
+  forces_.push_back(std::exchange(moment_, {}));
+  in_moment_ = 0;
+}
+
+std::optional<LoopAction> LiveSession::NextAction() {
+  std::vector<std::promise<Bone>> bones;
+  std::optional<LoopAction> action;
+  {
+    const std::lock_guard lock(mutex_);
+    bones.swap(bones_asked_);
+    if (!asked_.empty()) {
+      action = std::move(asked_.front());
+      asked_.pop_front();
+    }
+  }
+  for (std::promise<Bone>& bone : bones) bone.set_value(*mirror_);
+  return action;
+}
+
+void LiveSession::Done(const LoopAction& action, const std::string& failure) {
+  const std::lock_guard lock(mutex_);
+  answers_.push_back({action, failure});
+}
+
+std::pair<std::string, double> LiveSession::progress() const {
+  const std::lock_guard lock(mutex_);
+  return {doing_, share_};
+}
+
+LiveFigures LiveSession::figures() const {
+  const std::lock_guard lock(mutex_);
+  return figures_;
+}
+
+std::string LiveSession::MakeForceNote() const {
+  return fmt::format("{}: {}", scene_.force.name(), DescribeAccuracy(scene_.force, MakeTool(scene_)));
+}
+
+std::vector<ForceMoment> LiveSession::TakeForces() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(forces_, {});
+}
+
+std::vector<std::string> LiveSession::TakeNotes() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(notes_, {});
+}
+
+std::vector<LiveSession::Answer> LiveSession::TakeAnswers() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(answers_, {});
+}
+
+void LiveSession::Ask(LoopAction action) {
+  const std::lock_guard lock(mutex_);
+  asked_.push_back(std::move(action));
+}
+
+void LiveSession::SetSpindle(double rpm) {
+  rpm_.store(rpm);
+  Ask({.at_s = 0, .kind = LoopAction::Kind::kSpindle, .rpm = rpm, .name = ""});
+}
+
+std::future<Bone> LiveSession::AskBone() {
+  const std::lock_guard lock(mutex_);
+  return bones_asked_.emplace_back().get_future();
+}
+
+LoopSummary LiveSession::TakeSummary() {
+  if (thread_.joinable()) thread_.join();
+  if (!summary_) throw Error(failure_.empty() ? "the session left nothing" : failure_);
+  return std::move(*summary_);
+}
+
+}  // namespace kerf

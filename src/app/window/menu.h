@@ -1,0 +1,44 @@
+// A list to choose from.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/window/event.h"
+#include "view/live/hud.h"
+
+namespace kerf {
+
+struct MenuItem {
+  std::string name;
+  std::string detail;
+  bool enabled = true;
+  std::function<void()> choose;
+};
+
+/// Up, Down, Enter, Escape, digits, and the mouse.
+class Menu {
+ public:
+  Menu(std::string title, std::vector<MenuItem> items,
+       std::string footer = "Up, Down: choose   Enter: do   Esc: leave");
+
+  enum class State { kOpen, kChosen, kLeft };
+  /// Takes every key; kChosen: the caller closes the menu, then calls choose() of chosen(). `row_at`: of the mouse.
+  State Take(const WindowEvent& event, const std::function<std::optional<int>(double x, double y)>& row_at);
+  const MenuItem& chosen() const { return items_[static_cast<std::size_t>(selected_)]; }
+  HudMenu Show() const;
+  const std::string& title() const { return title_; }
+  int selected() const { return selected_; }
+
+ private:
+  void Step(int by);
+
+  std::string title_;
+  std::vector<MenuItem> items_;
+  std::string footer_;
+  int selected_ = 0;
+};
+
+}  // namespace kerf

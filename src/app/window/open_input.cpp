@@ -1,0 +1,148 @@
+#include "app/window/open_input.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "base/files/files.h"
+#include "bone/import/import.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The default scene of a window, and what those for other bones begin from.
+constexpr char kDefaultScene[] = R"(title = "Generic mandible"
+[bone]
+model = "mandible"
+[bone.mandible]
+voxel_mm = 0.2
+[tool]
+diameter_mm = 22
+thickness_mm = 0.25
+teeth = 24
+rpm = 7500
+[force]
+law = "hertz_chip"
+[effects.kerf_friction]
+coefficient = 0.2
+[device]
+profile = "omega_6"
+[hand]
+model = "H4"
+[[path.stroke]]
+start_mm = [25.2, 32.3, 16]
+end_mm = [25.2, 32.3, 15]
+feed_mm_per_s = 3
+disc_normal = [0.438, 0.899, 0]
+)";
+
+}  // namespace
+
+Scene MakeSceneAround(const std::string& bone_file, const Bone& bone) {
+  Scene scene = ParseScene(kDefaultScene, "rehearsal.toml");
+  scene.title = fs::path(bone_file).stem().string();
+  scene.name = "rehearsal";
+  scene.bone.source = BoneSource::kFile;
+  scene.bone.file = fs::absolute(bone_file).string();
+  const Box3 bounds_W = bone.CalcBounds();
+  const Vec3 size = bounds_W.size();
+  const Vec3 centre = bounds_W.centre();
+  Vec3 above{centre.x + 0.22 * size.x, centre.y - 0.1 * size.y, bounds_W.upper.z};
+  const double step_mm = std::max(bone.voxel_mm(), size.z / 200);
+  double thickest_mm = 0;
+  for (double y = bounds_W.lower.y; y < centre.y; y += size.y / 60) {
+    double thick_mm = 0;
+    std::optional<double> top_mm;
+    for (double z = bounds_W.upper.z; z > bounds_W.lower.z; z -= step_mm) {
+      if (bone.SignedDistance({above.x, y, z}) >= 0) continue;
+      thick_mm += step_mm;
+      if (!top_mm) top_mm = z;
+    }
+    if (thick_mm <= thickest_mm) continue;
+    thickest_mm = thick_mm;
+    above = {above.x, y, *top_mm};
+  }
+  SceneStroke& stroke = scene.path.strokes.front();
+  const double reach_mm = 0.5 * scene.tool.diameter_mm;
+  stroke.start_mm = above + Vec3{0, 0, reach_mm + 3};
+  // Something may stand beside it that is higher, as a ramus.
+  const Vec3 spindle = glm::normalize(stroke.disc_normal);
+  const Pose X{glm::angleAxis(std::acos(spindle.z), glm::normalize(glm::cross(Vec3{0, 0, 1}, spindle))),
+               stroke.start_mm};
+  stroke.start_mm = FindClearPose(bone, MakeTool(scene), X).p_AB;
+  stroke.end_mm = stroke.start_mm - Vec3{0, 0, 1};
+  return scene;
+}
+
+OpenedInput OpenInput(const std::string& input, const OpenOptions& options,
+                      const std::function<void(const std::string&, double)>& progress) {
+  OpenedInput opened;
+  if (input.empty()) {
+    opened.scene = ParseScene(kDefaultScene, "rehearsal.toml");
+    opened.scene.name = "rehearsal";
+    return opened;
+  }
+  const std::string extension = fs::path(input).extension().string();
+  if (extension == ".toml") {
+    opened.scene = ReadScene(input);
+    opened.scene_file = input;
+    if (opened.scene.simulation.mode == SceneMode::kSlab) {
+      throw Error(
+          fmt::format("{}: [simulation] mode = \"slab\" has no bone to be cut by hand; set mode = \"voxel\"", input));
+    }
+    return opened;
+  }
+  if (extension == ".vdb") {
+    progress("reading the bone", 0);
+    opened.scene = MakeSceneAround(input, ReadBone(input));
+    return opened;
+  }
+  ImportOptions import;
+  import.voxel_mm = options.voxel_mm;
+  import.keep_hu = true;
+  import.progress = [&](double share) { progress("importing the CT", share);
+};
+const ImportResult imported = Import(input, import);
+for (const std::string& warning : imported.report.warnings) fmt::print(stderr, "kerf: {}\n", warning);
+const std::string file = options.folder + "/bone.vdb";
+progress("writing the bone", 1);
+WriteBone(imported.bone, file);
+opened.scene = MakeSceneAround(file, imported.bone);
+opened.scene.title = fs::path(input).filename().string();
+return opened;
+}  // namespace kerf
+
+Pose FindClearPose(const Bone& bone, const Tool& tool, const Pose& X_WT) {
+  const double reach_mm = CalcReach(tool);
+  const double step_mm = std::max(bone.voxel_mm(), reach_mm / 20);
+  const auto is_clear = [&](const Pose& X) {
+    for (double x = -reach_mm; x <= reach_mm; x += step_mm) {
+      for (double y = -reach_mm; y <= reach_mm; y += step_mm) {
+        if (x * x + y * y <= reach_mm * reach_mm && bone.SignedDistance(X.Point({x, y, 0})) < bone.voxel_mm()) {
+          return false;
+        }
+      }
+    }
+    return true;
+  };
+  const Box3 bounds = bone.CalcBounds();
+  Vec3 out = X_WT.p_AB - bounds.centre();
+  out = glm::length(out) > 1e-6 ? glm::normalize(out) : Vec3{0, 0, 1};
+  const double furthest_mm = glm::length(bounds.size()) + 2 * reach_mm;
+  Pose X = X_WT;
+  for (double way_mm = 0; way_mm <= furthest_mm; way_mm += 1) {
+    X.p_AB = X_WT.p_AB + way_mm * out;
+    if (is_clear(X)) break;
+  }
+  return X;
+}
+
+}  // namespace kerf

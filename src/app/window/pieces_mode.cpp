@@ -1,0 +1,504 @@
+#include "app/window/pieces_mode.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "app/window/is_ready.h"
+#include "bone/grid/surface.h"
+#include "bone/pieces/measure.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kNudge_mm = 0.5;
+constexpr double kNudge_deg = 1;
+constexpr double kTurnByPixel_deg = 0.25;
+constexpr std::array<const char*, 3> kAxes{"left - right", "front - back", "up - down"};
+// After Okabe and Ito: told apart by people who confuse red and green too.
+constexpr std::array<Rgb8, 6> kColours{
+    {{230, 159, 0}, {86, 180, 233}, {0, 158, 115}, {240, 228, 66}, {204, 121, 167}, {213, 94, 0}}};
+
+Rgb8 ColourOf(int piece) {
+  return kColours[static_cast<std::size_t>(piece) % kColours.size()];
+}
+
+}  // namespace
+
+void PiecesMode::Enter() {
+  entered_ = true;
+  theatre_.view().ClearTool();
+  theatre_.view().SetGhost(std::nullopt);
+  theatre_.view().SetForce(std::nullopt);
+  const std::uint64_t changes = theatre_.session()->figures().changes;
+  if (is_up_to_date()) {
+    theatre_.view().set_bone_hidden(true);
+    Show();
+    return;
+  }
+  session_ = theatre_.sessions();
+  changes_ = changes;
+  contacts_.reset();
+  splitting_ = std::async(std::launch::async, [bone = theatre_.session()->AskBone(), earlier = pieces_]() mutable {
+    auto pieces = std::make_shared<PieceSet>(bone.get(), 1.0);
+    pieces->Prepare();
+    if (!earlier) return pieces;
+    try {
+      pieces->Restore(earlier->FormatJson(), "the pieces before");
+    } catch (const Error&) {
+      return pieces;  // they were cut since: they stand where they were cut off
+    }
+    return pieces;
+  });
+}
+
+bool PiecesMode::is_up_to_date() const {
+  LiveSession* session = theatre_.session();
+  return pieces_ && session != nullptr && session_ == theatre_.sessions() && changes_ == session->figures().changes;
+}
+
+void PiecesMode::Leave() {
+  entered_ = false;
+  asking_ = Asking::kNothing;
+  dragging_ = false;
+  menu_.reset();
+  theatre_.view().SetPieces({});
+  theatre_.view().SetMeasures({});
+  theatre_.view().set_bone_hidden(false);
+  if (LiveSession* session = theatre_.session()) theatre_.view().SetTool(MakeTool(session->scene()));
+}
+
+void PiecesMode::Update() {
+  if (IsReady(splitting_)) {
+    try {
+      pieces_ = splitting_.get();
+    } catch (const std::exception& e) {  // the session ended meanwhile
+      theatre_.Say(fmt::format("The bone could not be taken apart: {}", e.what()));
+      return;
+    }
+    MakeShapes();
+    selected_ = pieces_->size() > 1 ? 1 : pieces_->size() - 1;
+    theatre_.view().set_bone_hidden(true);
+    theatre_.Say(pieces_->size() == 1 ? "The bone is in one piece"
+                                      : fmt::format("{} pieces; click one to pick it, F1 for help", pieces_->size()));
+    theatre_.trace().Write("pieces", {{"count", pieces_->size()}});
+    Show();
+    Changed();
+  }
+  if (IsReady(finding_)) {
+    contacts_ = finding_.get();
+    for (const PieceContact& contact : contacts_->with) {
+      theatre_.trace().Write("contact", {{"piece", pieces_->piece(contacts_->piece).name},
+                                         {"other", pieces_->piece(contact.other).name},
+                                         {"overlap_mm3", contact.overlap_mm3},
+                                         {"gap_mm", contact.gap ? nlohmann::json(contact.gap->gap_mm) : nullptr}});
+    }
+  }
+  if (stale_ && !finding_.valid() && !dragging_ && pieces_ && selected_ >= 0) {
+    stale_ = false;
+    if (pieces_->state(selected_).deleted) return;
+    finding_ = std::async(std::launch::async, [pieces = pieces_, piece = selected_] {
+      return Contacts{.piece = piece, .with = pieces->CalcContacts(piece, 20)};
+    });
+  }
+}
+
+std::optional<Vec3> PiecesMode::axis() const {
+  if (axis_ < 0) return std::nullopt;
+  Vec3 axis{0};
+  axis[axis_] = 1;
+  return axis;
+}
+
+void PiecesMode::MakeShapes() {
+  // A software renderer takes 0.2 us a triangle: what is drawn is coarser on flat faces than what is measured.
+  constexpr std::size_t kMostTriangles = 200'000;
+  shapes_.clear();
+  for (int i = 0; i < pieces_->size(); ++i) {
+    const Piece& piece = pieces_->piece(i);
+    if (piece.mesh.triangles.size() <= kMostTriangles) {
+      shapes_.push_back(std::shared_ptr<const TriangleMesh>(pieces_, &piece.mesh));
+    } else {
+      shapes_.push_back(std::make_shared<const TriangleMesh>(ExtractSurface(piece.bone, 0.6)));
+    }
+  }
+}
+
+void PiecesMode::Show() {
+  if (!pieces_) return;
+  std::vector<PieceShape> shapes;
+  for (int i = 0; i < pieces_->size(); ++i) {
+    const PieceState& state = pieces_->state(i);
+    if (state.deleted) continue;
+    PieceShape shape;
+    shape.id = i + 1;
+    shape.mesh_W = shapes_[static_cast<std::size_t>(i)];
+    shape.X_WP = state.X_WP;
+    shape.colour = ColourOf(i);
+    shape.selected = i == selected_;
+    shape.hidden = state.hidden;
+    shapes.push_back(std::move(shape));
+  }
+  theatre_.view().SetPieces(shapes);
+  std::vector<MeasureOverlay> measures;
+  for (const Measure& m : measures_) measures.push_back({.points_W = m.points_W, .label = m.label});
+  if (!points_W_.empty()) measures.push_back({.points_W = points_W_, .label = ""});
+  theatre_.view().SetMeasures(measures);
+}
+
+void PiecesMode::Changed() {
+  contacts_.reset();
+  stale_ = true;
+  ++gesture_;
+  Show();
+}
+
+void PiecesMode::Select(int piece) {
+  selected_ = piece;
+  Changed();
+}
+
+void PiecesMode::SelectNext(int by) {
+  const int count = pieces_->size();
+  if (count == 0) return;
+  for (int tried = 0; tried < count; ++tried) {
+    selected_ = (selected_ + by + count) % count;
+    if (!pieces_->state(selected_).deleted) break;
+  }
+  Changed();
+}
+
+void PiecesMode::TakePoint(const ScreenPoint& at) {
+  const Ray ray = theatre_.view().camera().CalcRay(at);
+  const std::optional<PiecePick> hit = pieces_->Pick(ray.origin_W, ray.direction_W);
+  if (!hit) return theatre_.Say("There is no piece under the mouse");
+  points_W_.push_back(hit->p_W_mm);
+  const std::size_t wanted = asking_ == Asking::kDistance ? 2 : 3;
+  if (points_W_.size() == wanted) {
+    Measure measure{.points_W = std::exchange(points_W_, {}), .value = 0, .label = ""};
+    const std::vector<Vec3>& p = measure.points_W;
+    if (asking_ == Asking::kDistance) {
+      measure.value = CalcDistance(p[0], p[1]);
+      measure.label = fmt::format("{:.1f} mm", measure.value);
+    } else {
+      measure.value = CalcAngle(p[0], p[1], p[2]).value_or(0);
+      measure.label = fmt::format("{:.1f}°", measure.value);
+    }
+    theatre_.trace().Write("measure", {{"label", measure.label}});
+    theatre_.Say(measure.label);
+    measures_.push_back(std::move(measure));
+    asking_ = Asking::kNothing;
+  }
+  Show();
+}
+
+std::vector<TakenMeasure> PiecesMode::measures() const {
+  std::vector<TakenMeasure> taken;
+  for (const Measure& m : measures_) {
+    const bool distance = m.points_W.size() == 2;
+    taken.push_back({.name = fmt::format("{} {}", distance ? "distance" : "angle", taken.size() + 1),
+                     .unit = distance ? "mm" : "deg",
+                     .value = m.value,
+                     .points_W_mm = m.points_W});
+  }
+  return taken;
+}
+
+void PiecesMode::Drag(const WindowEvent& event) {
+  const double dx = event.x - std::exchange(last_x_, event.x);
+  const double dy = event.y - std::exchange(last_y_, event.y);
+  if (dx == 0 && dy == 0) return;
+  dragged_ = true;
+  const ViewCamera& camera = theatre_.view().camera();
+  const Vec3 centre_W = pieces_->CalcCentroid(selected_);
+  const std::optional<Vec3> along = axis();
+  if (event.control) {
+    if (along) {
+      pieces_->RotateAbout(selected_, centre_W, *along, kTurnByPixel_deg * (dx - dy), gesture_);
+    } else {
+      const Vec3 turn = kTurnByPixel_deg * (dx * camera.up_W() + dy * camera.right_W());
+      const double angle_rad = glm::length(turn) * 3.14159265358979 / 180;
+      pieces_->Rotate(selected_, centre_W, glm::angleAxis(angle_rad, glm::normalize(turn)), gesture_);
+    }
+  } else {
+    const Vec3 by_W_mm =
+        event.shift ? -dy * camera.WorldPerPixel(centre_W) * camera.forward_W() : camera.WorldMotion(dx, dy, centre_W);
+    if (along) {
+      // Across the picture as far as the mouse goes along the axis' picture; along the line of sight nothing.
+      pieces_->MoveAlong(selected_, *along, glm::dot(by_W_mm, *along), gesture_);
+    } else {
+      pieces_->Move(selected_, by_W_mm, gesture_);
+    }
+  }
+  contacts_.reset();
+  Show();
+}
+
+bool PiecesMode::TakeMouse(const WindowEvent& event) {
+  using Kind = WindowEvent::Kind;
+  if (event.kind == Kind::kMouseMove) {
+    if (dragging_ && selected_ >= 0) Drag(event);
+    return dragging_;
+  }
+  if (event.button != MouseButton::kLeft) return false;
+  if (event.kind == Kind::kMouseUp) {
+    if (!std::exchange(dragging_, false)) return false;
+    if (std::exchange(dragged_, false)) Changed();
+    return true;
+  }
+  const ScreenPoint at{event.x, event.y};
+  if (const std::optional<int> row = theatre_.view().PickPieceRow(at)) {
+    int shown = 0;
+    for (int i = 0; i < pieces_->size(); ++i) {
+      if (!pieces_->state(i).deleted && shown++ == *row) Select(i);
+    }
+    return true;
+  }
+  if (theatre_.view().IsOnPanel(at)) return true;
+  if (asking_ != Asking::kNothing) return TakePoint(at), true;
+  const Ray ray = theatre_.view().camera().CalcRay(at);
+  if (const std::optional<PiecePick> hit = pieces_->Pick(ray.origin_W, ray.direction_W)) {
+    if (hit->piece != selected_) Select(hit->piece);
+    dragging_ = true;
+    last_x_ = event.x;
+    last_y_ = event.y;
+  }
+  return true;
+}
+
+void PiecesMode::ShowCheckpoints() {
+  std::vector<MenuItem> items;
+  for (const std::string& name : pieces_->checkpoints()) {
+    items.push_back({.name = name, .detail = "", .enabled = true, .choose = [this, name] {
+                       pieces_->GoTo(name);
+                       Changed();
+                     }});
+  }
+  if (items.empty()) return theatre_.Say("There is no checkpoint of the pieces yet: C makes one");
+  menu_.emplace("Pieces back to", std::move(items));
+}
+
+bool PiecesMode::TakeKey(const WindowEvent& event) {
+  const bool any = selected_ >= 0 && !pieces_->state(selected_).deleted;
+  if (event.control) {
+    if (event.key == Key::kZ && !event.shift) {
+      if (!pieces_->Undo()) theatre_.Say("There is nothing to undo");
+    } else if (event.key == Key::kY || event.key == Key::kZ) {
+      if (!pieces_->Redo()) theatre_.Say("There is nothing to redo");
+    } else {
+      return false;
+    }
+    Changed();
+    return true;
+  }
+  const ViewCamera& camera = theatre_.view().camera();
+  const auto nudge = [&](const Vec3& by_W) {
+    if (!any) return true;
+    const std::optional<Vec3> along = axis();
+    if (along) {
+      const double by_mm = glm::dot(by_W, *along);
+      if (by_mm != 0) pieces_->MoveAlong(selected_, *along, kNudge_mm * (by_mm > 0 ? 1 : -1));
+    } else {
+      pieces_->Move(selected_, kNudge_mm * by_W);
+    }
+    Changed();
+    return true;
+  };
+  const auto turn = [&](double sign) {
+    if (!any) return true;
+    pieces_->RotateAbout(selected_, pieces_->CalcCentroid(selected_), axis().value_or(camera.forward_W()),
+                         sign * kNudge_deg);
+    Changed();
+    return true;
+  };
+  switch (event.key) {
+    case Key::kLeft:
+      return nudge(-camera.right_W());
+    case Key::kRight:
+      return nudge(camera.right_W());
+    case Key::kUp:
+      return nudge(camera.up_W());
+    case Key::kDown:
+      return nudge(-camera.up_W());
+    case Key::kPageUp:
+      return nudge(camera.forward_W());
+    case Key::kPageDown:
+      return nudge(-camera.forward_W());
+    case Key::kQ:
+      return turn(-1);
+    case Key::kE:
+      return turn(1);
+    case Key::kTab:
+      SelectNext(event.shift ? -1 : 1);
+      return true;
+    case Key::kA:
+      axis_ = axis_ == 2 ? -1 : axis_ + 1;
+      theatre_.Say(
+          axis_ < 0 ? "Pieces move freely"
+                    : fmt::format("Pieces move along {}, and turn about it", kAxes[static_cast<std::size_t>(axis_)]));
+      return true;
+    case Key::kH:
+      if (any) pieces_->SetHidden(selected_, !pieces_->state(selected_).hidden);
+      Changed();
+      return true;
+    case Key::kDelete:
+      if (!any) return true;
+      pieces_->Delete(selected_);
+      SelectNext(1);
+      return true;
+    case Key::kR:
+      if (event.shift) {
+        pieces_->ResetAll();
+      } else if (any) {
+        pieces_->Reset(selected_);
+      }
+      Changed();
+      return true;
+    case Key::kD:
+    case Key::kJ:
+      asking_ = event.key == Key::kD ? Asking::kDistance : Asking::kAngle;
+      points_W_.clear();
+      return true;
+    case Key::kBackspace:
+      measures_.clear();
+      Show();
+      return true;
+    case Key::kC:
+      theatre_.AskText("Name of the checkpoint:", fmt::format("pieces {}", pieces_->checkpoints().size() + 1),
+                       [this](const std::optional<std::string>& name) {
+                         if (!name || name->empty()) return;
+                         pieces_->Checkpoint(*name);
+                         theatre_.Say(fmt::format("Checkpoint: {}", *name));
+                       });
+      return true;
+    case Key::kB:
+      ShowCheckpoints();
+      return true;
+    default:
+      return false;
+  }
+}
+
+bool PiecesMode::Take(const WindowEvent& event) {
+  using Kind = WindowEvent::Kind;
+  if (menu_) {
+    const Menu::State state = menu_->Take(event, [this](double x, double y) {
+      return theatre_.view().PickMenuRow({x, y});
+    });
+    if (state == Menu::State::kOpen) return true;
+    const Menu done = *std::exchange(menu_, std::nullopt);
+    if (state == Menu::State::kChosen) done.chosen().choose();
+    return true;
+  }
+  if (!pieces_ || splitting_.valid()) return false;
+  const bool mouse = event.kind == Kind::kMouseDown || event.kind == Kind::kMouseUp || event.kind == Kind::kMouseMove;
+  if (!mouse && event.kind != Kind::kKeyDown) return false;
+  // Whoever changes pieces waits until nobody looks at them.
+  if (finding_.valid() && (!mouse || event.kind == Kind::kMouseDown || dragging_)) finding_.wait();
+  if (event.kind == Kind::kKeyDown && event.key == Key::kEscape && asking_ != Asking::kNothing) {
+    asking_ = Asking::kNothing;
+    points_W_.clear();
+    Show();
+    return true;
+  }
+  try {
+    return mouse ? TakeMouse(event) : TakeKey(event);
+  } catch (const Error& e) {
+    theatre_.Say(e.what());
+    return true;
+  }
+}
+
+void PiecesMode::Fill(HudState& hud) {
+  hud.show_plot = false;
+  hud.show_values = false;
+  if (splitting_.valid()) {
+    hud.progress = HudProgress{.title = "Pieces", .stage = "taking the bone apart", .fraction = {}};
+    return;
+  }
+  if (!pieces_) return;
+  for (int i = 0; i < pieces_->size(); ++i) {
+    const PieceState& state = pieces_->state(i);
+    if (state.deleted) continue;
+    HudPiece row;
+    row.name = pieces_->piece(i).name;
+    row.detail = fmt::format("{:.2f} cm3", 1e-3 * pieces_->piece(i).volume_mm3);
+    const double moved_mm = glm::length(pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P);
+    const double turned_deg = CalcTurn(state.X_WP);
+    std::string words = fmt::format("{}: {}", row.name, row.detail);
+    if (moved_mm > 0.005 || turned_deg > 0.05) {
+      words += fmt::format(", moved {:.1f} mm, turned {:.1f}°", moved_mm, turned_deg);
+    }
+    if (contacts_) {
+      for (const PieceContact& contact : contacts_->with) {
+        if (contacts_->piece != i && contact.other != i) continue;
+        const std::string lies = contact.overlap_mm3 > 0 ? fmt::format("overlap {:.1f} mm3", contact.overlap_mm3)
+                                 : contact.gap           ? fmt::format("gap {:.2f} mm", contact.gap->gap_mm)
+                                                         : std::string("apart");
+        // Without tenths, as the row has no room for them.
+        if (contact.other == i) {
+          row.detail = contact.overlap_mm3 >= 1 ? fmt::format("ovl. {:.0f} mm3", contact.overlap_mm3) : lies;
+        }
+        if (contacts_->piece == i) words += fmt::format(", {} with {}", lies, pieces_->piece(contact.other).name);
+      }
+    }
+    if (i == selected_ && hud.status.message.empty()) hud.status.message = words;
+    row.colour = ColourOf(i);
+    row.selected = i == selected_;
+    row.hidden = state.hidden;
+    hud.pieces.push_back(std::move(row));
+  }
+  if (asking_ != Asking::kNothing) {
+    hud.banner = HudBanner{.kind = HudBanner::Kind::kQuestion,
+                           .text = fmt::format("{}: point {} of {}",
+                                               asking_ == Asking::kDistance ? "Distance" : "Angle at the second point",
+                                               points_W_.size() + 1, asking_ == Asking::kDistance ? 2 : 3),
+                           .answers = "left click   Esc: leave"};
+  }
+  if (menu_) hud.menu = menu_->Show();
+}
+
+std::vector<HudKeyGroup> PiecesMode::help() {
+  return {{"Pieces",
+           {{"click, Tab", "pick a piece"},
+            {"left drag", "move it (Shift: into the picture)"},
+            {"Ctrl + left drag", "turn it"},
+            {"arrows, PgUp PgDn", "move it by 0.5 mm"},
+            {"Q  E", "turn it by 1 degree"},
+            {"A", "along one axis only: left, front, up, freely"},
+            {"H  Del", "hide or show, remove"},
+            {"R  Shift+R", "back in place, all back"},
+            {"D  J", "measure a distance, an angle"},
+            {"Backspace", "wipe the measures"},
+            {"Ctrl+Z  Ctrl+Y", "undo, redo"},
+            {"C  B", "checkpoint, back to one"},
+            {"F9", "take away"},
+            {"P  Esc", "back to cutting"}}}};
+}
+
+void PiecesMode::Describe(nlohmann::json& state) const {
+  if (!pieces_ || splitting_.valid()) {
+    state["pieces"] = nullptr;
+    return;
+  }
+  nlohmann::json list = nlohmann::json::array();
+  for (int i = 0; i < pieces_->size(); ++i) {
+    const PieceState& s = pieces_->state(i);
+    const Vec3 moved = s.deleted ? Vec3{0} : pieces_->CalcCentroid(i) - pieces_->piece(i).centroid_P;
+    list.push_back({{"name", pieces_->piece(i).name},
+                    {"hidden", s.hidden},
+                    {"deleted", s.deleted},
+                    {"moved_mm", std::round(100 * glm::length(moved)) / 100},
+                    {"turned_deg", std::round(100 * CalcTurn(s.X_WP)) / 100}});
+  }
+  state["pieces"] = std::move(list);
+  state["selected"] = selected_;
+}
+
+}  // namespace kerf

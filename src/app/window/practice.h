@@ -1,0 +1,82 @@
+// `kerf practise`: a student does exercises in depth control and sees how well.
+#pragma once
+
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/window/menu.h"
+#include "app/window/theatre.h"
+#include "session/practise/exercises.h"
+#include "session/practise/history.h"
+#include "session/score/columns.h"
+#include "session/score/region_distance.h"
+#include "session/score/score.h"
+
+namespace kerf {
+
+class Beeper;
+
+struct PracticeOptions {
+  TheatreOptions theatre;
+  std::string exercise;  // its id; empty: chosen from a list
+  int level = 1;
+  std::string student;  // whom attempts are kept for; empty: they are not kept
+};
+
+class Practice final : public Activity {
+ public:
+  /// Throws Error where there is no display, for an exercise that there is none of, and for a history that can't be
+  /// used.
+  explicit Practice(const PracticeOptions& options);
+  ~Practice() override;
+
+  /// Until the window is closed; the recordings. Throws Error for a session that failed.
+  std::vector<std::string> Run();
+
+ private:
+  bool Take(const WindowEvent& event) override;
+  void Update(double dt_s) override;
+  void Fill(HudState& hud) override;
+  std::vector<HudKeyGroup> help() const override;
+  void Began() override;
+  void Ended(LoopSummary summary) override;
+  void Describe(nlohmann::json& state) const override;
+  bool cuts() const override { return state_ == State::kCutting; }
+
+  enum class State { kChoosing, kCutting, kScoring, kResult };
+  void Choose();
+  void ChooseLevel(const Exercise& exercise);
+  void Start(const std::string& id, int level);
+  void Finish(bool scored);
+  void Score();
+  void ShowGoal();
+  std::optional<DepthReading> Read() const;
+  HudGauge MakeGauge(const std::optional<DepthReading>& reading) const;
+  HudResult MakeResult() const;
+
+  PracticeOptions options_;
+  std::optional<History> history_;
+  std::unique_ptr<Theatre> theatre_;
+  State state_ = State::kChoosing;
+  std::optional<Menu> menu_;
+  const Exercise* exercise_ = nullptr;
+  Scene scene_;
+  std::unique_ptr<DepthGauge> gauge_;
+  std::future<std::unique_ptr<RegionDistance>> making_nerve_;
+  std::unique_ptr<RegionDistance> nerve_;
+  bool begun_ = false;  // the spindle has been on
+  bool scored_ = true;  // the attempt counts when it ends
+  std::vector<std::string> recordings_;
+  std::mutex mutex_;  // of the next two
+  std::string scoring_stage_;
+  double scoring_share_ = 0;
+  std::atomic<bool> stop_scoring_{false};
+  std::future<ScoreSheet> scoring_;
+  std::optional<ScoreSheet> sheet_;
+  std::unique_ptr<Beeper> beeper_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,141 @@
+#include "app/window/saw_controls.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+constexpr double kTurnByKey_rad_per_s = 0.35;
+constexpr double kTurnByPixel_rad = 0.004;
+constexpr double kFast = 6;
+
+/// Along the picture: right, up, into it. And turning about these.
+struct KeyMotion {
+  Key key;
+  Vec3 move;
+  Vec3 turn;
+};
+const std::array<KeyMotion, 12>& Motions() {
+  static const std::array<KeyMotion, 12> motions{{
+      {Key::kLeft, {-1, 0, 0}, {0, 0, 0}},
+      {Key::kRight, {1, 0, 0}, {0, 0, 0}},
+      {Key::kUp, {0, 1, 0}, {0, 0, 0}},
+      {Key::kDown, {0, -1, 0}, {0, 0, 0}},
+      {Key::kPageUp, {0, 0, 1}, {0, 0, 0}},
+      {Key::kPageDown, {0, 0, -1}, {0, 0, 0}},
+      {Key::kW, {0, 0, 0}, {-1, 0, 0}},
+      {Key::kS, {0, 0, 0}, {1, 0, 0}},
+      {Key::kA, {0, 0, 0}, {0, 1, 0}},
+      {Key::kD, {0, 0, 0}, {0, -1, 0}},
+      {Key::kQ, {0, 0, 0}, {0, 0, -1}},
+      {Key::kE, {0, 0, 0}, {0, 0, 1}},
+  }};
+  return motions;
+}
+
+Vec3 InWorld(const Vec3& v, const ViewBasis& view) {
+  return v.x * view.right_W + v.y * view.up_W + v.z * view.forward_W;
+}
+
+}  // namespace
+
+void SawControls::set_feed_mm_per_s(double feed) {
+  feed_mm_per_s_ = std::clamp(feed, 0.5, 20.0);
+}
+
+bool SawControls::Take(const WindowEvent& event, const ViewBasis& view) {
+  using Kind = WindowEvent::Kind;
+  const auto is_motion = [](Key key) {
+    return std::any_of(Motions().begin(), Motions().end(), [key](const KeyMotion& m) { return m.key == key; });
+  };
+  switch (event.kind) {
+    case Kind::kKeyDown:
+      if (!is_motion(event.key) || event.control || event.alt) return false;
+      held_.insert(event.key);
+      fast_ = event.shift;
+      return true;
+    case Kind::kKeyUp:
+      fast_ = event.shift && fast_;
+      return held_.erase(event.key) > 0;
+    case Kind::kMouseDown:
+      if (event.button != MouseButton::kLeft) return false;
+      dragging_ = true;
+      last_x_ = event.x;
+      last_y_ = event.y;
+      return true;
+    case Kind::kMouseUp:
+      if (event.button != MouseButton::kLeft || !dragging_) return false;
+      dragging_ = false;
+      return true;
+    case Kind::kMouseMove: {
+      if (!dragging_) return false;
+      const double dx = event.x - last_x_;
+      const double dy = last_y_ - event.y;  // upward
+      last_x_ = event.x;
+      last_y_ = event.y;
+      if (event.control) {
+        Turn(kTurnByPixel_rad * (dx * view.up_W - dy * view.right_W));
+      } else if (event.shift) {
+        Move(view.mm_per_pixel * dy * view.forward_W);
+      } else {
+        Move(view.mm_per_pixel * (dx * view.right_W + dy * view.up_W));
+      }
+      return true;
+    }
+    default:
+      return false;
+  }
+}
+
+void SawControls::Release() {
+  held_.clear();
+  dragging_ = false;
+  fast_ = false;
+}
+
+void SawControls::Move(const Vec3& by_W) {
+  Vec3 by = by_W;
+  if (in_blade_plane_) {
+    const Vec3 spindle = X_wanted_.Vector({0, 0, 1});
+    by -= glm::dot(by, spindle) * spindle;
+  }
+  X_wanted_.p_AB += by;
+}
+
+void SawControls::Turn(const Vec3& by_W_rad) {
+  Vec3 by = by_W_rad;
+  if (in_blade_plane_) {
+    const Vec3 spindle = X_wanted_.Vector({0, 0, 1});
+    by = glm::dot(by, spindle) * spindle;
+  }
+  const double angle = glm::length(by);
+  if (angle < 1e-12) return;
+  X_wanted_.R_AB = glm::normalize(glm::angleAxis(angle, by / angle) * X_wanted_.R_AB);
+}
+
+void SawControls::Advance(double dt_s, const ViewBasis& view, const Pose& X_WT) {
+  dt_s = std::clamp(dt_s, 0.0, 0.1);
+  Vec3 move{0};
+  Vec3 turn{0};
+  for (const KeyMotion& m : Motions()) {
+    if (!held_.contains(m.key)) continue;
+    move += m.move;
+    turn += m.turn;
+  }
+  const double pace = dt_s * (fast_ ? kFast : 1);
+  if (glm::length(move) > 0) Move(pace * feed_mm_per_s_ * InWorld(glm::normalize(move), view));
+  if (glm::length(turn) > 0) Turn(pace * kTurnByKey_rad_per_s * InWorld(glm::normalize(turn), view));
+
+  // Where the bone holds the saw back, what is wanted waits for it.
+  const Vec3 lead = X_wanted_.p_AB - X_WT.p_AB;
+  const double distance = glm::length(lead);
+  if (distance > kLead_mm) X_wanted_.p_AB = X_WT.p_AB + kLead_mm / distance * lead;
+  Quat R = X_wanted_.R_AB;
+  if (glm::dot(R, X_WT.R_AB) < 0) R = -R;
+  const double angle = 2 * std::acos(std::clamp(glm::dot(R, X_WT.R_AB), -1.0, 1.0));
+  if (angle > kLead_rad) X_wanted_.R_AB = glm::normalize(glm::slerp(X_WT.R_AB, R, kLead_rad / angle));
+}
+
+}  // namespace kerf

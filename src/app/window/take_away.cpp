@@ -1,0 +1,67 @@
+#include "app/window/take_away.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "kerf/error.h"
+#include "kerf/version.h"
+#include "session/plan/assess.h"
+
+namespace kerf {
+namespace {
+
+/// The pieces as they were left; where they can't be put there, as they were cut off.
+PieceSet MakePieces(const Bone& after, const std::string& json) {
+  PieceSet pieces(after, 1.0);
+  try {
+    if (!json.empty()) pieces.Restore(json, "the pieces in the window");
+  } catch (const Error&) {
+    return pieces;  // cut since they were moved
+  }
+  return pieces;
+}
+
+}  // namespace
+
+std::string DoTakeAway(TakeAwayOrder& order) {
+  const Bone after = order.after.get();
+  const Assessment assessment = AssessCut(order.plan, *order.before, after, CalcBladeWidth(MakeTool(order.scene)));
+  const PieceSet pieces = MakePieces(after, order.pieces_json);
+  TakeAway taken;
+  taken.title = order.scene.title.empty() ? order.scene.name : order.scene.title;
+  taken.plan = &order.plan;
+  taken.assessment = &assessment;
+  taken.pieces = &pieces;
+  taken.measures = order.measures;
+  for (std::size_t i = 0; i < order.pictures.size(); ++i) {
+    taken.pictures.push_back({.name = fmt::format("picture_{}", i + 1),
+                              .caption = order.pictures[i].first,
+                              .png = order.pictures[i].second});
+  }
+  double largest_N = 0;
+  TakenCurve curve{.title = "Force on the hand", .x_label = "time, s", .y_label = "force, N", .points = {}};
+  for (const PlotPoint& p : order.forces) {
+    curve.points.emplace_back(p.time_s, p.force_N);
+    largest_N = std::max(largest_N, p.force_N);
+  }
+  if (curve.points.size() > 1) {
+    taken.figures = {{"duration", "s", curve.points.back().first}, {"largest force on the hand", "N", largest_N}};
+    taken.curves.push_back(std::move(curve));
+  }
+  taken.provenance.push_back({"scene", order.scene.name});
+  taken.provenance.push_back({"tool", DescribeTool(order.scene.tool)});
+  for (const std::string& recording : order.recordings) {
+    taken.provenance.push_back({"recording", std::filesystem::path(recording).filename().string()});
+  }
+  taken.provenance.push_back({"bone before, hash", fmt::format("{:016x}", order.before->CalcHash())});
+  taken.provenance.push_back({"bone after, hash", fmt::format("{:016x}", after.CalcHash())});
+  taken.provenance.push_back({"voxel", fmt::format("{:g} mm", after.voxel_mm())});
+  taken.provenance.push_back({"report by", fmt::format("kerf {} ({})", VersionString(), CommitString())});
+  // Enough for a model to print; a whole piece at 0.1 mm would be 135 MB.
+  WriteTakeAway(taken, order.folder, {.obj = order.obj, .triangles = 300'000});
+  return order.folder;
+}
+
+}  // namespace kerf

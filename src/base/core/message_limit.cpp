@@ -1,0 +1,56 @@
+#include "base/core/message_limit.h"
+
+#include <fmt/format.h>
+
+namespace kerf {
+namespace {
+
+bool IsDigit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+/// Each number is one '#': digits, with points among them, an exponent behind and a minus sign in front.
+std::string WithoutNumbers(std::string_view text) {
+  std::string kind;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (!IsDigit(text[i])) {
+      kind += text[i];
+      continue;
+    }
+    if (kind.ends_with('-')) kind.pop_back();
+    while (i + 1 < text.size()) {
+      const char next = text[i + 1];
+      const bool point = next == '.' && i + 2 < text.size() && IsDigit(text[i + 2]);
+      const bool exponent = next == 'e' && i + 2 < text.size() && (IsDigit(text[i + 2]) || text[i + 2] == '-');
+      if (!IsDigit(next) && !point && !exponent) break;
+      i += exponent && text[i + 2] == '-' ? 2 : 1;
+    }
+    kind += '#';
+  }
+  return kind;
+}
+
+}  // namespace
+
+std::optional<std::string> MessageLimit::Take(std::string_view message) {
+  const auto [place, is_new] = index_.try_emplace(WithoutNumbers(message), kinds_.size());
+  if (is_new) kinds_.push_back({std::string(message), 0});
+  const std::size_t count = ++kinds_[place->second].count;
+  if (count <= most_) return std::string(message);
+  if (count == most_ + 1) return fmt::format("{} (from here on messages of this kind are only counted)", message);
+  return {};
+}
+
+std::vector<std::string> MessageLimit::TakeLeftOut() {
+  std::vector<std::string> sentences;
+  for (const Kind& kind : kinds_) {
+    if (kind.count <= most_ + 1) continue;  // the note has shown the last of them
+    sentences.push_back(
+        fmt::format("{} more messages like this one were not shown: {}", kind.count - most_ - 1, kind.first));
+  }
+  kinds_.clear();
+  index_.clear();
+  return sentences;
+}
+
+}  // namespace kerf

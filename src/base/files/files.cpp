@@ -1,0 +1,193 @@
+#include "base/files/files.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include "base/files/temporary.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Reason(int code) {
+  return std::generic_category().message(code);
+}
+
+/// Where a link leads, so that the file is replaced and not the link.
+std::string FollowLinks(const std::string& path) {
+  std::error_code error;
+  if (!fs::is_symlink(path, error)) return path;
+  const fs::path target = fs::weakly_canonical(path, error);
+  return error ? path : target.string();
+}
+
+std::map<std::string, std::string>& Shelf() {
+  static std::map<std::string, std::string> shelf;
+  return shelf;
+}
+
+}  // namespace
+
+FileShelf::FileShelf(std::map<std::string, std::string> files) {
+  Shelf() = std::move(files);
+}
+FileShelf::~FileShelf() {
+  Shelf().clear();
+}
+
+void CheckWritable(const std::string& path) {
+  const fs::path folder = fs::path(path).parent_path();
+  std::error_code ignored;
+  if (!folder.empty() && !fs::is_directory(folder, ignored)) {
+    throw Error(fmt::format("{}: can't be written: there is no folder {}", path, folder.string()));
+  }
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::is_directory(status)) throw Error(fmt::format("{}: can't be written: it is a folder", path));
+  // A device or a pipe would be replaced by a file.
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw Error(fmt::format("{}: can't be written: it is not a regular file", path));
+  }
+}
+
+std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
+  if (const auto shelved = Shelf().find(path); shelved != Shelf().end()) return shelved->second;
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw Error(fmt::format("{}: there is no such file", path));
+  if (fs::is_directory(status)) throw Error(fmt::format("{}: is a folder, not a file", path));
+  // A pipe may never end, or never begin.
+  if (!fs::is_regular_file(status)) throw Error(fmt::format("{}: is not a regular file", path));
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw Error(fmt::format("{}: can't be read: {}", path, Reason(errno)));
+  std::string content;
+  // In blocks and not by the file's stated size: that is 0 in /proc, and others may write to it.
+  std::size_t block = std::size_t{1} << 20;
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (!error && size <= max_bytes) content.reserve(static_cast<std::size_t>(size) + 1);
+  if (!error && size > 0 && size < block) block = static_cast<std::size_t>(size) + 1;
+  while (in) {
+    const std::size_t old = content.size();
+    content.resize(old + block);
+    in.read(content.data() + old, static_cast<std::streamsize>(block));
+    content.resize(old + static_cast<std::size_t>(in.gcount()));
+    if (content.size() > max_bytes) {
+      throw Error(fmt::format("{}: is larger than {} MiB, which is more than a file of its kind can need", path,
+                              max_bytes >> 20));
+    }
+  }
+  if (in.bad()) throw Error(fmt::format("{}: can't be read to its end", path));
+  return content;
+}
+
+struct PendingFile::State {
+  std::string path;
+  std::string target;
+  Temporary temporary;
+  explicit State(const std::string& name) : path(name), target(FollowLinks(name)), temporary(target) {}
+};
+
+PendingFile::PendingFile(const std::string& path) {
+  CheckWritable(path);
+  try {
+    state_ = std::make_unique<State>(path);
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: can't be written: {}", path, e.what()));
+  }
+}
+PendingFile::~PendingFile() = default;
+PendingFile::PendingFile(PendingFile&&) noexcept = default;
+PendingFile& PendingFile::operator=(PendingFile&&) noexcept = default;
+
+const std::string& PendingFile::path() const {
+  return state_->path;
+}
+const std::string& PendingFile::temporary() const {
+  return state_->temporary.path_to_write();
+}
+
+void PendingFile::Commit() {
+  try {
+    state_->temporary.RenameTo(state_->target);
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}: can't be written: {}", path(), e.what()));
+  }
+}
+
+GrowingFile::GrowingFile(const std::string& path) : pending_(path) {
+  file_ = open(pending_.temporary().c_str(), O_WRONLY | O_CLOEXEC);
+  if (file_ < 0) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+}
+
+GrowingFile::~GrowingFile() {
+  if (file_ >= 0) close(file_);
+}
+
+void GrowingFile::Append(std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(file_, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) throw Error(fmt::format("{}: can't be written: {}", pending_.path(), Reason(errno)));
+    bytes.remove_prefix(static_cast<std::size_t>(count));
+  }
+}
+
+void GrowingFile::Commit() {
+  const int result = close(file_);
+  file_ = -1;
+  if (result != 0) throw Error(fmt::format("{}: can't be written: {}", pending_.path(), Reason(errno)));
+  pending_.Commit();
+}
+
+void WriteAtomically(const std::string& path, const std::function<void(const std::string&)>& write) {
+  PendingFile pending(path);
+  write(pending.temporary());
+  pending.Commit();
+}
+
+void WriteTextFile(const std::string& path, const std::string& content) {
+  WriteAtomically(path, [&](const std::string& temporary) {
+    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+    out.close();
+    if (!out) throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+  });
+}
+
+bool IsSameFile(const std::string& a, const std::string& b) {
+  std::error_code failed;
+  if (fs::equivalent(a, b, failed)) return true;
+  const fs::path one = fs::weakly_canonical(fs::absolute(a, failed), failed);
+  const fs::path other = fs::weakly_canonical(fs::absolute(b, failed), failed);
+  return !failed && one == other;
+}
+
+void CheckInputsStay(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs) {
+  for (const std::string& input : inputs) {
+    for (const std::string& output : outputs) {
+      if (input.empty() || output.empty() || !IsSameFile(input, output)) continue;
+      throw Error(fmt::format("{}: is an input and would be written over by {}; choose another output", input, output));
+    }
+  }
+}
+
+void RemoveTemporaries() {
+  RemoveLiveTemporaries();
+}
+
+void MakeFolder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error || !fs::is_directory(path)) {
+    throw Error(fmt::format("{}: the folder can't be made: {}", path, error ? error.message() : "a file has its name"));
+  }
+}
+
+}  // namespace kerf

@@ -1,0 +1,257 @@
+#include "base/files/markups.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <optional>
+#include <set>
+
+#include "base/core/symmetric_eigen.h"
+#include "base/files/files.h"
+#include "base/files/json_text.h"
+#include "base/files/limits.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+
+/// The list of markups, each an object.
+Json ParseMarkupList(const std::string& text, const std::string& path) {
+  const Json file = ParseJson(text, path);
+  const auto markups = file.is_object() ? file.find("markups") : file.end();
+  if (!file.is_object() || markups == file.end() || !markups->is_array()) {
+    throw Error(fmt::format("{}: not a markups file of 3D Slicer (it has no list 'markups')", path));
+  }
+  for (const Json& markup : *markups) {
+    if (!markup.is_object()) throw Error(fmt::format("{}: an entry of 'markups' is no object", path));
+  }
+  return *markups;
+}
+
+/// Takes x and y of the markup's coordinate system to LPS: 1 or -1.
+double CalcFlip(const Json& markup, const std::string& path) {
+  const bool given = markup.contains("coordinateSystem");
+  const std::string system = given && markup["coordinateSystem"].is_string()
+                                 ? fmt::format("'{}'", markup["coordinateSystem"].get<std::string>())
+                             : given ? markup["coordinateSystem"].dump()
+                                     : "missing";
+  double flip = 0;
+  if (system == "'LPS'") flip = 1;
+  if (system == "'RAS'") flip = -1;
+  if (flip == 0) throw Error(fmt::format("{}: coordinateSystem is {}; it must be LPS or RAS", path, system));
+  if (markup.contains("coordinateUnits") && markup["coordinateUnits"].is_string()) {
+    const auto units = markup["coordinateUnits"].get<std::string>();
+    if (units != "mm" && units.rfind("[\"mm\"", 0) != 0) {
+      throw Error(fmt::format("{}: coordinateUnits is '{}'; it must be mm", path, units));
+    }
+  }
+  return flip;
+}
+
+/// Adds the markup's placed control points.
+void AddPoints(const Json& markup, const std::string& path, std::vector<Vec3>& points) {
+  const double flip = CalcFlip(markup, path);
+  if (!markup.contains("controlPoints") || !markup["controlPoints"].is_array()) return;
+  for (const Json& point : markup["controlPoints"]) {
+    if (!point.is_object()) throw Error(fmt::format("{}: a control point is no object", path));
+    if (point.contains("positionStatus") && point["positionStatus"].is_string() &&
+        point["positionStatus"] != "defined") {
+      continue;
+    }
+    const auto position = point.find("position");
+    if (position == point.end() || !position->is_array() || position->size() != 3) {
+      throw Error(fmt::format("{}: control point {} has no position of three numbers", path, points.size() + 1));
+    }
+    Vec3 p;
+    for (int a = 0; a < 3; ++a) {
+      const Json& number = (*position)[static_cast<std::size_t>(a)];
+      p[a] = number.is_number() ? number.get<double>() : std::nan("");
+      if (!std::isfinite(p[a])) {
+        throw Error(fmt::format("{}: control point {} has a coordinate that is no number", path, points.size() + 1));
+      }
+    }
+    points.emplace_back(flip * p.x, flip * p.y, p.z);
+  }
+}
+
+/// A list of `count` numbers of a markup; none when the key is missing.
+std::optional<std::vector<double>> FindNumbers(const Json& markup, const char* key, std::size_t count,
+                                               const std::string& path) {
+  const auto found = markup.find(key);
+  if (found == markup.end()) return {};
+  std::vector<double> numbers;
+  if (found->is_array()) {
+    for (const Json& number : *found) {
+      if (number.is_number() && std::isfinite(number.get<double>())) numbers.push_back(number.get<double>());
+    }
+  }
+  if (!found->is_array() || numbers.size() != count || found->size() != count) {
+    throw Error(fmt::format("{}: '{}' of the plane is not {} numbers", path, key, count));
+  }
+  return numbers;
+}
+
+Vec3 Normalized(const Vec3& v, const char* key, const std::string& path) {
+  const std::optional<Vec3> direction = CalcDirection(v);
+  if (!direction) throw Error(fmt::format("{}: '{}' of the plane has no direction", path, key));
+  return *direction;
+}
+
+/// The normal as the matrices say: z of the object's frame, taken to that of the file. Slicer takes its files' LPS to
+/// its own RAS by turning the signs of the upper two rows, of both matrices.
+std::optional<Vec3> FindMatrixNormal(const Json& plane, bool lps, const std::string& path) {
+  const auto base = FindNumbers(plane, "baseToNode", 16, path);
+  if (!base) return {};
+  Vec3 z(0, 0, 1);
+  if (const auto object = FindNumbers(plane, "objectToBase", 16, path)) {
+    const double flip = lps ? -1 : 1;
+    z = {flip * (*object)[2], flip * (*object)[6], (*object)[10]};
+  }
+  const auto& m = *base;
+  const Vec3 normal(m[0] * z.x + m[1] * z.y + m[2] * z.z, m[4] * z.x + m[5] * z.y + m[6] * z.z,
+                    m[8] * z.x + m[9] * z.y + m[10] * z.z);
+  return Normalized(normal, "baseToNode", path);
+}
+
+/// Through three points, or nearest to more.
+CutPlane FitPlane(const std::vector<Vec3>& points, const std::string& path) {
+  if (points.size() < 3) {
+    throw Error(fmt::format("{}: holds {} placed point{}; a plane needs three", path, points.size(),
+                            points.size() == 1 ? "" : "s"));
+  }
+  Vec3 mean(0);
+  for (const Vec3& p : points) mean += p / static_cast<double>(points.size());
+  std::array<std::array<double, 3>, 3> scatter{};
+  for (const Vec3& p : points) {
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) scatter[i][j] += (p[i] - mean[i]) * (p[j] - mean[j]);
+    }
+  }
+  const SymmetricEigen eigen = CalcSymmetricEigen(scatter);
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(),
+            [&eigen](std::size_t i, std::size_t j) { return eigen.values[i] < eigen.values[j]; });
+  // The spread across the narrower way within the plane, against the wider.
+  if (!(eigen.values[order[1]] > 1e-6 * eigen.values[order[2]])) {
+    throw Error(fmt::format("{}: its points lie on a line, so they say no plane", path));
+  }
+  const Vec3 normal = glm::normalize(eigen.vectors[order[0]]);
+  const double turn = glm::dot(normal, glm::cross(points[1] - points[0], points[2] - points[0]));
+  return {mean, turn < 0 ? -normal : normal};
+}
+
+CutPlane ReadPlane(const Json& plane, const std::string& path) {
+  const double flip = CalcFlip(plane, path);
+  const auto to_lps = [flip](const Vec3& v) { return Vec3(flip * v.x, flip * v.y, v.z); };
+  std::vector<Vec3> points;
+  AddPoints(plane, path, points);
+  const auto centre = FindNumbers(plane, "center", 3, path);
+  const auto normal = FindNumbers(plane, "normal", 3, path);
+  const auto from_matrix = FindMatrixNormal(plane, flip > 0, path);
+  if (!normal && !from_matrix) return FitPlane(points, path);
+  if (!centre && points.empty())
+    throw Error(fmt::format("{}: the plane has neither a center nor a placed point", path));
+  CutPlane cut;
+  cut.normal_W = to_lps(normal ? Normalized({(*normal)[0], (*normal)[1], (*normal)[2]}, "normal", path) : *from_matrix);
+  cut.p_W = centre ? to_lps({(*centre)[0], (*centre)[1], (*centre)[2]}) : points.front();
+  // Slicer shows what the matrix and the points say; a file changed by hand may say something else beside it.
+  const bool same_normal = !normal || !from_matrix || glm::length(cut.normal_W - to_lps(*from_matrix)) < 1e-3;
+  const bool one_point = plane.value("planeType", Json()) == "pointNormal" && points.size() == 1;
+  const bool same_point = !one_point || std::abs(glm::dot(cut.normal_W, points[0] - cut.p_W)) < 0.01;
+  if (!same_normal || !same_point) {
+    throw Error(fmt::format("{}: the plane's {} contradict each other; save it anew from 3D Slicer", path,
+                            same_normal ? "'center' and its control point" : "'normal' and 'baseToNode'"));
+  }
+  return cut;
+}
+
+}  // namespace
+
+std::vector<Vec3> ParseMarkups(const std::string& text, const std::string& path) {
+  std::vector<Vec3> points;
+  for (const Json& markup : ParseMarkupList(text, path)) AddPoints(markup, path, points);
+  if (points.empty()) throw Error(fmt::format("{}: holds no placed control point", path));
+  return points;
+}
+
+std::vector<Markup> ParseCurveMarkups(const std::string& text, const std::string& path) {
+  std::vector<Markup> markups;
+  for (const Json& json : ParseMarkupList(text, path)) {
+    const auto type = json.find("type");
+    const std::string word = type != json.end() && type->is_string() ? type->get<std::string>() : "";
+    Markup markup;
+    markup.joined = word == "Curve" || word == "ClosedCurve" || word == "Line";
+    if (!markup.joined && word != "Fiducial" && word != "PointList") {
+      throw Error(
+          fmt::format("{}: holds a markup of type '{}'; it must be Curve, ClosedCurve, Line or Fiducial", path, word));
+    }
+    AddPoints(json, path, markup.points);
+    if (markup.points.empty()) continue;
+    if (word == "ClosedCurve" && markup.points.size() > 2) markup.points.push_back(markup.points.front());
+    markups.push_back(std::move(markup));
+  }
+  if (markups.empty()) throw Error(fmt::format("{}: holds no placed control point", path));
+  return markups;
+}
+
+CutPlane ParsePlaneMarkups(const std::string& text, const std::string& path) {
+  const Json markups = ParseMarkupList(text, path);
+  std::vector<Vec3> points;
+  const Json* plane = nullptr;
+  for (const Json& markup : markups) {
+    const auto type = markup.find("type");
+    if (type != markup.end() && *type == "Plane") {
+      if (plane) throw Error(fmt::format("{}: holds several planes; save the one that is meant alone", path));
+      plane = &markup;
+    } else {
+      AddPoints(markup, path, points);
+    }
+  }
+  return plane ? ReadPlane(*plane, path) : FitPlane(points, path);
+}
+
+std::vector<PlaneMarkup> ParsePlaneMarkupList(const std::string& text, const std::string& path) {
+  std::vector<PlaneMarkup> planes;
+  std::vector<Vec3> points;
+  for (const Json& markup : ParseMarkupList(text, path)) {
+    if (markup.value("type", Json()) != "Plane") {
+      AddPoints(markup, path, points);
+      continue;
+    }
+    const Json name = markup.value("name", Json());
+    planes.push_back({.name = name.is_string() ? name.get<std::string>() : "", .plane = ReadPlane(markup, path)});
+  }
+  if (planes.empty()) planes.push_back({.name = "", .plane = FitPlane(points, path)});
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    const std::string given = planes[i].name.empty() ? fmt::format("plane {}", i + 1) : planes[i].name;
+    planes[i].name = given;
+    for (int again = 2; !taken.insert(planes[i].name).second; ++again) {
+      planes[i].name = fmt::format("{} {}", given, again);
+    }
+  }
+  return planes;
+}
+
+std::vector<PlaneMarkup> ReadPlaneMarkupList(const std::string& path) {
+  return ParsePlaneMarkupList(ReadTextFile(path, kMaxMarkupBytes), path);
+}
+
+std::vector<Vec3> ReadMarkups(const std::string& path) {
+  return ParseMarkups(ReadTextFile(path, kMaxMarkupBytes), path);
+}
+
+std::vector<Markup> ReadCurveMarkups(const std::string& path) {
+  return ParseCurveMarkups(ReadTextFile(path, kMaxMarkupBytes), path);
+}
+
+CutPlane ReadPlaneMarkups(const std::string& path) {
+  return ParsePlaneMarkups(ReadTextFile(path, kMaxMarkupBytes), path);
+}
+
+}  // namespace kerf

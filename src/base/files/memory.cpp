@@ -1,0 +1,123 @@
+#include "base/files/memory.h"
+
+#include <fmt/format.h>
+#include <malloc.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+/// For stacks of threads and the like, that are asked for and hardly used.
+constexpr std::uint64_t kSlackBytes = std::uint64_t{256} << 20;
+
+constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
+
+std::uint64_t PageBytes() {
+  return static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+struct Pages {
+  std::uint64_t all = 0;
+  std::uint64_t resident = 0;
+  std::uint64_t data = 0;  // private and writable, with the stack
+};
+
+Pages ReadOwnPages() {
+  std::ifstream file("/proc/self/statm");
+  Pages pages;
+  std::uint64_t skipped = 0;
+  if (!(file >> pages.all >> pages.resident >> skipped >> skipped >> skipped >> pages.data)) return {};
+  return pages;
+}
+
+/// The sum of some rows of a file of "name: number kB" or "name number".
+std::optional<std::uint64_t> ReadRows(const char* path, std::initializer_list<const char*> names) {
+  std::ifstream file(path);
+  std::uint64_t sum = 0;
+  bool any = false;
+  for (std::string name, line; file >> name; std::getline(file, line)) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) continue;
+    std::uint64_t number = 0;
+    if (!(file >> number)) break;
+    sum += number;
+    any = true;
+  }
+  return any ? std::optional(sum) : std::nullopt;
+}
+
+std::optional<std::uint64_t> ReadNumber(const char* path) {
+  std::ifstream file(path);
+  std::uint64_t number = 0;
+  if (!(file >> number)) return std::nullopt;  // "max", or not there
+  return number;
+}
+
+std::uint64_t Less(std::uint64_t limit, std::uint64_t used) {
+  return limit > used ? limit - used : 0;
+}
+
+std::uint64_t ReadMachineBytes() {
+  const auto kB = ReadRows("/proc/meminfo", {"MemAvailable:", "SwapFree:"});
+  return kB ? *kB * 1024 : kNoLimit;
+}
+
+/// As seen from within a container, whose group is the root there.
+std::uint64_t ReadGroupBytes() {
+  const auto most = ReadNumber("/sys/fs/cgroup/memory.max");
+  const auto used = ReadNumber("/sys/fs/cgroup/memory.current");
+  if (!most || !used) return kNoLimit;
+  // Files that nobody reads any more go first.
+  const std::uint64_t files = ReadRows("/sys/fs/cgroup/memory.stat", {"inactive_file"}).value_or(0);
+  return Less(*most, Less(*used, files));
+}
+
+std::uint64_t ReadUserBytes() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kNoLimit;
+  return Less(limit.rlim_cur, ReadOwnPages().all * PageBytes());
+}
+
+}  // namespace
+
+std::size_t ReadResidentBytes() {
+  malloc_trim(0);  // what is free but kept is not in use
+  return ReadOwnPages().resident * PageBytes();
+}
+
+std::size_t ReadHeapBytes() {
+  const struct mallinfo2 heap = mallinfo2();
+  return heap.uordblks + heap.hblkhd;
+}
+
+std::uint64_t ReadAvailableBytes() {
+  return std::min({ReadMachineBytes(), ReadGroupBytes(), ReadUserBytes()});
+}
+
+std::uint64_t LimitMemory() {
+  const std::uint64_t free = ReadAvailableBytes();
+  rlimit limit{};
+  if (free == kNoLimit || getrlimit(RLIMIT_DATA, &limit) != 0) return free;
+  const rlim_t most = ReadOwnPages().data * PageBytes() + free + kSlackBytes;
+  if (limit.rlim_cur != RLIM_INFINITY && limit.rlim_cur <= most) return free;
+  limit.rlim_cur = limit.rlim_max == RLIM_INFINITY ? most : std::min(most, limit.rlim_max);
+  setrlimit(RLIMIT_DATA, &limit);
+  return free;
+}
+
+void CheckMemory(double bytes, const std::string& what, const std::string& remedy) {
+  const auto free = static_cast<double>(ReadAvailableBytes());
+  if (!(bytes > free)) return;
+  throw Error(fmt::format("{} needs about {:.1f} GB of memory and {:.1f} GB are free; {}", what, bytes / 1e9,
+                          free / 1e9, remedy));
+}
+
+}  // namespace kerf

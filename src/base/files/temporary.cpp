@@ -1,0 +1,261 @@
+#include "base/files/temporary.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <sys/vfs.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <regex>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "base/core/hash.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+/// A temporary where a signal's handler can read it: its name in place, never freed.
+struct LiveTemporary {
+  std::atomic<bool> taken{false};
+  std::atomic<bool> live{false};  // the name is whole
+  std::array<char, 4096> path{};
+};
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Reason(int code) {
+  return std::generic_category().message(code);
+}
+
+std::array<LiveTemporary, 16> live_temporaries;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+/// nullptr when there is no room: it then stays when a signal ends the program, and the next program removes it.
+LiveTemporary* AddLive(const std::string& path) {
+  if (path.size() >= LiveTemporary{}.path.size()) return nullptr;
+  for (LiveTemporary& entry : live_temporaries) {
+    if (entry.taken.exchange(true)) continue;
+    std::memcpy(entry.path.data(), path.c_str(), path.size() + 1);
+    entry.live = true;
+    return &entry;
+  }
+  return nullptr;
+}
+
+void RemoveLive(LiveTemporary* entry) {
+  if (entry == nullptr) return;
+  entry->live = false;
+  entry->taken = false;
+}
+
+/// Of this machine: its id, which a copied disk shares, and its name.
+std::string HostId() {
+  static const std::string id = [] {
+    std::string text;
+    std::ifstream machine("/etc/machine-id");
+    std::getline(machine, text);
+    std::array<char, 256> name{};
+    gethostname(name.data(), name.size() - 1);
+    text += name.data();
+    std::uint64_t hash = 0;
+    for (const char c : text) hash = MixHash(hash ^ static_cast<unsigned char>(c));
+    return fmt::format("{:08x}", static_cast<std::uint32_t>(hash));
+  }();
+  return id;
+}
+
+std::string RandomName(const fs::path& target) {
+  std::uint64_t random = 0;
+  if (getrandom(&random, sizeof(random), 0) != static_cast<ssize_t>(sizeof(random))) {
+    throw Error(fmt::format("no random numbers from the system: {}", Reason(errno)));
+  }
+  const std::string tail = fmt::format(".kerf-{}-{:016x}{}", HostId(), random, target.extension().string());
+  // A long name is cut, so that the temporary's is not too long where the target's is not.
+  std::string stem = target.stem().string();
+  if (target.filename().string().size() <= NAME_MAX && tail.size() < NAME_MAX) {
+    stem.resize(std::min(stem.size(), NAME_MAX - 1 - tail.size()));
+  }
+  return (target.parent_path() / ("." + stem + tail)).string();
+}
+
+/// Whether only this machine can have files there open: then their locks are all that counts.
+bool IsLocal(int file) {
+  struct statfs system {};
+  if (fstatfs(file, &system) != 0) return false;
+  // ext2 to ext4, XFS, Btrfs, F2FS, tmpfs, overlayfs, ZFS.
+  constexpr std::array<std::uint32_t, 7> kLocal = {0xef53,     0x58465342, 0x9123683e, 0xf2f52010,
+                                                   0x01021994, 0x794c7630, 0x2fc12fc1};
+  const auto type = static_cast<std::uint32_t>(system.f_type);
+  for (const std::uint32_t local : kLocal) {
+    if (type == local) return true;
+  }
+  return false;
+}
+
+/// Whether no program has it open but this one, by any descriptor but `file`. Of local file systems.
+bool IsOpenHereOnly(int file) {
+  if (fcntl(file, F_SETLEASE, F_WRLCK) != 0) return false;
+  fcntl(file, F_SETLEASE, F_UNLCK);
+  return true;
+}
+
+bool IsRunning(const std::string& process) {
+  errno = 0;
+  const long id = std::strtol(process.c_str(), nullptr, 10);
+  return errno != 0 || id <= 0 || id > INT_MAX || kill(static_cast<pid_t>(id), 0) == 0 || errno != ESRCH;
+}
+
+/// Removes it if its owner is dead. `host`: of its name; none: it is of an earlier version, made by `process`.
+void RemoveIfLeft(const std::string& path, const std::string& host, const std::string& process) {
+  const int file = open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) return;
+  struct stat opened {};
+  struct stat named {};
+  bool left = fstat(file, &opened) == 0 && S_ISREG(opened.st_mode) && opened.st_nlink == 1 &&
+              opened.st_uid == geteuid() && flock(file, LOCK_EX | LOCK_NB) == 0;
+  if (left && host.empty()) left = IsLocal(file) && !IsRunning(process) && IsOpenHereOnly(file);
+  if (left && !host.empty()) left = IsLocal(file) || host == HostId();
+  left = left && lstat(path.c_str(), &named) == 0 && named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
+  if (left) unlink(path.c_str());
+  close(file);
+}
+
+/// A name of an earlier version: .STEM.PID-N.EXT.
+struct OldName {
+  std::string path;
+  std::string becomes;  // STEM.EXT
+  std::string process;
+};
+
+std::vector<OldName> SweepFolder(const fs::path& folder) {
+  static const std::regex now(R"(\.[\s\S]*\.kerf-([0-9a-f]{8})-[0-9a-f]{16}(\.[^.]*)?)");
+  static const std::regex old(R"(\.([\s\S]+)\.([0-9]{1,10})-[0-9]{1,10}(\.[^.]*)?)");
+  std::vector<OldName> old_names;
+  std::vector<std::pair<std::string, std::string>> names;
+  std::error_code ignored;
+  for (fs::directory_iterator at(folder, ignored), end; !ignored && at != end; at.increment(ignored)) {
+    const std::string name = at->path().filename().string();
+    if (!name.starts_with('.')) continue;
+    std::smatch parts;
+    if (std::regex_match(name, parts, now)) {
+      names.emplace_back(at->path().string(), parts[1]);
+    } else if (std::regex_match(name, parts, old)) {
+      old_names.push_back({at->path().string(), parts[1].str() + parts[3].str(), parts[2]});
+    }
+  }
+  for (const auto& [path, host] : names) RemoveIfLeft(path, host, "");
+  return old_names;
+}
+
+}  // namespace
+
+void SweepLeftovers(const std::string& target) {
+  static std::mutex mutex;
+  static std::map<std::string, std::vector<OldName>> searched;
+  const fs::path path(target);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  const std::lock_guard lock(mutex);
+  auto found = searched.find(folder.string());
+  if (found == searched.end()) found = searched.emplace(folder.string(), SweepFolder(folder)).first;
+  for (const OldName& name : found->second) {
+    if (name.becomes == path.filename()) RemoveIfLeft(name.path, "", name.process);
+  }
+}
+
+bool Temporary::Create(mode_t mode) {
+  file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
+  if (file_ < 0) {
+    if (errno == EEXIST) return false;
+    throw Error(Reason(errno));
+  }
+  // A program that sweeps may have come in between; then its lock is in the way, or the name is gone.
+  const bool locked = flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+  struct stat made {};
+  if (locked && fstat(file_, &made) == 0 && made.st_nlink > 0) return true;
+  unlink(path_.c_str());
+  close(file_);
+  file_ = -1;
+  return false;
+}
+
+Temporary::Temporary(const std::string& target) {
+  SweepLeftovers(target);
+  struct stat earlier {};
+  const bool replaces = stat(target.c_str(), &earlier) == 0 && S_ISREG(earlier.st_mode);
+  constexpr std::string_view kOwnFiles = "/proc/self/fd/";
+  path_to_write_.reserve(kOwnFiles.size() + 12);  // so that no lack of memory comes after the file has been made
+  // Beside the target, so that the rename stays within one file system.
+  constexpr int kTries = 100;
+  for (int i = 0; i < kTries && file_ < 0; ++i) {
+    path_ = RandomName(target);
+    Create(replaces ? earlier.st_mode & 0666 : 0666);
+  }
+  if (file_ < 0) throw Error("no free name for a temporary");
+  fmt::format_to(std::back_inserter(path_to_write_), "{}{}", kOwnFiles, file_);
+  if (access(path_to_write_.c_str(), F_OK) != 0) path_to_write_.clear();
+  live_ = AddLive(path_);
+}
+
+Temporary::~Temporary() {
+  if (!renamed_) unlink(path_.c_str());
+  RemoveLive(live_);
+  close(file_);
+}
+
+void Temporary::RenameTo(const std::string& target, bool flush) {
+  // Onto the disk, so that the rename can't overtake the content.
+  if (flush && fsync(file_) != 0) throw Error(Reason(errno));
+  struct stat written {};
+  struct stat named {};
+  if (fstat(file_, &written) != 0 || lstat(path_.c_str(), &named) != 0) throw Error(Reason(errno));
+  if (written.st_ino != named.st_ino || written.st_dev != named.st_dev) {
+    throw Error("another program has put a file in the place of its temporary");
+  }
+  // An earlier file's permissions stay: it may hold a patient's data.
+  struct stat earlier {};
+  if (stat(target.c_str(), &earlier) == 0 && S_ISREG(earlier.st_mode)) {
+    static_cast<void>(fchmod(file_, earlier.st_mode & 07777) == 0);
+  }
+  if (rename(path_.c_str(), target.c_str()) != 0) throw Error(Reason(errno));
+  renamed_ = true;
+}
+
+void RemoveLiveTemporaries() {
+  for (const LiveTemporary& entry : live_temporaries) {
+    if (entry.live) unlink(entry.path.data());
+  }
+}
+
+TemporaryFolder::TemporaryFolder(const std::string& name) {
+  std::error_code ignored;
+  path_ = (fs::temp_directory_path(ignored) / (name + "_XXXXXX")).string();
+  if (mkdtemp(path_.data()) == nullptr)
+    throw Error(fmt::format("{}: the folder can't be made: {}", path_, Reason(errno)));
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+}  // namespace kerf

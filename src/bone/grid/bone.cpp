@@ -1,0 +1,344 @@
+#include "kerf/bone.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <mutex>
+
+#include "base/core/hash.h"
+#include "bone/grid/cell_block.h"
+#include "bone/grid/cell_volume.h"
+#include "bone/grid/grids.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using FloatTree = openvdb::FloatTree;
+using FloatLeaf = FloatTree::LeafNodeType;
+using RegionTree = openvdb::Int32Tree;
+
+void InitializeOpenVdbOnce() {
+  static std::once_flag once;
+  std::call_once(once, [] { openvdb::initialize(); });
+}
+
+std::vector<const FloatLeaf*> Leaves(const FloatTree& tree) {
+  std::vector<const FloatLeaf*> leaves;
+  tree.getNodes(leaves);
+  return leaves;
+}
+
+/// Calls visit(bounding box in voxels, value) for each tile above the leaves, the background aside.
+template <typename Visit>
+void ForEachTile(const FloatTree& tree, Visit visit) {
+  auto it = tree.cbeginValueAll();
+  it.setMaxDepth(FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; it; ++it) {
+    openvdb::CoordBBox box;
+    if (it.getBoundingBox(box)) visit(box, *it);
+  }
+}
+
+/// Calls visit(cell, share) for the cells of a tile of bone that are not whole. There are none in a level set, whose
+/// tiles lie far from the surface; but a cut that ran out of memory ends at one.
+template <typename Accessor, typename Visit>
+void ForEachCutCell(const Accessor& accessor, const openvdb::CoordBBox& tile, Visit visit) {
+  CellBlock block;
+  const openvdb::Coord last = tile.max().offsetBy(-7);
+  for (int x = tile.min().x(); x <= last.x(); x += 8) {
+    for (int y = tile.min().y(); y <= last.y(); y += 8) {
+      // Only the uppermost cells reach out of the tile.
+      const bool outermost = x == last.x() || y == last.y();
+      for (int z = outermost ? tile.min().z() : last.z(); z <= last.z(); z += 8) {
+        block.Load(accessor, openvdb::Coord(x, y, z));
+        if (std::all_of(block.data(), block.data() + CellBlock::kCount, [](float phi) { return phi < 0; })) continue;
+        for (int i = 0; i < 512; ++i) {
+          const openvdb::Coord cell(x + i / 64, y + i / 8 % 8, z + i % 8);
+          const double share = CalcCellShare(block.Corners(i / 64, i / 8 % 8, i % 8));
+          if (share < 1) visit(cell, share);
+        }
+      }
+    }
+  }
+}
+
+/// Sums of cell shares over all leaves and tiles, by region when asked; in units of one cell.
+std::array<double, 256> SumShares(const Bone::Grids& grids, bool by_region) {
+  const FloatTree& tree = grids.phi->tree();
+  const std::vector<const FloatLeaf*> leaves = Leaves(tree);
+  const double h = grids.voxel_mm();
+  const double region_h = grids.region_voxel_mm();
+  using Sums = std::array<double, 256>;
+  const auto region_of = [&](const auto& accessor, const openvdb::Coord& ijk) {
+    const Vec3 centre = h * (Vec3(ijk.x(), ijk.y(), ijk.z()) + 0.5);
+    return static_cast<std::size_t>(std::clamp(accessor.getValue(NearestVoxel(centre, region_h)), 0, 255));
+  };
+  // Deterministic: the same split into ranges whatever the number of threads.
+  Sums sums = tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<std::size_t>(0, leaves.size(), 64), Sums{},
+      [&](const tbb::blocked_range<std::size_t>& range, Sums part) {
+        const FloatTree& const_tree = tree;
+        openvdb::tree::ValueAccessor<const FloatTree> accessor(const_tree);
+        openvdb::tree::ValueAccessor<const RegionTree> regions(grids.region->constTree());
+        CellBlock block;
+        for (std::size_t n = range.begin(); n < range.end(); ++n) {
+          const openvdb::Coord origin = leaves[n]->origin();
+          block.Load(accessor, origin);
+          for (int x = 0; x < 8; ++x) {
+            for (int y = 0; y < 8; ++y) {
+              for (int z = 0; z < 8; ++z) {
+                const double share = CalcCellShare(block.Corners(x, y, z));
+                if (share == 0) continue;
+                part[by_region ? region_of(regions, origin.offsetBy(x, y, z)) : 0] += share;
+              }
+            }
+          }
+        }
+        return part;
+      },
+      [](Sums a, const Sums& b) {
+        for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
+        return a;
+      });
+  // A tile of the narrow band's level set is far from the surface: all its cells are whole, or nearly all.
+  openvdb::tree::ValueAccessor<const FloatTree> accessor(tree);
+  openvdb::tree::ValueAccessor<const RegionTree> regions(grids.region->constTree());
+  ForEachTile(tree, [&](const openvdb::CoordBBox& box, float value) {
+    if (value >= 0) return;
+    ForEachCutCell(accessor, box, [&](const openvdb::Coord& cell, double share) {
+      sums[by_region ? region_of(regions, cell) : 0] -= 1 - share;
+    });
+    if (!by_region) {
+      sums[0] += static_cast<double>(box.volume());
+      return;
+    }
+    for (auto it = box.begin(); it; ++it) sums[region_of(regions, *it)] += 1;
+  });
+  return sums;
+}
+
+/// Mean of a property of the regions around a point, by weight; 0 where there is none.
+template <typename OfRegion>
+double InterpolateMaterial(const Bone::Grids& grids, const Vec3& p_W, OfRegion of_region) {
+  double sum = 0;
+  double weights = 0;
+  ForEachRegionAround(grids.region->constTree(), p_W / grids.region_voxel_mm(), [&](int id, double weight) {
+    sum += weight * of_region(id);
+    weights += weight;
+  });
+  return weights > 0 ? sum / weights : 0;
+}
+
+}  // namespace
+
+openvdb::FloatGrid::Ptr MakePhiGrid(double voxel_mm, int band_voxels) {
+  InitializeOpenVdbOnce();
+  auto grid = openvdb::FloatGrid::create(static_cast<float>(band_voxels * voxel_mm));
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel_mm));
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  grid->setName("phi");
+  return grid;
+}
+
+openvdb::Int32Grid::Ptr MakeRegionGrid(double voxel_mm) {
+  InitializeOpenVdbOnce();
+  auto grid = openvdb::Int32Grid::create(0);
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel_mm));
+  grid->setName("region");
+  return grid;
+}
+
+openvdb::FloatGrid::Ptr MakeHuGrid(double voxel_mm) {
+  InitializeOpenVdbOnce();
+  auto grid = openvdb::FloatGrid::create(-1000.0f);
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel_mm));
+  grid->setName("hu");
+  return grid;
+}
+
+Bone::Bone() : grids_(std::make_unique<Grids>()) {
+  grids_->phi = MakePhiGrid(0.2);
+  grids_->region = MakeRegionGrid(0.2);
+}
+Bone::~Bone() = default;
+Bone::Bone(Bone&&) noexcept = default;
+Bone& Bone::operator=(Bone&&) noexcept = default;
+
+Bone::Bone(const Bone& other) : grids_(std::make_unique<Grids>(*other.grids_)) {
+  grids_->phi = other.grids_->phi->deepCopy();  // the other grids are shared: nobody changes one in place
+}
+
+Bone& Bone::operator=(const Bone& other) {
+  if (this != &other) *this = Bone(other);
+  return *this;
+}
+
+double Bone::voxel_mm() const {
+  return grids_->voxel_mm();
+}
+double Bone::region_voxel_mm() const {
+  return grids_->region_voxel_mm();
+}
+double Bone::band_mm() const {
+  return std::round(static_cast<double>(grids_->phi->background()) / voxel_mm()) * voxel_mm();
+}
+const MaterialTable& Bone::materials() const {
+  return grids_->materials;
+}
+void Bone::set_materials(MaterialTable table) {
+  grids_->materials = std::move(table);
+  grids_->stored_materials.reset();
+}
+void Bone::OverrideMaterials(MaterialTable table) {
+  if (!grids_->stored_materials) grids_->stored_materials = std::move(grids_->materials);
+  grids_->materials = std::move(table);
+}
+bool Bone::has_hu() const {
+  return grids_->hu != nullptr;
+}
+double Bone::hu_voxel_mm() const {
+  return grids_->hu ? grids_->hu->voxelSize()[0] : 0;
+}
+const std::map<std::string, std::string>& Bone::notes() const {
+  return grids_->notes;
+}
+void Bone::set_note(const std::string& key, const std::string& value) {
+  grids_->notes[key] = value;
+}
+
+double Bone::SignedDistance(const Vec3& p_W) const {
+  return SampleTrilinear(grids_->phi->tree(), p_W / voxel_mm());
+}
+
+int Bone::RegionAt(const Vec3& p_W) const {
+  return grids_->region->tree().getValue(NearestVoxel(p_W, region_voxel_mm()));
+}
+
+double Bone::ModulusAt(const Vec3& p_W) const {
+  const auto& regions = grids_->materials.regions();
+  const double by_ct = grids_->modulus ? SampleModulus(grids_->modulus->constTree(), p_W / hu_voxel_mm()) : 0;
+  return InterpolateMaterial(*grids_, p_W, [&](int id) {
+    if (by_ct > 0 && grids_->by_modulus[id]) return by_ct;
+    const auto found = regions.find(id);
+    return found == regions.end() ? 0 : found->second.E_MPa;
+  });
+}
+
+double Bone::PoissonRatioAt(const Vec3& p_W) const {
+  const auto& regions = grids_->materials.regions();
+  return InterpolateMaterial(*grids_, p_W, [&](int id) {
+    const auto found = regions.find(id);
+    return found == regions.end() ? 0 : found->second.nu;
+  });
+}
+
+bool Bone::empty() const {
+  for (const FloatLeaf* leaf : Leaves(grids_->phi->tree())) {
+    const float* values = leaf->buffer().data();
+    if (std::any_of(values, values + FloatLeaf::SIZE, [](float v) { return v < 0; })) return false;
+  }
+  return true;
+}
+
+double Bone::CalcVolume() const {
+  const double h = voxel_mm();
+  return SumShares(*grids_, false)[0] * h * h * h;
+}
+
+std::map<int, double> Bone::CalcRegionVolumes() const {
+  const double h = voxel_mm();
+  const std::array<double, 256> sums = SumShares(*grids_, true);
+  std::map<int, double> volumes;
+  for (std::size_t id = 0; id < sums.size(); ++id) {
+    if (sums[id] > 0) volumes[static_cast<int>(id)] = sums[id] * h * h * h;
+  }
+  return volumes;
+}
+
+Box3 Bone::CalcBounds() const {
+  // The crossings on the edges between an inside voxel and an outside neighbour; the outermost ones bound the surface.
+  const std::vector<const FloatLeaf*> leaves = Leaves(grids_->phi->tree());
+  const double h = voxel_mm();
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, leaves.size(), 64), Box3{},
+      [&](const tbb::blocked_range<std::size_t>& range, Box3 box) {
+        openvdb::tree::ValueAccessor<const FloatTree> accessor(grids_->phi->constTree());
+        for (std::size_t n = range.begin(); n < range.end(); ++n) {
+          for (auto it = leaves[n]->cbeginValueOn(); it; ++it) {
+            if (*it >= 0) continue;
+            const openvdb::Coord ijk = it.getCoord();
+            const double inside = static_cast<double>(*it);
+            for (int axis = 0; axis < 3; ++axis) {
+              for (int side = -1; side <= 1; side += 2) {
+                openvdb::Coord next = ijk;
+                next[axis] += side;
+                const double outside = static_cast<double>(accessor.getValue(next));
+                if (outside < 0) continue;
+                Vec3 p(ijk.x(), ijk.y(), ijk.z());
+                p[axis] += side * inside / (inside - outside);
+                box.Include(h * p);
+              }
+            }
+          }
+        }
+        return box;
+      },
+      [](Box3 a, const Box3& b) {
+        a.lower = glm::min(a.lower, b.lower);
+        a.upper = glm::max(a.upper, b.upper);
+        return a;
+      });
+}
+
+std::uint64_t Bone::CountActiveVoxels() const {
+  return grids_->phi->activeVoxelCount();
+}
+
+std::uint64_t Bone::CalcMemoryBytes() const {
+  std::uint64_t bytes = grids_->phi->memUsage() + grids_->region->memUsage();
+  for (const auto& grid : {grids_->hu, grids_->modulus}) bytes += grid ? grid->memUsage() : 0;
+  return bytes;
+}
+
+std::uint64_t Bone::CalcHash() const {
+  const float band = grids_->phi->background();
+  std::uint64_t hash = MixHash(std::bit_cast<std::uint64_t>(voxel_mm()));
+  const auto key = [](const openvdb::Coord& c) {
+    return MixHash(
+        (static_cast<std::uint64_t>(static_cast<std::uint32_t>(c.x())) << 32 | static_cast<std::uint32_t>(c.y())) +
+        MixHash(static_cast<std::uint32_t>(c.z())));
+  };
+  for (const FloatLeaf* leaf : Leaves(grids_->phi->tree())) {
+    for (auto it = leaf->cbeginValueAll(); it; ++it) {
+      if (std::abs(*it) >= band) continue;
+      const float value = *it + 0.0f;  // -0 and +0 are the same surface
+      hash += MixHash(key(it.getCoord()) ^ std::bit_cast<std::uint32_t>(value));
+    }
+  }
+  for (auto it = grids_->region->tree().cbeginValueOn(); it; ++it) {
+    openvdb::CoordBBox box;
+    it.getBoundingBox(box);
+    hash += MixHash(key(box.min()) + 3 * key(box.max()) + static_cast<std::uint64_t>(*it));
+  }
+  return hash;
+}
+
+std::uint64_t Bone::CalcMaterialHash() const {
+  std::uint64_t hash = 0;
+  const auto mix = [&hash](double x) { hash = MixHash(hash ^ std::bit_cast<std::uint64_t>(x)); };
+  for (const auto& [id, region] : grids_->materials.regions()) {
+    mix(id);
+    mix(region.E_MPa);
+    mix(region.nu);
+    mix(grids_->by_modulus[static_cast<std::size_t>(id)] ? 1 : 0);
+  }
+  if (grids_->modulus == nullptr) return hash;
+  for (auto it = grids_->modulus->tree().cbeginValueOn(); it; ++it) mix(static_cast<double>(*it));
+  return hash;
+}
+
+}  // namespace kerf

@@ -1,0 +1,445 @@
+#include "bone/grid/build.h"
+
+#include <fmt/format.h>
+#include <openvdb/tools/Composite.h>
+#include <openvdb/tools/FastSweeping.h>
+#include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/tools/Prune.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <memory>
+#include <thread>
+
+#include "base/core/byte_text.h"
+#include "bone/grid/dilate.h"
+#include "bone/grid/fill_voids.h"
+#include "bone/grid/grids.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using openvdb::Coord;
+using FloatTree = openvdb::FloatTree;
+using FloatLeaf = FloatTree::LeafNodeType;
+using RegionTree = openvdb::Int32Tree;
+using RegionLeaf = RegionTree::LeafNodeType;
+
+constexpr int kLeafEdge = 8;
+constexpr int kCoarseEdge = 64;                  // blocks are sorted at this size first, then at the leaves' own
+constexpr double kMaxBoxVoxels = 68719476736.0;  // 2^36
+constexpr double kMostIndex = 1 << 30;           // of a voxel
+constexpr double kMostMeshIndex = 1 << 17;       // where a float still tells a hundredth of a voxel
+
+/// Half the diagonal of a block of `edge` voxels, centre of first to centre of last, plus the band around it.
+double BallRadius(int edge, double h, int band_voxels) {
+  return 0.5 * std::sqrt(3.0) * (edge - 1) * h + (band_voxels + 1) * h;
+}
+
+Vec3 BlockCentre(const Coord& origin, int edge, double h) {
+  return h * (Vec3(origin.x(), origin.y(), origin.z()) + 0.5 * (edge - 1));
+}
+
+Coord FloorToBlock(const Vec3& p_vox, int edge) {
+  const auto down = [edge](double x) { return static_cast<int>(std::floor(x / edge)) * edge; };
+  return {down(p_vox.x), down(p_vox.y), down(p_vox.z)};
+}
+
+struct Blocks {
+  std::vector<Coord> inside;  // leaf-sized
+  std::vector<Coord> mixed;
+};
+
+// What the blocks take while a bone is made, at most: a place in the lists; a leaf of the level set and of the regions,
+// and one more while a distance is solved for. Measured with blocks of 60 to 240 mm at 0.2 mm voxels.
+constexpr double kBytesOfInside = 100;
+constexpr double kBytesOfMixed = 7000;
+
+[[noreturn]] void RefuseMemory(double bytes, const BuildOptions& options) {
+  const auto [needed, there] = FormatBytePair(bytes, options.most_bytes);
+  throw Error(fmt::format(
+      "a bone of this size with voxels of {:.3g} mm needs more than {} of memory and {} are free; use larger voxels",
+      options.voxel_mm, needed, there));
+}
+
+Blocks SortBlocks(const SolidField& solid, const Box3& box, const BuildOptions& options) {
+  const double h = options.voxel_mm;
+  const int band_voxels = options.band_voxels;
+  const Coord first = FloorToBlock(box.lower / h, kCoarseEdge);
+  const Coord last = FloorToBlock(box.upper / h, kCoarseEdge);
+  std::vector<Coord> coarse;
+  for (int x = first.x(); x <= last.x(); x += kCoarseEdge) {
+    for (int y = first.y(); y <= last.y(); y += kCoarseEdge) {
+      for (int z = first.z(); z <= last.z(); z += kCoarseEdge) coarse.emplace_back(x, y, z);
+    }
+  }
+  std::vector<Blocks> found(coarse.size());
+  std::atomic<double> bytes{0};
+  tbb::parallel_for(std::size_t{0}, coarse.size(), [&](std::size_t n) {
+    const BlockClass whole =
+        solid.classify(BlockCentre(coarse[n], kCoarseEdge, h), BallRadius(kCoarseEdge, h, band_voxels));
+    if (whole == BlockClass::kOutside) return;
+    for (int x = 0; x < kCoarseEdge; x += kLeafEdge) {
+      for (int y = 0; y < kCoarseEdge; y += kLeafEdge) {
+        for (int z = 0; z < kCoarseEdge; z += kLeafEdge) {
+          const Coord origin = coarse[n].offsetBy(x, y, z);
+          const BlockClass part = whole == BlockClass::kInside ? whole
+                                                               : solid.classify(BlockCentre(origin, kLeafEdge, h),
+                                                                                BallRadius(kLeafEdge, h, band_voxels));
+          if (part == BlockClass::kInside) found[n].inside.push_back(origin);
+          if (part == BlockClass::kMixed) found[n].mixed.push_back(origin);
+        }
+      }
+    }
+    const double here = kBytesOfInside * static_cast<double>(found[n].inside.size()) +
+                        kBytesOfMixed * static_cast<double>(found[n].mixed.size());
+    if (const double now = bytes.fetch_add(here) + here; now > options.most_bytes) RefuseMemory(now, options);
+  });
+  Blocks all;
+  for (const Blocks& part : found) {
+    all.inside.insert(all.inside.end(), part.inside.begin(), part.inside.end());
+    all.mixed.insert(all.mixed.end(), part.mixed.begin(), part.mixed.end());
+  }
+  return all;
+}
+
+/// Reports from the calling thread only, whatever thread does the work.
+class Progress {
+ public:
+  Progress(const std::function<void(double)>& report, double from, double to, std::size_t total)
+      : report_(report), from_(from), to_(to), total_(std::max<std::size_t>(total, 1)) {}
+
+  void Done(std::size_t count) {
+    const std::size_t done = done_ += count;
+    if (!report_ || std::this_thread::get_id() != owner_) return;
+    report_(from_ + (to_ - from_) * static_cast<double>(done) / static_cast<double>(total_));
+  }
+
+ private:
+  const std::function<void(double)>& report_;
+  double from_;
+  double to_;
+  std::size_t total_;
+  std::atomic<std::size_t> done_{0};
+  std::thread::id owner_ = std::this_thread::get_id();
+};
+
+/// Voxels of the mixed blocks, all active, with the field's own values.
+std::vector<std::unique_ptr<FloatLeaf>> EvaluateBlocks(const SolidField& solid, const std::vector<Coord>& blocks,
+                                                       double h, Progress& progress) {
+  std::vector<std::unique_ptr<FloatLeaf>> leaves(blocks.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
+    for (std::size_t n = range.begin(); n < range.end(); ++n) {
+      auto leaf = std::make_unique<FloatLeaf>(blocks[n], 0.0f, true);
+      for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+        const Coord ijk = leaf->offsetToGlobalCoord(i);
+        const double value = solid.value(h * Vec3(ijk.x(), ijk.y(), ijk.z()));
+        leaf->setValueOnly(i, static_cast<float>(value));
+      }
+      leaves[n] = std::move(leaf);
+    }
+    progress.Done(range.size());
+  });
+  return leaves;
+}
+
+/// Switches off what lies more than a voxel beyond the band from a change of sign. Sweeping costs by active voxel, and
+/// most of a mixed block is beyond the band; a voxel in the band takes its distance from nearer ones alone.
+void KeepNearSurface(openvdb::FloatGrid& field, int band_voxels) {
+  openvdb::MaskTree near(field.tree(), false, openvdb::TopologyCopy());
+  openvdb::tree::LeafManager<openvdb::MaskTree> near_leaves(near);
+  const FloatTree& values = field.constTree();
+  near_leaves.foreach ([&values](openvdb::MaskTree::LeafNodeType& leaf, std::size_t) {
+    openvdb::tree::ValueAccessor<const FloatTree> value(values);
+    leaf.setValuesOff();
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+      const Coord ijk = leaf.offsetToGlobalCoord(i);
+      const bool inside = value.getValue(ijk) < 0;
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const int side : {-1, 1}) {
+          Coord neighbour = ijk;
+          neighbour[axis] += side;
+          if ((value.getValue(neighbour) < 0) != inside) leaf.setValueOn(i);
+        }
+      }
+    }
+  });
+  // Leaves that become all active may turn into tiles.
+  Dilate(near, band_voxels + 1, openvdb::tools::NN_FACE_EDGE);
+  openvdb::tree::LeafManager<FloatTree> leaves(field.tree());
+  leaves.foreach ([&near](FloatLeaf& leaf, std::size_t) {
+    const auto* mask = near.probeConstLeaf(leaf.origin());
+    if (mask == nullptr) {
+      if (!near.isValueOn(leaf.origin())) leaf.setValuesOff();
+      return;
+    }
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) leaf.setActiveState(i, mask->isValueOn(i));
+  });
+}
+
+void AddInsideTiles(FloatTree& tree, const std::vector<Coord>& blocks, float value) {
+  for (const Coord& origin : blocks) tree.addTile(1, origin, value, false);
+}
+
+/// Whether any part of a region voxel lies in bone or within two voxels of it (a cell that the surface cuts may have
+/// its centre that far out).
+template <typename Accessor>
+bool IsNear(const Accessor& phi, const Vec3& centre_W, double h, double region_h) {
+  const auto near = [&](const Vec3& p_W) { return static_cast<double>(phi.getValue(NearestVoxel(p_W, h))) < 2 * h; };
+  if (near(centre_W)) return true;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 offset((corner & 4) ? 0.5 : -0.5, (corner & 2) ? 0.5 : -0.5, (corner & 1) ? 0.5 : -0.5);
+    if (near(centre_W + region_h * offset)) return true;
+  }
+  return false;
+}
+
+void CheckBox(const Box3& box, const BuildOptions& options) {
+  const double voxel_mm = options.voxel_mm;
+  if (options.band_voxels < 2 || options.band_voxels > 8) {
+    throw Error(fmt::format("a band of {} voxels is out of range; valid range 2 to 8", options.band_voxels));
+  }
+  if (!(voxel_mm >= 0.02 && voxel_mm <= 4)) {
+    throw Error(fmt::format("a voxel of {:.3g} mm is out of range; valid range 0.02 to 4 mm", voxel_mm));
+  }
+  const Vec3 count = box.size() / voxel_mm;
+  if (!(count.x * count.y * count.z <= kMaxBoxVoxels)) {
+    throw Error(
+        fmt::format("{:.0f} x {:.0f} x {:.0f} mm at {:.3g} mm voxels is more than 2^36 voxels; use larger voxels",
+                    box.size().x, box.size().y, box.size().z, voxel_mm));
+  }
+  const Vec3 furthest = glm::max(glm::abs(box.lower), glm::abs(box.upper));
+  const double most_vox = std::max({furthest.x, furthest.y, furthest.z}) / voxel_mm;
+  if (!IsInWorld(box.centre()) || !(most_vox < kMostIndex)) {
+    throw Error(fmt::format("the bone lies beyond {} mm from the world's origin", kWorldReach_mm));
+  }
+}
+
+/// Throws Error unless it is closed and within range. Returns its area, mm^2.
+double CheckMesh(const TriangleMesh& mesh, const BuildOptions& options) {
+  if (const std::size_t open_edges = CountOpenEdges(mesh); open_edges != 0) {
+    throw Error(
+        fmt::format("the surface is not closed: {} of its edges do not join exactly two triangles", open_edges));
+  }
+  Box3 box;
+  for (const Vec3& p : mesh.points) box.Include(p);
+  CheckBox(box, options);
+  double area_mm2 = 0;
+  for (const auto& t : mesh.triangles) {
+    area_mm2 +=
+        0.5 * glm::length(glm::cross(mesh.points[t[1]] - mesh.points[t[0]], mesh.points[t[2]] - mesh.points[t[0]]));
+  }
+  return area_mm2;
+}
+
+/// What a closed surface encloses, as a level set.
+openvdb::FloatGrid::Ptr Voxelise(const TriangleMesh& mesh, const BuildOptions& options,
+                                 const openvdb::math::Transform& transform) {
+  std::vector<openvdb::Vec3s> points(mesh.points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 p_vox = mesh.points[i] / options.voxel_mm;
+    if (const double most = std::max({std::abs(p_vox.x), std::abs(p_vox.y), std::abs(p_vox.z)});
+        !(most <= kMostMeshIndex)) {
+      throw Error(
+          fmt::format("the surface reaches {:.0f} mm from the world's origin; with voxels of {:.3g} mm at most "
+                      "{:.0f} mm: move it nearer",
+                      most * options.voxel_mm, options.voxel_mm, kMostMeshIndex * options.voxel_mm));
+    }
+    points[i] = openvdb::Vec3s(static_cast<float>(p_vox.x), static_cast<float>(p_vox.y), static_cast<float>(p_vox.z));
+  }
+  std::vector<openvdb::Vec3I> triangles(mesh.triangles.size());
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto& t = mesh.triangles[i];
+    triangles[i] = openvdb::Vec3I(t[0], t[1], t[2]);
+  }
+  const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
+  // The adapter's points are in index space; distances come out in world units.
+  return openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, transform, static_cast<float>(options.band_voxels),
+                                                          static_cast<float>(options.band_voxels));
+}
+
+}  // namespace
+
+void FinishLevelSet(openvdb::FloatGrid& grid) {
+  const float band = grid.background();
+  openvdb::tree::LeafManager<FloatTree> leaves(grid.tree());
+  leaves.foreach ([band](FloatLeaf& leaf, std::size_t) {
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+      const float value = std::clamp(leaf.getValue(i), -band, band);
+      leaf.setValueOnly(i, value);
+      leaf.setActiveState(i, std::abs(value) < band);
+    }
+  });
+  openvdb::tools::pruneLevelSet(grid.tree(), band, -band);
+}
+
+std::function<BlockClass(const Vec3&, double)> ClassifyByDistance(std::function<double(const Vec3&)> value) {
+  return [value = std::move(value)](const Vec3& centre, double radius_mm) {
+    const double d = value(centre);
+    if (d > radius_mm) return BlockClass::kOutside;
+    return d < -radius_mm ? BlockClass::kInside : BlockClass::kMixed;
+  };
+}
+
+Bone MakeBone(const SolidField& solid, const Box3& box, const BuildOptions& options, MaterialTable materials) {
+  const double h = options.voxel_mm;
+  CheckBox(box, options);
+  Bone bone;
+  Bone::Grids& grids = bone.grids();
+  grids.phi = MakePhiGrid(h, options.band_voxels);
+  grids.materials = std::move(materials);
+
+  Blocks blocks = SortBlocks(solid, box, options);
+  Progress progress(options.progress, 0.05, 0.7, blocks.mixed.size());
+  auto leaves = EvaluateBlocks(solid, blocks.mixed, h, progress);
+  const float band = grids.phi->background();
+  if (solid.is_distance) {
+    FloatTree& tree = grids.phi->tree();
+    for (auto& leaf : leaves) tree.addLeaf(leaf.release());
+    AddInsideTiles(tree, blocks.inside, -band);
+  } else {
+    // Only the sign and the zero level of the field are used; its size may be anything.
+    auto field = openvdb::FloatGrid::create(1.0f);
+    field->setTransform(grids.phi->transformPtr());
+    for (auto& leaf : leaves) field->tree().addLeaf(leaf.release());
+    AddInsideTiles(field->tree(), blocks.inside, -1.0f);
+    if (options.fill_voids != nullptr) *options.fill_voids = FillVoids(field->tree(), h, blocks.inside);
+    KeepNearSurface(*field, options.band_voxels);
+    const auto distance = openvdb::tools::sdfToSdf(*field, 0.0f, 1);
+    if (!distance) throw Error("the surface could not be turned into a distance field: nothing lies inside");
+    std::vector<FloatLeaf*> solved;
+    distance->tree().stealNodes(solved);
+    FloatTree& tree = grids.phi->tree();
+    for (FloatLeaf* leaf : solved) tree.addLeaf(leaf);
+    AddInsideTiles(tree, blocks.inside, -band);
+  }
+  FinishLevelSet(*grids.phi);
+  if (bone.empty()) throw Error("the bone has no inside: nothing was found within the box");
+  if (options.progress) options.progress(0.75);
+  SetRegions(bone, solid.region, options.region_voxel_mm, options.progress);
+  if (options.progress) options.progress(1.0);
+  return bone;
+}
+
+Bone MakeBoneFromMesh(std::span<const TriangleMesh> layers, const std::function<int(const Vec3&)>& region,
+                      const BuildOptions& options, MaterialTable materials) {
+  if (layers.empty() || layers.front().triangles.empty()) throw Error("the surface has no triangles");
+  double area_mm2 = 0;
+  for (const TriangleMesh& mesh : layers) area_mm2 += CheckMesh(mesh, options);
+  // A plane with its band goes through up to three leaves for each of its squares.
+  const double leaf_mm = kLeafEdge * options.voxel_mm;
+  const double bytes = kBytesOfMixed * 3 * area_mm2 / (leaf_mm * leaf_mm);
+  if (bytes > options.most_bytes) RefuseMemory(bytes, options);
+  Bone bone;
+  Bone::Grids& grids = bone.grids();
+  grids.phi = MakePhiGrid(options.voxel_mm, options.band_voxels);
+  grids.materials = std::move(materials);
+  const auto grid = Voxelise(layers.front(), options, grids.phi->transform());
+  for (std::size_t n = 1; n < layers.size(); ++n) {
+    const auto layer = Voxelise(layers[n], options, grids.phi->transform());
+    if (n % 2 == 1) {
+      openvdb::tools::csgDifference(*grid, *layer);
+    } else {
+      openvdb::tools::csgUnion(*grid, *layer);
+    }
+  }
+  grids.phi->setTree(grid->treePtr());
+  FinishLevelSet(*grids.phi);
+  if (bone.empty()) throw Error("the surface encloses nothing at this voxel size");
+  if (options.progress) options.progress(0.75);
+  SetRegions(bone, region, options.region_voxel_mm, options.progress);
+  if (options.progress) options.progress(1.0);
+  return bone;
+}
+
+Bone MakeBoneFromMesh(const TriangleMesh& mesh, const std::function<int(const Vec3&)>& region,
+                      const BuildOptions& options, MaterialTable materials) {
+  return MakeBoneFromMesh(std::span(&mesh, 1), region, options, std::move(materials));
+}
+
+void RoundDistances(Bone& bone, int precision_bits) {
+  if (precision_bits >= 24) return;
+  // Veltkamp's splitting, as removal does it.
+  const float splitter = static_cast<float>(1 << (24 - precision_bits)) + 1;
+  openvdb::tree::LeafManager<FloatTree> leaves(bone.grids().phi->tree());
+  leaves.foreach ([splitter](FloatLeaf& leaf, std::size_t) {
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+      const float value = leaf.getValue(i);
+      const float split = value * splitter;
+      leaf.setValueOnly(i, split - (split - value));
+    }
+  });
+}
+
+void SetRegions(Bone& bone, const std::function<int(const Vec3&)>& region, double region_voxel_mm,
+                const std::function<void(double)>& report) {
+  Bone::Grids& grids = bone.grids();
+  const double h = grids.voxel_mm();
+  const double hr = region_voxel_mm;
+  grids.region = MakeRegionGrid(hr);
+
+  std::vector<Coord> blocks;
+  const auto add_blocks = [&](const openvdb::CoordBBox& box) {
+    const Vec3 lower = h * Vec3(box.min().x(), box.min().y(), box.min().z()) / hr;
+    const Vec3 upper = h * Vec3(box.max().x(), box.max().y(), box.max().z()) / hr;
+    const Coord first = FloorToBlock(lower - 0.5, kLeafEdge);
+    const Coord last = FloorToBlock(upper + 0.5, kLeafEdge);
+    for (int x = first.x(); x <= last.x(); x += kLeafEdge) {
+      for (int y = first.y(); y <= last.y(); y += kLeafEdge) {
+        for (int z = first.z(); z <= last.z(); z += kLeafEdge) blocks.emplace_back(x, y, z);
+      }
+    }
+  };
+  for (auto leaf = grids.phi->tree().cbeginLeaf(); leaf; ++leaf) add_blocks(leaf->getNodeBoundingBox());
+  auto tile = grids.phi->tree().cbeginValueAll();
+  tile.setMaxDepth(FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; tile; ++tile) {
+    openvdb::CoordBBox box;
+    if (*tile < 0 && tile.getBoundingBox(box)) add_blocks(box);
+  }
+  std::sort(blocks.begin(), blocks.end());
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+
+  // A block of one region never becomes a leaf: most are, and a leaf of each would be all of the memory.
+  std::vector<std::unique_ptr<RegionLeaf>> leaves(blocks.size());
+  std::vector<std::uint8_t> uniform(blocks.size(), 0);
+  std::atomic<int> bad_id{0};
+  Progress progress(report, 0.75, 0.98, blocks.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 16), [&](const auto& range) {
+    openvdb::tree::ValueAccessor<const FloatTree> phi(grids.phi->constTree());
+    for (std::size_t n = range.begin(); n < range.end(); ++n) {
+      auto leaf = std::make_unique<RegionLeaf>(blocks[n], 0, false);
+      bool any = false;
+      for (openvdb::Index i = 0; i < RegionLeaf::SIZE; ++i) {
+        const Coord ijk = leaf->offsetToGlobalCoord(i);
+        const Vec3 p_W = hr * Vec3(ijk.x(), ijk.y(), ijk.z());
+        if (!IsNear(phi, p_W, h, hr)) continue;
+        const int id = region(p_W);
+        if (id < 0 || id > 255) bad_id = id;
+        if (id == 0) continue;
+        leaf->setValueOn(i, id);
+        any = true;
+      }
+      if (!any) continue;
+      RegionLeaf::ValueType id = 0;
+      bool active = false;
+      if (leaf->isConstant(id, active) && active) {
+        uniform[n] = static_cast<std::uint8_t>(id);
+      } else {
+        leaves[n] = std::move(leaf);
+      }
+    }
+    progress.Done(range.size());
+  });
+  if (bad_id != 0) throw Error(fmt::format("region {} is out of range; valid range 0 to 255", bad_id.load()));
+  for (std::size_t n = 0; n < blocks.size(); ++n) {
+    if (leaves[n]) grids.region->tree().addLeaf(leaves[n].release());
+    if (uniform[n] != 0) grids.region->tree().addTile(1, blocks[n], uniform[n], true);
+  }
+  openvdb::tools::prune(grids.region->tree());
+}
+
+}  // namespace kerf

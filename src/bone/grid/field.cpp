@@ -1,0 +1,418 @@
+#include "bone/grid/field.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "bone/grid/grids.h"
+#include "bone/grid/leaf_history.h"
+
+namespace kerf {
+namespace {
+
+using openvdb::Coord;
+using FloatTree = openvdb::FloatTree;
+using FloatLeaf = FloatTree::LeafNodeType;
+
+constexpr int kLeafEdge = 8;
+constexpr int kOriginLeaves = 1 << 14;      // frame F lies at multiples of so many leaves
+constexpr std::uint8_t kMarkChanged = 1;    // since ClearChanged()
+constexpr std::uint8_t kMarkUnsettled = 2;  // since Settle()
+
+Coord OriginOf(const LeafIndex& leaf) {
+  return {kLeafEdge * leaf.x, kLeafEdge * leaf.y, kLeafEdge * leaf.z};
+}
+LeafIndex LeafAt(const Coord& ijk) {
+  return {ijk.x() >> 3, ijk.y() >> 3, ijk.z() >> 3};
+}
+
+/// Calls visit(first leaf, last leaf, value) for each tile that does not hold the background.
+template <typename Tree, typename Visit>
+void ForEachTile(const Tree& tree, Visit visit) {
+  auto it = tree.cbeginValueAll();
+  it.setMaxDepth(Tree::ValueAllCIter::LEAF_DEPTH - 1);
+  for (; it; ++it) {
+    if (*it == tree.background()) continue;
+    openvdb::CoordBBox box;
+    if (it.getBoundingBox(box)) visit(LeafAt(box.min()), LeafAt(box.max()), *it);
+  }
+}
+
+template <typename Visit>
+void ForEachLeafBetween(const LeafIndex& first, const LeafIndex& last, Visit visit) {
+  for (int x = first.x; x <= last.x; ++x) {
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int z = first.z; z <= last.z; ++z) visit(LeafIndex{x, y, z});
+    }
+  }
+}
+
+LeafIndex operator+(const LeafIndex& a, const LeafIndex& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+LeafIndex operator-(const LeafIndex& a, const LeafIndex& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+/// The leaves of a tree that are not background: first, last; {0, 0, 0} and {-1, -1, -1} when there are none.
+template <typename Tree>
+std::pair<LeafIndex, LeafIndex> FindLeafBox(const Tree& tree) {
+  bool any = false;
+  LeafIndex first{0, 0, 0};
+  LeafIndex last{-1, -1, -1};
+  const auto include = [&](const LeafIndex& lower, const LeafIndex& upper) {
+    first = any ? LeafIndex{std::min(first.x, lower.x), std::min(first.y, lower.y), std::min(first.z, lower.z)} : lower;
+    last = any ? LeafIndex{std::max(last.x, upper.x), std::max(last.y, upper.y), std::max(last.z, upper.z)} : upper;
+    any = true;
+  };
+  for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) include(LeafAt(leaf->origin()), LeafAt(leaf->origin()));
+  ForEachTile(tree, [&](const LeafIndex& lower, const LeafIndex& upper, auto) { include(lower, upper); });
+  return {first, last};
+}
+
+/// The multiple of kOriginLeaves that is nearest to the middle of a tree's leaves.
+LeafIndex FindOrigin(const FloatTree& tree) {
+  const auto [first, last] = FindLeafBox(tree);
+  const auto nearest = [](int a, int b) {
+    return kOriginLeaves * static_cast<int>(std::floor(0.5 * (static_cast<double>(a) + b) / kOriginLeaves + 0.5));
+  };
+  return {nearest(first.x, last.x), nearest(first.y, last.y), nearest(first.z, last.z)};
+}
+
+/// Where frame F lies in a grid of another voxel size: in whole leaves, and what is left over, in voxels.
+struct GridOrigin {
+  GridOrigin(const Vec3& p_WF_mm, double voxel_mm) {
+    const Vec3 p_vox = p_WF_mm / voxel_mm;
+    const Vec3 leaves = glm::floor(p_vox / double{kLeafEdge} + 0.5);
+    leaf = {static_cast<int>(leaves.x), static_cast<int>(leaves.y), static_cast<int>(leaves.z)};
+    rest_vox = p_vox - double{kLeafEdge} * leaves;
+  }
+  LeafIndex leaf;
+  Vec3 rest_vox;
+};
+
+/// A table of a grid's leaves, numbered from `origin` on, and the blocks that stand for its tiles, one for each value.
+template <typename Tree>
+struct TreeTable {
+  using Value = typename Tree::ValueType;
+  using Block = std::array<Value, BoneField::kLeafVoxels>;
+
+  TreeTable(const Tree& tree, const LeafIndex& origin) {
+    const auto [first, last] = FindLeafBox(tree);
+    table = LeafTable<Value>(first - origin, last - origin, BlockOf(tree.background()));
+    ForEachTile(tree, [&](const LeafIndex& lower, const LeafIndex& upper, Value value) {
+      const Value* block = BlockOf(value);
+      ForEachLeafBetween(lower, upper, [&](const LeafIndex& leaf) { table.Set(table.Find(leaf - origin), block); });
+    });
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
+      table.Set(table.Find(LeafAt(leaf->origin()) - origin), leaf->buffer().data());
+    }
+  }
+
+  const Value* BlockOf(Value value) {
+    auto [found, is_new] = blocks.try_emplace(value);
+    if (is_new) found->second.fill(value);
+    return found->second.data();
+  }
+
+  LeafTable<Value> table;
+  std::map<Value, Block> blocks;
+};
+
+/// Turns the inside tiles into tiles of the size of leaves, so that a leaf can take the place of one without anything
+/// else being made.
+void SplitInsideTiles(FloatTree& tree) {
+  std::vector<std::pair<LeafIndex, LeafIndex>> large;
+  ForEachTile(tree, [&](const LeafIndex& first, const LeafIndex& last, float value) {
+    if (value < 0 && !(first == last)) large.emplace_back(first, last);
+  });
+  for (const auto& [first, last] : large) {
+    ForEachLeafBetween(first, last,
+                       [&](const LeafIndex& leaf) { tree.addTile(1, OriginOf(leaf), -tree.background(), false); });
+  }
+}
+
+/// Throws Error when the tree's box is too large for a table, before a tile of it becomes many.
+FloatTree& Split(FloatTree& tree) {
+  const auto [first, last] = FindLeafBox(tree);
+  LeafTable<float>::CheckedSize({last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3});
+  SplitInsideTiles(tree);
+  return tree;
+}
+
+}  // namespace
+
+struct BoneField::State {
+  State(const Bone::Grids& grids, FloatTree& the_tree)
+      : tree(Split(the_tree)),
+        origin(FindOrigin(tree)),
+        h(grids.voxel_mm()),
+        p_WF_mm(h * (double{kLeafEdge} * Vec3(origin.x, origin.y, origin.z))),
+        phi(tree, origin),
+        region_h(grids.region_voxel_mm()),
+        region_origin(p_WF_mm, region_h),
+        region(grids.region->constTree(), region_origin.leaf),
+        band(tree.background()),
+        outside(phi.BlockOf(band)),
+        inside(phi.BlockOf(-band)),
+        marks(phi.table.size(), 0),
+        by_modulus(grids.by_modulus) {
+    if (grids.modulus) {
+      modulus_h = grids.modulus->voxelSize()[0];
+      const GridOrigin modulus_origin(p_WF_mm, modulus_h);
+      modulus_rest_vox = modulus_origin.rest_vox;
+      modulus = std::make_unique<TreeTable<FloatTree>>(grids.modulus->constTree(), modulus_origin.leaf);
+    }
+    own_leaves = tree.leafCount();
+    ReserveMarks();
+  }
+
+  const LeafTable<float>& table() const { return phi.table; }
+  bool IsEmpty(const LeafIndex& leaf) const;
+  void ReserveMarks() {
+    changed.reserve(own_leaves + spare.size());
+    unsettled.reserve(own_leaves + spare.size());
+  }
+
+  FloatTree& tree;
+  LeafIndex origin;  // of F, and the same as a point:
+  double h;
+  Vec3 p_WF_mm;
+  TreeTable<FloatTree> phi;
+  double region_h;
+  GridOrigin region_origin;
+  TreeTable<openvdb::Int32Tree> region;
+  std::unique_ptr<TreeTable<FloatTree>> modulus;  // null when no E is from the CT
+  double modulus_h = 1;
+  Vec3 modulus_rest_vox{0};
+  float band;
+  const float* outside;
+  const float* inside;
+  std::vector<std::uint8_t> marks;  // a leaf each
+  std::array<bool, 256> by_modulus;
+  std::size_t own_leaves = 0;
+  std::vector<std::unique_ptr<FloatLeaf>> spare;  // filled with the inside value
+  std::vector<LeafIndex> changed;
+  std::vector<LeafIndex> unsettled;
+  LeafHistory* history = nullptr;
+};
+
+BoneField::BoneField(Bone& bone, int spare_leaves)
+    : state_(std::make_unique<State>(bone.grids(), bone.grids().phi->tree())) {
+  Refill(spare_leaves);
+}
+BoneField::~BoneField() = default;
+BoneField::BoneField(BoneField&&) noexcept = default;
+BoneField& BoneField::operator=(BoneField&&) noexcept = default;
+
+double BoneField::voxel_mm() const {
+  return state_->h;
+}
+double BoneField::band_mm() const {
+  return static_cast<double>(state_->band);
+}
+LeafIndex BoneField::origin_leaf() const {
+  return state_->origin;
+}
+LeafIndex BoneField::FromWorld(const std::array<int, 3>& index) const {
+  const LeafIndex origin = origin_leaf();
+  return {index[0] - origin.x, index[1] - origin.y, index[2] - origin.z};
+}
+Vec3 BoneField::p_WF_mm() const {
+  return state_->p_WF_mm;
+}
+double BoneField::region_voxel_mm() const {
+  return state_->region_h;
+}
+bool BoneField::by_modulus(int region) const {
+  return state_->by_modulus[static_cast<std::size_t>(region)];
+}
+LeafIndex BoneField::lowest() const {
+  return state_->table().lowest();
+}
+LeafIndex BoneField::highest() const {
+  return state_->table().highest();
+}
+
+const float* BoneField::Read(const LeafIndex& leaf) const {
+  return state_->table().at(state_->table().Find(leaf));
+}
+BoneField::LeafKind BoneField::kind(const LeafIndex& leaf) const {
+  const float* values = Read(leaf);
+  if (values == state_->outside) return LeafKind::kOutside;
+  return values == state_->inside ? LeafKind::kInside : LeafKind::kOwn;
+}
+
+double BoneField::Sample(const Vec3& p_vox) const {
+  const CellPoint cell = FindCell(p_vox);
+  return Interpolate(state_->table().Corners(cell), cell.f);
+}
+Vec3 BoneField::SampleGradient(const Vec3& p_vox) const {
+  const CellPoint cell = FindCell(p_vox);
+  return InterpolateGradient(state_->table().Corners(cell), cell.f) / state_->h;
+}
+int BoneField::RegionAt(const Vec3& p_F) const {
+  const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox + 0.5);
+  return state_->region.table.Get(cell.x, cell.y, cell.z);
+}
+int BoneField::FindRegions(const Vec3& p_F, std::array<RegionShare, 8>& shares) const {
+  const CellPoint cell = FindCell(p_F / state_->region_h + state_->region_origin.rest_vox);
+  std::size_t count = 0;
+  VisitRegions(state_->region.table.Corners(cell), cell.f, [&](int region, double weight) {
+    shares[count++] = {region, weight};
+  });
+  return static_cast<int>(count);
+}
+double BoneField::ModulusAt(const Vec3& p_F) const {
+  if (!state_->modulus) return 0;
+  const CellPoint cell = FindCell(p_F / state_->modulus_h + state_->modulus_rest_vox);
+  return InterpolatePositive(state_->modulus->table.Corners(cell), cell.f);
+}
+
+float* BoneField::Write(const LeafIndex& leaf) {
+  State& s = *state_;
+  const std::size_t place = s.table().Find(leaf);
+  const float* values = s.table().at(place);
+  if (values == s.outside) return nullptr;
+  const bool is_inside = values == s.inside;
+  if (is_inside && s.spare.empty()) return nullptr;
+  if (s.history != nullptr && s.history->Wants(place)) s.history->Note(place, leaf, is_inside ? nullptr : values);
+  if (is_inside) {
+    FloatLeaf* own = s.spare.back().release();
+    s.spare.pop_back();
+    own->setOrigin(OriginOf(leaf + s.origin));
+    s.tree.addLeaf(own);  // the nodes above it are there: SplitInsideTiles()
+    values = own->buffer().data();
+    s.phi.table.Set(place, values);
+    ++s.own_leaves;
+  }
+  std::uint8_t& marks = s.marks[place];
+  if (!(marks & kMarkChanged)) s.changed.push_back(leaf);
+  if (!(marks & kMarkUnsettled)) s.unsettled.push_back(leaf);
+  marks = kMarkChanged | kMarkUnsettled;
+  return const_cast<float*>(values);  // of a tree that this field may change
+}
+
+float* BoneField::Open(const LeafIndex& leaf) {
+  State& s = *state_;
+  if (kind(leaf) != LeafKind::kOutside) return Write(leaf);
+  const LeafIndex low = lowest(), high = highest();
+  const bool in_box =
+      leaf.x >= low.x && leaf.y >= low.y && leaf.z >= low.z && leaf.x <= high.x && leaf.y <= high.y && leaf.z <= high.z;
+  // A node that holds a leaf has room for its neighbours without asking for memory.
+  if (!in_box || s.spare.empty() ||
+      s.tree.probeNode<FloatTree::RootNodeType::ChildNodeType::ChildNodeType>(OriginOf(leaf + s.origin)) == nullptr) {
+    return nullptr;
+  }
+  FloatLeaf* own = s.spare.back().release();
+  s.spare.pop_back();
+  own->setOrigin(OriginOf(leaf + s.origin));
+  own->buffer().fill(s.band);
+  s.tree.addLeaf(own);
+  s.phi.table.Set(s.table().Find(leaf), own->buffer().data());
+  ++s.own_leaves;
+  return Write(leaf);
+}
+
+float* BoneField::OwnValues(const LeafIndex& leaf) {
+  const float* values = Read(leaf);
+  if (values == state_->outside || values == state_->inside) return nullptr;
+  return const_cast<float*>(values);  // of a tree that this field may change
+}
+
+bool BoneField::WantsOld(const LeafIndex& leaf) const {
+  return state_->history != nullptr && state_->history->Wants(state_->table().Find(leaf));
+}
+
+bool BoneField::Swap(const LeafIndex& leaf, float* values) {
+  LeafHistory* const history = std::exchange(state_->history, nullptr);
+  float* const own = Open(leaf);
+  state_->history = history;
+  if (own == nullptr) return false;
+  std::swap_ranges(own, own + kLeafVoxels, values);
+  return true;
+}
+
+std::span<const LeafIndex> BoneField::changed() const {
+  return state_->changed;
+}
+ChangedLeaf BoneField::ReadChanged(int i) const {
+  const LeafIndex& leaf = changed()[static_cast<std::size_t>(i)];
+  const LeafIndex origin = origin_leaf();
+  return {{origin.x + leaf.x, origin.y + leaf.y, origin.z + leaf.z}, Read(leaf)};
+}
+void BoneField::ClearChanged() {
+  for (const LeafIndex& leaf : state_->changed) {
+    state_->marks[state_->table().Find(leaf)] &= static_cast<std::uint8_t>(~kMarkChanged);
+  }
+  state_->changed.clear();
+}
+int BoneField::spare_leaves() const {
+  return static_cast<int>(state_->spare.size());
+}
+
+void BoneField::set_history(LeafHistory* history) {
+  state_->history = history;
+}
+std::size_t BoneField::place_count() const {
+  return state_->table().size();
+}
+std::size_t BoneField::PlaceOf(const LeafIndex& leaf) const {
+  return state_->table().Find(leaf);
+}
+
+void BoneField::Refill(int spare_leaves) {
+  State& s = *state_;
+  while (static_cast<int>(s.spare.size()) < spare_leaves) {
+    s.spare.push_back(std::make_unique<FloatLeaf>(Coord(0, 0, 0), -s.band, false));
+  }
+  s.ReserveMarks();
+}
+
+/// Whether none of the cells whose lowest corner lies in the leaf holds bone, and all of its own values are outside.
+bool BoneField::State::IsEmpty(const LeafIndex& leaf) const {
+  const float* own = table().at(table().Find(leaf));
+  if (std::any_of(own, own + kLeafVoxels, [this](float value) { return value < band; })) return false;
+  // The layer of the upper neighbours that those cells reach into.
+  for (int i = 0; i <= kLeafEdge; ++i) {
+    for (int j = 0; j <= kLeafEdge; ++j) {
+      for (const auto& [x, y, z] :
+           {std::array{kLeafEdge, i, j}, std::array{i, kLeafEdge, j}, std::array{i, j, kLeafEdge}}) {
+        if (table().Get(kLeafEdge * leaf.x + x, kLeafEdge * leaf.y + y, kLeafEdge * leaf.z + z) < 0) return false;
+      }
+    }
+  }
+  return true;
+}
+
+void BoneField::Settle() {
+  State& s = *state_;
+  s.tree.clearAllAccessors();
+  for (const LeafIndex& index : s.unsettled) {
+    const std::size_t place = s.table().Find(index);
+    s.marks[place] &= static_cast<std::uint8_t>(~kMarkUnsettled);
+    FloatLeaf* leaf = s.tree.probeLeaf(OriginOf(index + s.origin));
+    for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+      leaf->setActiveState(i, std::abs(leaf->getValue(i)) < s.band);
+    }
+    if (!s.IsEmpty(index)) continue;
+    std::unique_ptr<FloatLeaf> emptied(s.tree.stealNode<FloatLeaf>(leaf->origin(), s.band, false));
+    emptied->buffer().fill(-s.band);
+    s.phi.table.Set(place, s.outside);
+    --s.own_leaves;
+    s.spare.push_back(std::move(emptied));
+  }
+  s.unsettled.clear();
+}
+
+std::size_t BoneField::CalcMemoryBytes() const {
+  const State& s = *state_;
+  std::size_t bytes = s.phi.table.CalcMemoryBytes() + s.region.table.CalcMemoryBytes() + s.marks.capacity();
+  if (s.modulus) bytes += s.modulus->table.CalcMemoryBytes();
+  bytes += (s.changed.capacity() + s.unsettled.capacity()) * sizeof(LeafIndex);
+  bytes += s.spare.capacity() * sizeof(s.spare[0]) + s.spare.size() * (sizeof(FloatLeaf) + kLeafVoxels * sizeof(float));
+  return bytes;
+}
+
+}  // namespace kerf

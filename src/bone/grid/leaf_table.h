@@ -1,0 +1,99 @@
+// A box of space in leaves of 8 x 8 x 8 voxels, each found in one step.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "bone/grid/interpolate.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+/// Number of a leaf: of 8 x 8 x 8 voxels, along each axis the voxel's index divided by 8, rounded down.
+struct LeafIndex {
+  int x = 0;
+  int y = 0;
+  int z = 0;
+  bool operator==(const LeafIndex&) const = default;
+};
+
+/// Of a table: the 2^36 voxels that a bone may be made in, with the layer around them; a pointer each.
+inline constexpr double kMostTableLeaves = 1.05 * (1 << 27);
+
+/// Pointers to the values of leaves (512, z fastest, y next), which others own. Every leaf beyond the box reads as the
+/// value that the table was made with, and so does every leaf in it that nothing was set for.
+template <typename T>
+class LeafTable {
+ public:
+  static constexpr int kLeafVoxels = 512;
+
+  LeafTable() = default;
+  /// `first` and `last`: the lowest and the highest leaf, or one less along each axis for none; a layer of leaves is
+  /// kept around them. Throws Error when the box holds more than kMostTableLeaves.
+  LeafTable(const LeafIndex& first, const LeafIndex& last, const T* beyond)
+      : first_{first.x - 1, first.y - 1, first.z - 1},
+        count_{last.x - first.x + 3, last.y - first.y + 3, last.z - first.z + 3},
+        leaves_(CheckedSize(count_), beyond) {}
+
+  /// Throws Error when so many leaves along each axis are too many.
+  static std::size_t CheckedSize(const LeafIndex& count) {
+    const double leaves = double{1} * count.x * count.y * count.z;
+    if (!(leaves <= kMostTableLeaves)) {
+      throw Error(
+          fmt::format("a bone whose parts lie in a box of {} x {} x {} voxels can't be cut: at most 2^36 voxels; "
+                      "use larger voxels, or leave away what is far off",
+                      8 * static_cast<std::int64_t>(count.x), 8 * static_cast<std::int64_t>(count.y),
+                      8 * static_cast<std::int64_t>(count.z)));
+    }
+    return static_cast<std::size_t>(leaves);
+  }
+  std::size_t size() const { return leaves_.size(); }
+
+  /// Place of a leaf in the table; one beyond the box has that of the layer around it. Tick-safe.
+  std::size_t Find(const LeafIndex& leaf) const {
+    const auto x = static_cast<std::size_t>(std::clamp(leaf.x - first_.x, 0, count_.x - 1));
+    const auto y = static_cast<std::size_t>(std::clamp(leaf.y - first_.y, 0, count_.y - 1));
+    const auto z = static_cast<std::size_t>(std::clamp(leaf.z - first_.z, 0, count_.z - 1));
+    return (x * static_cast<std::size_t>(count_.y) + y) * static_cast<std::size_t>(count_.z) + z;
+  }
+  const T* at(std::size_t place) const { return leaves_[place]; }
+  void Set(std::size_t place, const T* values) { leaves_[place] = values; }
+
+  T Get(int x, int y, int z) const {
+    return leaves_[Find({x >> 3, y >> 3, z >> 3})][64 * (x & 7) + 8 * (y & 7) + (z & 7)];
+  }
+
+  /// The eight values of a cell. Tick-safe.
+  CellValues<T> Corners(const CellPoint& cell) const {
+    const int x = cell.x & 7;
+    const int y = cell.y & 7;
+    const int z = cell.z & 7;
+    if (x < 7 && y < 7 && z < 7) {
+      const T* p = leaves_[Find({cell.x >> 3, cell.y >> 3, cell.z >> 3})] + 64 * x + 8 * y + z;
+      return {p[0], p[1], p[8], p[9], p[64], p[65], p[72], p[73]};
+    }
+    CellValues<T> v;
+    for (int corner = 0; corner < 8; ++corner) {
+      v[static_cast<std::size_t>(corner)] =
+          Get(cell.x + ((corner >> 2) & 1), cell.y + ((corner >> 1) & 1), cell.z + (corner & 1));
+    }
+    return v;
+  }
+
+  /// The box itself, without the layer around it.
+  LeafIndex lowest() const { return {first_.x + 1, first_.y + 1, first_.z + 1}; }
+  LeafIndex highest() const { return {first_.x + count_.x - 2, first_.y + count_.y - 2, first_.z + count_.z - 2}; }
+  std::size_t CalcMemoryBytes() const { return leaves_.size() * sizeof(const T*); }
+
+ private:
+  LeafIndex first_;
+  LeafIndex count_;
+  std::vector<const T*> leaves_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,105 @@
+#include <openvdb/tools/Prune.h>
+
+#include <algorithm>
+#include <memory>
+#include <unordered_map>
+
+#include "bone/grid/grids.h"
+#include "bone/grid/labels.h"
+#include "bone/grid/surface.h"
+
+namespace kerf {
+namespace {
+
+using openvdb::Coord;
+using FloatTree = openvdb::FloatTree;
+using FloatLeaf = FloatTree::LeafNodeType;
+
+// A few voxels can enclose far less than they count for; more than this, by voxels, is never a crumb.
+constexpr double kMaybeCrumb_mm3 = 100 * kSmallestPiece_mm3;
+
+}  // namespace
+
+Pieces SplitPieces(const Bone& bone, double min_mm3) {
+  const Bone::Grids& grids = bone.grids();
+  const double voxel_mm3 = std::pow(grids.voxel_mm(), 3);
+  const Labels labels = LabelInside(grids.phi->tree());
+  const std::vector<LabelledBlock>& blocks = labels.blocks;
+  const auto& index = labels.index;
+  UnionFind<> sets(labels.node_count);
+  ForEachTouch(labels, [&sets](std::size_t a, std::size_t b) { sets.Join(a, b); });
+
+  // Voxels of each piece, largest first.
+  std::unordered_map<std::size_t, std::size_t> voxel_count;
+  for (const LabelledBlock& block : blocks) {
+    if (!block.leaf) {
+      voxel_count[sets.Find(block.first_node)] += 512;
+      continue;
+    }
+    for (const std::uint16_t part : block.part) {
+      if (part != kNoPart) ++voxel_count[sets.Find(block.first_node + part)];
+    }
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> order;  // voxels, root
+  for (const auto& [root, count] : voxel_count) order.emplace_back(count, root);
+  std::sort(order.begin(), order.end(),
+            [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
+
+  Pieces result;
+  for (const auto& [count, root] : order) {
+    const double mm3 = static_cast<double>(count) * voxel_mm3;
+    if (mm3 < min_mm3) {
+      ++result.dust_count;
+      result.dust_mm3 += mm3;
+      continue;
+    }
+    // The leaves and tiles that hold this piece, and the leaves beside them for the outer side of the band. Other
+    // pieces' voxels are outside.
+    const auto is_ours = [&, r = root](const LabelledBlock& block, std::uint16_t part) {
+      return sets.Find(block.first_node + part) == r;
+    };
+    std::vector<char> keep(blocks.size(), 0);
+    for (std::size_t n = 0; n < blocks.size(); ++n) {
+      bool ours = false;
+      for (std::uint16_t part = 0; part < blocks[n].part_count; ++part) ours = ours || is_ours(blocks[n], part);
+      if (!ours) continue;
+      for (int beside = 0; beside < 27; ++beside) {
+        const Coord at =
+            blocks[n].origin.offsetBy(8 * (beside / 9 - 1), 8 * (beside / 3 % 3 - 1), 8 * (beside % 3 - 1));
+        const auto found = index.find(at);
+        if (found != index.end()) keep[found->second] = 1;
+      }
+    }
+    Bone piece;
+    piece.grids() = grids;
+    piece.grids().phi = MakePhiGrid(grids.voxel_mm());
+    FloatTree& tree = piece.grids().phi->tree();
+    const float band = tree.background();
+    for (std::size_t n = 0; n < blocks.size(); ++n) {
+      const LabelledBlock& block = blocks[n];
+      if (!keep[n]) continue;
+      if (!block.leaf) {
+        if (is_ours(block, 0)) tree.addTile(1, block.origin, -band, false);
+        continue;
+      }
+      auto leaf = std::make_unique<FloatLeaf>(*block.leaf);
+      for (openvdb::Index i = 0; i < FloatLeaf::SIZE; ++i) {
+        const std::uint16_t part = block.part[i];
+        if (part != kNoPart && !is_ours(block, part)) leaf->setValueOff(i, band);
+      }
+      tree.addLeaf(leaf.release());
+    }
+    openvdb::tools::pruneLevelSet(tree, band, -band);
+    if (mm3 < kMaybeCrumb_mm3) {
+      if (const double exact_mm3 = piece.CalcVolume(); exact_mm3 < kSmallestPiece_mm3) {
+        ++result.dust_count;
+        result.dust_mm3 += exact_mm3;
+        continue;
+      }
+    }
+    result.pieces.push_back(std::move(piece));
+  }
+  return result;
+}
+
+}  // namespace kerf

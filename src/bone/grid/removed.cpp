@@ -1,0 +1,121 @@
+#include "bone/grid/removed.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "bone/grid/cell_volume.h"
+#include "bone/grid/grids.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using openvdb::Coord;
+using Accessor = openvdb::FloatGrid::ConstAccessor;
+
+/// Origins of the leaves in which the two differ.
+std::set<Coord> FindChangedLeaves(const openvdb::FloatGrid& before, const openvdb::FloatGrid& after) {
+  std::set<Coord> changed;
+  Accessor of_before = before.getConstAccessor();
+  Accessor of_after = after.getConstAccessor();
+  const auto compare = [&](const Coord& origin) {
+    const auto* a = of_before.probeConstLeaf(origin);
+    const auto* b = of_after.probeConstLeaf(origin);
+    const float a_all = of_before.getValue(origin);
+    const float b_all = of_after.getValue(origin);
+    for (openvdb::Index i = 0; i < 512; ++i) {
+      if ((a != nullptr ? a->getValue(i) : a_all) == (b != nullptr ? b->getValue(i) : b_all)) continue;
+      changed.insert(origin);
+      return;
+    }
+  };
+  for (auto leaf = after.tree().cbeginLeaf(); leaf; ++leaf) compare(leaf->origin());
+  for (auto leaf = before.tree().cbeginLeaf(); leaf; ++leaf) {
+    if (of_after.probeConstLeaf(leaf->origin()) == nullptr) compare(leaf->origin());
+  }
+  return changed;
+}
+
+/// The middle of what a cell of those values lost, 0 to 1 along each axis.
+Vec3 CalcLostMiddle(const std::array<float, 8>& before, const std::array<float, 8>& after) {
+  constexpr int kSteps = 4;
+  Vec3 sum{0};
+  int count = 0;
+  for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
+    const Vec3 f = (Vec3(i / (kSteps * kSteps), i / kSteps % kSteps, i % kSteps) + 0.5) / static_cast<double>(kSteps);
+    if (Interpolate(before, f) >= 0 || Interpolate(after, f) < 0) continue;
+    sum += f;
+    ++count;
+  }
+  return count == 0 ? Vec3(0.5) : sum / static_cast<double>(count);
+}
+
+}  // namespace
+
+std::vector<RemovedCell> FindRemoved(const Bone& before, const Bone& after) {
+  const openvdb::FloatGrid& phi_before = *before.grids().phi;
+  const openvdb::FloatGrid& phi_after = *after.grids().phi;
+  const double h = before.voxel_mm();
+  if (h != after.voxel_mm()) {
+    throw Error(
+        fmt::format("bones of {:g} mm and {:g} mm voxels can't be held against each other", h, after.voxel_mm()));
+  }
+  const std::set<Coord> changed = FindChangedLeaves(phi_before, phi_after);
+  // A cell whose lowest corner is in a leaf has others in the leaves after it.
+  std::set<Coord> leaves;
+  for (const Coord& origin : changed) {
+    for (int i = 0; i < 8; ++i) leaves.insert(origin - Coord(8 * (i & 1), 4 * (i & 2), 2 * (i & 4)));
+  }
+  const Accessor of_before = phi_before.getConstAccessor();
+  const Accessor of_after = phi_after.getConstAccessor();
+  const auto region = before.grids().region->getConstAccessor();
+  std::vector<RemovedCell> cells;
+  for (const Coord& origin : leaves) {
+    for (int i = 0; i < 512; ++i) {
+      const Coord c = origin + Coord(i >> 6, (i >> 3) & 7, i & 7);
+      const CellPoint at{c.x(), c.y(), c.z(), Vec3(0)};
+      const std::array<float, 8> was = GetCorners(of_before, at);
+      const std::array<float, 8> is = GetCorners(of_after, at);
+      const double lost = CalcCellShare(was) - CalcCellShare(is);
+      if (lost == 0) continue;
+      const Vec3 middle = lost < 0.999 ? CalcLostMiddle(was, is) : Vec3(0.5);
+      const Vec3 p_W = h * (Vec3(c.x(), c.y(), c.z()) + middle);
+      cells.push_back({.p_W = p_W,
+                       .mm3 = lost * h * h * h,
+                       .region = region.getValue(NearestVoxel(p_W, before.region_voxel_mm())),
+                       .in_mm = -Interpolate(was, middle)});
+    }
+  }
+  return cells;
+}
+
+std::array<bool, 256> FindRegionsOf(const Bone& bone, Tissue tissue) {
+  std::array<bool, 256> regions{};
+  for (const auto& [id, region] : bone.materials().regions()) {
+    if (region.tissue == tissue && id > 0 && id < 256) regions[static_cast<std::size_t>(id)] = true;
+  }
+  return regions;
+}
+
+struct PhiSampler::State {
+  Accessor phi;
+  double voxel_mm;
+};
+
+PhiSampler::PhiSampler(const Bone& bone)
+    : state_(std::make_unique<State>(State{bone.grids().phi->getConstAccessor(), bone.voxel_mm()})) {}
+PhiSampler::~PhiSampler() = default;
+PhiSampler::PhiSampler(PhiSampler&&) noexcept = default;
+PhiSampler& PhiSampler::operator=(PhiSampler&&) noexcept = default;
+
+double PhiSampler::Calc(const Vec3& p_W) const {
+  return SampleTrilinear(state_->phi, p_W / state_->voxel_mm);
+}
+
+double PhiSampler::voxel_mm() const {
+  return state_->voxel_mm;
+}
+
+}  // namespace kerf

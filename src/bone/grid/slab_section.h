@@ -1,0 +1,48 @@
+// Where a plane goes through a bone, and which of those places a cut has to sever.
+#pragma once
+
+#include <vector>
+
+#include "bone/grid/labels.h"
+
+namespace kerf {
+
+/// Signed distance of a voxel's centre from a plane, mm. Turning the normal round changes the sign and nothing else.
+struct PlaneDistance {
+  Vec3 p_W;
+  Vec3 normal_W;  // unit length
+  double voxel_mm;
+
+  double operator()(const openvdb::Coord& c) const { return At(Vec3(c.x(), c.y(), c.z())); }
+  double At(const Vec3& p_vox) const {
+    const Vec3 d = voxel_mm * p_vox - p_W;
+    return normal_W.x * d.x + normal_W.y * d.y + normal_W.z * d.z;
+  }
+};
+
+/// The bone within `reach_mm` of the plane and beyond it on either side.
+enum class PlaneSide { kLeft, kNear, kRight };
+inline PlaneSide SideOf(double distance_mm, double reach_mm) {
+  if (distance_mm < -reach_mm) return PlaneSide::kLeft;
+  return distance_mm > reach_mm ? PlaneSide::kRight : PlaneSide::kNear;
+}
+
+/// Where a part of a block goes.
+enum class PartFate : char { kLeft, kRight, kCut };  // kCut: to be divided by the plane
+
+struct Section {
+  std::vector<PartFate> fates;  // by node
+  std::size_t places = 0;       // where the plane goes through the bone, with bone beyond the reach on both sides
+  std::size_t cut_places = 0;   // how many of them are cut
+  double distance_mm = 0;       // from the chosen point to the nearest of them, to about a voxel
+  bool everywhere = false;      // the plane meets no bone that is not cut
+};
+
+/// Chooses the place nearest to `near_W`, and further ones, nearest first, for as long as bone elsewhere still holds
+/// the two sides together. Bone that is joined to neither side goes to the side that most of it is on. `labels`: by
+/// SideOf as classes, with `reach_mm` above half the thickness and at least one voxel. No place at all: `places` is 0
+/// and nothing is cut.
+Section ChooseSection(const Labels& labels, const PlaneDistance& distance, double reach_mm, double half_thickness_mm,
+                      const Vec3& near_W);
+
+}  // namespace kerf

@@ -1,0 +1,33 @@
+#include "bone/grid/surface.h"
+
+#include <openvdb/tools/VolumeToMesh.h>
+
+#include "bone/grid/grids.h"
+
+namespace kerf {
+
+TriangleMesh ExtractSurface(const Bone& bone, double adaptivity) {
+  return ExtractZeroLevel(*bone.grids().phi, adaptivity);
+}
+
+TriangleMesh ExtractZeroLevel(const openvdb::FloatGrid& grid, double adaptivity) {
+  std::vector<openvdb::Vec3s> points;
+  std::vector<openvdb::Vec3I> triangles;
+  std::vector<openvdb::Vec4I> quads;
+  openvdb::tools::volumeToMesh(grid, points, triangles, quads, 0.0, adaptivity);
+  TriangleMesh mesh;
+  mesh.points.reserve(points.size());
+  for (const auto& p : points) {
+    mesh.points.emplace_back(static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z()));
+  }
+  // OpenVDB's polygons are clockwise seen from outside.
+  mesh.triangles.reserve(triangles.size() + 2 * quads.size());
+  for (const auto& t : triangles) mesh.triangles.push_back({t[0], t[2], t[1]});
+  for (const auto& q : quads) {
+    mesh.triangles.push_back({q[0], q[2], q[1]});
+    mesh.triangles.push_back({q[0], q[3], q[2]});
+  }
+  return mesh;
+}
+
+}  // namespace kerf

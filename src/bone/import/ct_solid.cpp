@@ -1,0 +1,121 @@
+#include "bone/import/ct_solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "bone/import/smooth.h"
+
+namespace kerf {
+
+namespace {
+
+constexpr double kHuScale = 1000;  // makes the two parts of the value alike in slope
+constexpr double kBoxMargin_vox = 3;
+constexpr double kBorderSmoothing_mm = 1.2;  // of the border to what was dropped
+
+// Where the smoothed membership, 1 on the wanted side and 0 on the other, has its border: a third of a voxel on the
+// wanted side of the middle, so that no shavings of the other bone stay across a narrow joint.
+constexpr double kBorder = 0.62;
+
+// From slice to slice a surface that is not perpendicular to them jumps; interpolating that leaves ripples. So the
+// slices are blurred in their plane by as much as a slice blurs across it: a box of thickness h has a standard
+// deviation of 0.29 h. Voxels, by axis; 0 along the coarsest.
+Vec3 CalcEvening(const Vec3& spacing_mm) {
+  const double coarsest = std::max({spacing_mm.x, spacing_mm.y, spacing_mm.z});
+  Vec3 sigma_vox;
+  for (int a = 0; a < 3; ++a) {
+    const double h = spacing_mm[a];
+    sigma_vox[a] = 0.29 * std::sqrt(std::max(coarsest * coarsest - h * h, 0.0)) / h;
+  }
+  return sigma_vox;
+}
+
+// How coarse the sampling is along each axis: 0 where it is as fine as along any other and at most kFine_mm, since such
+// a CT resolves its own edges; towards 1 where it is much coarser.
+Vec3 CalcCoarseness(const Vec3& spacing_mm) {
+  constexpr double kFine_mm = 1;
+  const double fine = std::min({spacing_mm.x, spacing_mm.y, spacing_mm.z, kFine_mm});
+  return 1.0 - fine * fine / (spacing_mm * spacing_mm);
+}
+
+// Iso lies low on the edge of bone (300 HU between soft tissue of 50 and cortex of 1600), and blur moves the low levels
+// of an edge outward, as interpolation between widely spaced samples does. So the HU are limited to a range around iso
+// before they are blurred and interpolated: in it iso is half the height of the edge, which moves neither way. This is
+// half the width of that range: down to soft tissue where the sampling is coarse, unlimited where it is fine.
+double CalcRange_HU(double coarsest, double iso_hu) {
+  constexpr double kSoftTissue_HU = 50;
+  return std::clamp(iso_hu - kSoftTissue_HU, 100.0, 300.0) / std::max(coarsest, 1e-9);
+}
+
+// From the CT's HU to those whose iso level is the surface.
+void PrepareCoarse(const Volume& ct, double iso_hu, double range_hu, std::vector<float>& hu) {
+  Sharpen(ct.size, CalcCoarseness(ct.spacing_mm), hu);
+  for (float& h : hu) h = std::clamp(h, static_cast<float>(iso_hu - range_hu), static_cast<float>(iso_hu + range_hu));
+  Smooth(ct.size, CalcEvening(ct.spacing_mm), hu);
+}
+
+}  // namespace
+
+CtSolid::CtSolid(const Isolation& isolation, const std::vector<std::uint8_t>& cavities, double iso_hu, double fill_hu)
+    : iso_hu_(iso_hu), origin_W_(isolation.ct.origin_W) {
+  const Volume& ct = isolation.ct;
+  const glm::dmat3 inverse = glm::inverse(ct.axes_W);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      voxel_from_world_[column][row] = inverse[column][row] / ct.spacing_mm[row];
+    // The ball's image is an ellipsoid; its extent along a voxel axis is the length of that row.
+    reach_V_[row] = glm::length(Vec3(voxel_from_world_[0][row], voxel_from_world_[1][row], voxel_from_world_[2][row]));
+  }
+  std::vector<float> hu(ct.count());
+  std::vector<float> wanted(ct.count());
+  for (std::size_t v = 0; v < hu.size(); ++v) {
+    const bool cavity = cavities[v] != 0;
+    hu[v] = cavity ? std::max(static_cast<float>(ct.hu[v]), static_cast<float>(fill_hu)) : static_cast<float>(ct.hu[v]);
+    wanted[v] = isolation.keep[v] != 0 || cavity ? 1.0f : 0.0f;
+  }
+  for (int k = 0; k < ct.size[2]; ++k) {
+    for (int j = 0; j < ct.size[1]; ++j) {
+      for (int i = 0; i < ct.size[0]; ++i) {
+        if (isolation.bone[ct.Index(i, j, k)] == 0) continue;
+        for (int corner = 0; corner < 8; ++corner) {
+          const double m = kBoxMargin_vox;
+          box_.Include(ct.WorldFromVoxel(
+              {i + ((corner & 1) != 0 ? m : -m), j + ((corner & 2) != 0 ? m : -m), k + ((corner & 4) != 0 ? m : -m)}));
+        }
+      }
+    }
+  }
+  const Vec3 coarseness = CalcCoarseness(ct.spacing_mm);
+  const double range_hu = CalcRange_HU(std::max({coarseness.x, coarseness.y, coarseness.z}), iso_hu);
+  if (range_hu < std::numeric_limits<std::int16_t>::max()) {
+    std::vector<float> prepared = hu;
+    PrepareCoarse(ct, iso_hu, range_hu, prepared);
+    surface_hu_ = std::make_shared<SplineField>(ct.size, std::move(prepared), true);
+  }
+  Smooth(ct.size, glm::max(kBorderSmoothing_mm / ct.spacing_mm, Vec3(0.7)), wanted);
+  hu_ = std::make_shared<SplineField>(ct.size, std::move(hu), true);
+  if (!surface_hu_) surface_hu_ = hu_;
+  wanted_ = std::make_unique<SplineField>(ct.size, std::move(wanted), false);
+}
+
+double CtSolid::Value(const Vec3& p_W) const {
+  const Vec3 p_V = VoxelFromWorld(p_W);
+  const double by_hu = (iso_hu_ - surface_hu_->At(p_V)) / kHuScale;
+  const double by_side = kBorder - wanted_->At(p_V);
+  return std::max(by_hu, by_side);
+}
+
+BlockClass CtSolid::Classify(const Vec3& centre_W, double radius_mm) const {
+  const Vec3 p_V = VoxelFromWorld(centre_W);
+  const Vec3 r_V = radius_mm * reach_V_;
+  const SplineField::Bounds hu = surface_hu_->CalcBounds(p_V - r_V, p_V + r_V);
+  if (hu.upper < iso_hu_) return BlockClass::kOutside;
+  const SplineField::Bounds side = wanted_->CalcBounds(p_V - r_V, p_V + r_V);
+  if (side.upper < kBorder) return BlockClass::kOutside;
+  return hu.lower > iso_hu_ && side.lower > kBorder ? BlockClass::kInside : BlockClass::kMixed;
+}
+
+}  // namespace kerf

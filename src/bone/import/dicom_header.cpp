@@ -1,0 +1,212 @@
+#include "bone/import/dicom_header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <string_view>
+#include <vector>
+
+#include "bone/import/limits.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace {
+
+constexpr std::uint64_t kMetaStart = 132;  // after the preamble of 128 bytes and "DICM"
+constexpr std::uint32_t kUndefined = 0xffffffff;
+
+// How the elements of a part of the file are written.
+struct Encoding {
+  bool explicit_vr = true;
+  bool big_endian = false;
+};
+
+struct Element {
+  std::uint16_t group = 0;
+  std::uint16_t number = 0;
+  std::string vr;            // empty where none is written
+  std::uint32_t length = 0;  // kUndefined: up to a delimiter
+  std::uint64_t value_at = 0;
+
+  std::string Tag() const { return fmt::format("({:04x},{:04x})", group, number); }
+  std::uint64_t end() const { return value_at + length; }
+};
+
+bool IsKnownVr(std::string_view vr) {
+  constexpr std::string_view kKnown =
+      "AE AS AT CS DA DS DT FD FL IS LO LT OB OD OF OL OV OW PN SH SL SQ SS ST SV TM UC UI UL UN UR US UT UV ";
+  return vr.size() == 2 && vr[0] >= 'A' && vr[0] <= 'Z' && vr[1] >= 'A' && vr[1] <= 'Z' &&
+         kKnown.find(std::string(vr) + " ") != std::string_view::npos;
+}
+
+bool HasLongLength(std::string_view vr) {
+  constexpr std::string_view kLong = "OB OD OF OL OV OW SQ SV UC UN UR UT UV ";
+  return kLong.find(std::string(vr) + " ") != std::string_view::npos;
+}
+
+class Bytes {
+ public:
+  Bytes(std::istream& in, const std::string& path) : path_(path), in_(in) {
+    in_.seekg(0, std::ios::end);
+    size_ = static_cast<std::uint64_t>(std::max<std::streamoff>(0, in_.tellg()));
+  }
+
+  std::uint64_t size() const { return size_; }
+
+  [[noreturn]] void Refuse(const std::string& what) const {
+    throw Error(fmt::format("{}: the DICOM header can't be read: {}; the file is damaged or cut off", path_, what));
+  }
+
+  std::string Text(std::uint64_t at, std::uint64_t count) {
+    if (at > size_ || count > size_ - at) Refuse(fmt::format("the file ends after {} bytes, within it", size_));
+    std::string text(count, '\0');
+    in_.seekg(static_cast<std::streamoff>(at));
+    in_.read(text.data(), static_cast<std::streamsize>(count));
+    if (static_cast<std::uint64_t>(in_.gcount()) != count) Refuse("its bytes can't be read");
+    return text;
+  }
+
+  std::uint32_t Whole(std::uint64_t at, std::uint64_t count, bool big_endian) {
+    std::string text = Text(at, count);
+    if (!big_endian) std::reverse(text.begin(), text.end());
+    std::uint32_t whole = 0;
+    for (const char c : text) whole = whole << 8 | static_cast<unsigned char>(c);
+    return whole;
+  }
+
+  // Tag, VR and length of the element at `at`, all of them in the file. The VR is as written, known or not; the length
+  // is read only when it is known.
+  Element ReadElement(std::uint64_t at, const Encoding& encoding) {
+    Element e;
+    e.group = static_cast<std::uint16_t>(Whole(at, 2, encoding.big_endian));
+    e.number = static_cast<std::uint16_t>(Whole(at + 2, 2, encoding.big_endian));
+    const bool delimiter = e.group == 0xfffe;  // items and the ends of items and sequences have no VR
+    if (!encoding.explicit_vr || delimiter) {
+      e.length = Whole(at + 4, 4, encoding.big_endian);
+      e.value_at = at + 8;
+      return e;
+    }
+    e.vr = Text(at + 4, 2);
+    if (!IsKnownVr(e.vr)) return e;
+    const bool is_long = HasLongLength(e.vr);
+    e.length = is_long ? Whole(at + 8, 4, encoding.big_endian) : Whole(at + 6, 2, encoding.big_endian);
+    e.value_at = at + (is_long ? 12 : 8);
+    return e;
+  }
+
+  // `end`: where the element or file that holds it ends.
+  void CheckLength(const Element& e, std::uint64_t end) const {
+    if (e.end() > end) {
+      const std::uint64_t left = end - std::min(end, e.value_at);
+      Refuse(fmt::format("element {} is {} bytes long where {} are left", e.Tag(), e.length, left));
+    }
+  }
+
+ private:
+  std::string path_;
+  std::istream& in_;
+  std::uint64_t size_ = 0;
+};
+
+// Returns where the data set begins; gives the UID of the transfer syntax.
+std::uint64_t CheckMeta(Bytes& bytes, std::string& syntax) {
+  if (bytes.Text(kMetaStart - 4, 4) != "DICM") bytes.Refuse("\"DICM\" isn't there after 128 bytes");
+  std::uint64_t at = kMetaStart;
+  bool any = false;
+  while (bytes.Whole(at, 2, false) == 2) {
+    const Element e = bytes.ReadElement(at, {});
+    if (e.value_at == 0) bytes.Refuse(fmt::format("element {} of the meta information has no valid type", e.Tag()));
+    bytes.CheckLength(e, bytes.size());
+    if (e.number == 0) {
+      if (e.vr != "UL" || e.length != 4) bytes.Refuse("the length of the meta information is no whole number");
+      const std::uint32_t group_length = bytes.Whole(e.value_at, 4, false);
+      if (group_length >= bytes.size() - e.end()) {
+        bytes.Refuse(fmt::format("the meta information is {} bytes long where {} are left", group_length,
+                                 bytes.size() - e.end()));
+      }
+    }
+    if (e.number == 0x10) {
+      if (e.length > 64) bytes.Refuse("the transfer syntax is no UID");
+      syntax = bytes.Text(e.value_at, e.length);
+      while (!syntax.empty() && (syntax.back() == '\0' || syntax.back() == ' ')) syntax.pop_back();
+    }
+    at = e.end();
+    any = true;
+  }
+  if (!any) bytes.Refuse("it has no meta information");
+  return at;
+}
+
+// Whether the value is a list of items, each with elements of its own that GDCM reads: a sequence, or what begins as
+// one where no type is written.
+bool HoldsItems(Bytes& bytes, const Element& e, const Encoding& encoding) {
+  constexpr std::uint32_t kItemBytes = 8;
+  if (e.group == 0xfffe) return e.number == 0xe000;
+  if (e.vr == "SQ") return true;
+  if (!e.vr.empty() && e.vr != "UN") return false;
+  return e.length >= kItemBytes && bytes.Whole(e.value_at, 2, encoding.big_endian) == 0xfffe &&
+         bytes.Whole(e.value_at + 2, 2, encoding.big_endian) == 0xe000;
+}
+
+void CheckDataSet(Bytes& bytes, std::uint64_t at, const Encoding& encoding) {
+  // The sequences and items that `at` is in, the innermost last. One that ends with a delimiter may go as far as what
+  // it is in.
+  struct Inside {
+    std::uint64_t end;
+    bool delimited;
+  };
+  std::vector<Inside> inside{{bytes.size(), false}};
+  while (true) {
+    while (inside.size() > 1 && at >= inside.back().end) inside.pop_back();
+    if (at >= inside.back().end) return;
+    const Element e = bytes.ReadElement(at, encoding);
+    if (e.group == 0 || e.value_at == 0) return;          // padding, or nothing of the standard
+    if (e.group == 0x7fe0 && inside.size() == 1) return;  // the pixels
+    if (e.length == kUndefined && e.vr == "UN") return;   // written otherwise inside
+    at = e.value_at;
+    if (e.group == 0xfffe && e.number != 0xe000) {  // the end of an item or a sequence
+      if (inside.back().delimited) inside.pop_back();
+      continue;
+    }
+    const bool delimited = e.length == kUndefined;
+    if (!delimited) bytes.CheckLength(e, inside.back().end);
+    if (!delimited && !HoldsItems(bytes, e, encoding)) {
+      at = e.end();
+      continue;
+    }
+    if (inside.size() > kMaxDicomDepth) {
+      bytes.Refuse(fmt::format("its sequences and items stand more than {} deep within each other", kMaxDicomDepth));
+    }
+    inside.push_back({delimited ? inside.back().end : e.end(), delimited});
+  }
+}
+
+}  // namespace
+
+void CheckDicomHeader(std::istream& in, const std::string& path) {
+  Bytes bytes(in, path);
+  std::string syntax;
+  const std::uint64_t data_set = CheckMeta(bytes, syntax);
+  if (syntax == "1.2.840.10008.1.2.1.99") {
+    throw Error(
+        fmt::format("{}: its data set is packed as a whole (deflated), which kerf doesn't read; convert the series "
+                    "to uncompressed DICOM",
+                    path));
+  }
+  Encoding encoding;
+  encoding.explicit_vr = syntax != "1.2.840.10008.1.2" && syntax != "1.2.840.113619.5.2";  // the latter is GE's own
+  encoding.big_endian = syntax == "1.2.840.10008.1.2.2";
+  CheckDataSet(bytes, data_set, encoding);
+}
+
+void CheckDicomHeader(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw Error(fmt::format("{}: the file can't be opened", path));
+  CheckDicomHeader(in, path);
+}
+
+}  // namespace kerf

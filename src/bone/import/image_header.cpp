@@ -1,0 +1,357 @@
+#include "bone/import/image_header.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/core/number_text.h"
+#include "bone/import/image_fields.h"
+#include "bone/import/limits.h"
+#include "bone/import/nifti.h"
+#include "bone/import/unpack.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// The types of an NRRD; none: a type that is not read.
+std::optional<VoxelType> FindNrrdType(const std::string& name) {
+  using enum VoxelType;
+  static const std::map<std::string, VoxelType> kTypes = {{"signed char", kInt8},
+                                                          {"int8", kInt8},
+                                                          {"int8_t", kInt8},
+                                                          {"uchar", kUint8},
+                                                          {"unsigned char", kUint8},
+                                                          {"uint8", kUint8},
+                                                          {"uint8_t", kUint8},
+                                                          {"short", kInt16},
+                                                          {"short int", kInt16},
+                                                          {"signed short", kInt16},
+                                                          {"signed short int", kInt16},
+                                                          {"int16", kInt16},
+                                                          {"int16_t", kInt16},
+                                                          {"ushort", kUint16},
+                                                          {"unsigned short", kUint16},
+                                                          {"unsigned short int", kUint16},
+                                                          {"uint16", kUint16},
+                                                          {"uint16_t", kUint16},
+                                                          {"int", kInt32},
+                                                          {"signed int", kInt32},
+                                                          {"int32", kInt32},
+                                                          {"int32_t", kInt32},
+                                                          {"uint", kUint32},
+                                                          {"unsigned int", kUint32},
+                                                          {"uint32", kUint32},
+                                                          {"uint32_t", kUint32},
+                                                          {"float", kFloat},
+                                                          {"double", kDouble},
+                                                          {"longlong", kInt64},
+                                                          {"long long", kInt64},
+                                                          {"long long int", kInt64},
+                                                          {"int64", kInt64},
+                                                          {"int64_t", kInt64},
+                                                          {"ulonglong", kUint64},
+                                                          {"unsigned long long", kUint64},
+                                                          {"unsigned long long int", kUint64},
+                                                          {"uint64", kUint64},
+                                                          {"uint64_t", kUint64}};
+  const auto known = kTypes.find(name);
+  return known == kTypes.end() ? std::nullopt : std::optional(known->second);
+}
+
+// MET_LONG has four bytes on every machine.
+std::optional<VoxelType> FindMetaType(const std::string& name) {
+  using enum VoxelType;
+  static const std::map<std::string, VoxelType> kTypes = {
+      {"MET_CHAR", kInt8},       {"MET_UCHAR", kUint8},       {"MET_SHORT", kInt16}, {"MET_USHORT", kUint16},
+      {"MET_INT", kInt32},       {"MET_UINT", kUint32},       {"MET_LONG", kInt32},  {"MET_ULONG", kUint32},
+      {"MET_LONG_LONG", kInt64}, {"MET_ULONG_LONG", kUint64}, {"MET_FLOAT", kFloat}, {"MET_DOUBLE", kDouble}};
+  const auto known = kTypes.find(name);
+  return known == kTypes.end() ? std::nullopt : std::optional(known->second);
+}
+
+void SetType(const std::optional<VoxelType>& type, const std::string& name, const std::string& path,
+             ImageLayout& layout) {
+  if (!type) throw Error(fmt::format("{}: voxels of type '{}' are not read", path, name));
+  layout.type = *type;
+  layout.bytes_per_voxel = static_cast<double>(CalcBytes(*type)) * layout.components;
+}
+
+void CheckDimensions(const std::string& text, const char* field, const char* sizes_field, const ImageLayout& layout,
+                     const std::string& path) {
+  const std::vector<double> dimensions = ParseNumbers(text);
+  if (dimensions.size() == 1 && dimensions[0] == static_cast<double>(layout.sizes.size())) return;
+  throw Error(fmt::format("{}: the header names {} dimensions by {} and {} sizes by {}", path,
+                          text.empty() ? "no" : text, field, layout.sizes.size(), sizes_field));
+}
+
+// A count of bytes or lines in the header, -1 (the data are at the end of the file) or more; 0 when it is not there.
+double ParseSkip(const ImageFields& fields, const char* field, const char* name, const std::string& path) {
+  if (!fields.Contains(field)) return 0;
+  const std::vector<double> number = ParseNumbers(fields.Get(field));
+  if (number.size() == 1 && number[0] >= -1 && number[0] < 1e15 && number[0] == std::floor(number[0])) return number[0];
+  throw Error(
+      fmt::format("{}: the header's {} is '{}'; it must be a whole number from -1 up", path, name, fields.Get(field)));
+}
+
+std::uint64_t SkipLines(const std::string& path, std::uint64_t offset, double lines) {
+  if (lines < 0) throw Error(fmt::format("{}: the NRRD header's 'line skip' is {}, below 0", path, lines));
+  std::ifstream in = OpenImageFile(path);
+  in.seekg(static_cast<std::streamoff>(offset));
+  for (double n = 0; n < lines && in; ++n) {
+    in.ignore(kMaxSkippedLine + 1, '\n');
+    if (in.gcount() > kMaxSkippedLine) {
+      throw Error(
+          fmt::format("{}: a line that the header's 'line skip' leaves out is longer than the {} bytes that kerf "
+                      "reads",
+                      path, kMaxSkippedLine));
+    }
+  }
+  if (!in) throw Error(fmt::format("{}: the file has fewer lines than the header's 'line skip' leaves out", path));
+  return static_cast<std::uint64_t>(in.tellg());
+}
+
+// "LIST", "LIST 2", or a pattern such as "slice_%03d.raw" with numbers behind it.
+bool IsManyFiles(const std::string& data_file) {
+  const std::string word = Lower(data_file.substr(0, data_file.find(' ')));
+  const std::size_t percent = data_file.find('%');
+  const bool is_pattern = percent != std::string::npos && data_file.find_first_of(" \t", percent) != std::string::npos;
+  return word == "list" || is_pattern;
+}
+
+void SetNrrdPacking(const ImageFields& fields, const std::string& path, ImageLayout& layout) {
+  layout.encoding = Lower(fields.Get("encoding"));
+  if (layout.encoding.empty()) throw Error(fmt::format("{}: the NRRD header does not name an encoding", path));
+  if (layout.encoding == "gzip" || layout.encoding == "gz") {
+    layout.packing = VoxelPacking::kGzip;
+  } else if (layout.encoding == "text" || layout.encoding == "txt" || layout.encoding == "ascii") {
+    layout.packing = VoxelPacking::kText;
+  } else if (layout.encoding != "raw") {
+    layout.packing = VoxelPacking::kUnknown;
+  }
+  const double lines = ParseSkip(fields, "lineskip", "'line skip'", path);
+  if (lines != 0) layout.offset = SkipLines(layout.data_file, layout.offset, lines);
+  const double bytes = ParseSkip(fields, "byteskip", "'byte skip'", path);
+  layout.at_end = bytes < 0;
+  if (layout.at_end && layout.packing != VoxelPacking::kRaw) {
+    throw Error(fmt::format("{}: the NRRD header's 'byte skip: -1' is for raw voxels, and these are {}", path,
+                            layout.encoding));
+  }
+  // The bytes to skip are those of the unpacked stream.
+  if (layout.packing == VoxelPacking::kGzip) {
+    layout.lead = bytes;
+  } else if (!layout.at_end) {
+    layout.offset += static_cast<std::uint64_t>(bytes);
+  }
+}
+
+ImageLayout ParseNrrd(const std::string& path, const std::string& head) {
+  if (head.compare(0, 4, "NRRD") != 0) throw Error(fmt::format("{}: not an NRRD file although its name says so", path));
+  const ImageFields fields = ParseNrrdFields(head);
+  ImageLayout layout;
+  layout.data_file = path;
+  layout.sizes = ParseNumbers(fields.Get("sizes"));
+  CheckDimensions(fields.Get("dimension"), "'dimension'", "'sizes'", layout, path);
+  const std::string data_file = fields.Get("datafile");
+  if (!data_file.empty()) {
+    if (IsManyFiles(data_file)) {
+      throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads NRRD with one", path));
+    }
+    layout.data_file = (fs::path(path).parent_path() / data_file).string();
+  } else {
+    if (!fields.complete) throw Error(fmt::format("{}: the NRRD header has no end (an empty line)", path));
+    layout.offset = fields.end;
+  }
+  SetNrrdPacking(fields, path, layout);
+  const std::string type = Lower(fields.Get("type"));
+  SetType(FindNrrdType(type), type, path, layout);
+  const std::string endian = Lower(fields.Get("endian"));
+  const bool needs_order = layout.bytes_per_voxel > 1 && layout.packing != VoxelPacking::kText;
+  if (needs_order && endian != "little" && endian != "big") {
+    throw Error(
+        fmt::format("{}: the NRRD header does not give the byte order of its voxels as 'endian: little' or "
+                    "'endian: big'{}",
+                    path, endian.empty() ? "" : fmt::format(", but as '{}'", fields.Get("endian"))));
+  }
+  layout.swapped = endian == "big";
+  return layout;
+}
+
+bool IsTrue(const ImageFields& fields, const char* name, bool otherwise) {
+  const std::string value = Lower(fields.Get(name));
+  return value.empty() ? otherwise : value[0] == 't' || value[0] == '1';
+}
+
+// HeaderSize counts from the beginning of the file that holds the voxels, whichever that is.
+void SetMetaPacking(const ImageFields& fields, const std::string& path, bool local, ImageLayout& layout) {
+  if (!IsTrue(fields, "binarydata", true)) {
+    layout.packing = VoxelPacking::kText;
+  } else if (IsTrue(fields, "compresseddata", false)) {
+    layout.packing = VoxelPacking::kGzip;
+  }
+  layout.swapped = IsTrue(fields, "elementbyteordermsb", IsTrue(fields, "binarydatabyteordermsb", false));
+  layout.offset = local ? fields.end : 0;
+  const double header_bytes = ParseSkip(fields, "headersize", "HeaderSize", path);
+  layout.at_end = header_bytes < 0;
+  if (layout.at_end && layout.packing != VoxelPacking::kRaw) {
+    throw Error(
+        fmt::format("{}: the MetaImage header's HeaderSize of -1 is for voxels that are neither compressed nor "
+                    "text",
+                    path));
+  }
+  if (header_bytes <= 0) return;
+  if (header_bytes < static_cast<double>(layout.offset)) {
+    throw Error(fmt::format("{}: the MetaImage header's HeaderSize is {:.0f}, but the header itself has {} bytes", path,
+                            header_bytes, layout.offset));
+  }
+  layout.offset = static_cast<std::uint64_t>(header_bytes);
+}
+
+ImageLayout ParseMeta(const std::string& path, const std::string& head) {
+  const ImageFields fields = ParseMetaFields(head);
+  if (!fields.complete) throw Error(fmt::format("{}: not a MetaImage file although its name says so", path));
+  ImageLayout layout;
+  layout.sizes = ParseNumbers(fields.Get("dimsize"));
+  CheckDimensions(fields.Get("ndims"), "NDims", "DimSize", layout, path);
+  const std::vector<double> channels = ParseNumbers(fields.Get("elementnumberofchannels"));
+  if (!channels.empty()) layout.components = channels[0];
+  const std::string data_file = fields.Get("elementdatafile");
+  const bool local = Lower(data_file) == "local";
+  if (!local && IsManyFiles(data_file)) {
+    throw Error(fmt::format("{}: the voxels are spread over several files; kerf reads MetaImage with one", path));
+  }
+  layout.data_file = local ? path : (fs::path(path).parent_path() / data_file).string();
+  SetMetaPacking(fields, path, local, layout);
+  const std::string type = fields.Contains("elementtype") ? fields.Get("elementtype") : "?";
+  SetType(FindMetaType(type), type, path, layout);
+  return layout;
+}
+
+ImageLayout ParseNifti(const std::string& path) {
+  const NiftiHeader header = ReadNiftiHeader(path);
+  ImageLayout layout;
+  layout.data_file = path;
+  layout.sizes = header.sizes;
+  layout.bytes_per_voxel = header.bits / 8.0;
+  if (IsGzip(path)) {
+    layout.packing = VoxelPacking::kGzip;
+    layout.lead = header.offset;  // the stream holds the header too
+  } else {
+    layout.offset = static_cast<std::uint64_t>(header.offset);
+  }
+  return layout;
+}
+
+// Bytes of voxels that the file holds; those of text and unknown packings are only bounded from above.
+double CountBytes(const ImageLayout& layout, double file_bytes, double needed, const std::string& path) {
+  const double there = file_bytes - static_cast<double>(layout.offset);
+  if (layout.packing == VoxelPacking::kRaw) return there;
+  const double bound = there * kMaxUnpackRatio;
+  if (layout.packing != VoxelPacking::kGzip || bound < layout.lead + needed) return bound;
+  // Twice what the header names is enough to see that it names too few slices.
+  const Unpacked unpacked = Unpack(layout.data_file, layout.offset, layout.lead + 2 * needed);
+  const double voxels = std::max(unpacked.bytes - layout.lead, 0.0);
+  if (unpacked.damaged || (unpacked.cut_off && voxels >= needed)) {
+    throw Error(fmt::format("{}: the compressed voxels are damaged: {}; copy or export the file again", path,
+                            voxels < needed ? fmt::format("only {:.0f} of {:.0f} bytes can be unpacked", voxels, needed)
+                            : unpacked.damaged ? std::string("they do not match their checksum")
+                                               : std::string("the end of their stream is missing")));
+  }
+  return unpacked.bytes - layout.lead;
+}
+
+}  // namespace
+
+bool HasNiftiExtension(const std::string& path) {
+  const std::string lower = Lower(path);
+  return EndsWith(lower, ".nii") || EndsWith(lower, ".nii.gz");
+}
+
+bool HasImageExtension(const std::string& path) {
+  const std::string lower = Lower(path);
+  for (const char* end : {".nrrd", ".nhdr", ".mha", ".mhd"}) {
+    if (EndsWith(lower, end)) return true;
+  }
+  return HasNiftiExtension(path);
+}
+
+namespace {
+
+// The voxels that the header names, by their number and as "a x b x c".
+std::pair<double, std::string> CountVoxels(const ImageLayout& layout, const std::string& path) {
+  if (layout.sizes.empty()) throw Error(fmt::format("{}: the header names no size", path));
+  double voxels = 1;
+  std::string shape;
+  for (const double size : layout.sizes) {
+    if (!(size >= 1) || size != std::floor(size)) {
+      throw Error(fmt::format("{}: the header names a size of {} voxels", path, size));
+    }
+    voxels *= size;
+    shape += (shape.empty() ? "" : " x ") + fmt::format("{}", size);
+  }
+  if (voxels > static_cast<double>(kMaxVoxels)) {
+    throw Error(fmt::format(
+        "{}: the header names {} voxels, more than the 2^31 that kerf reads; crop the scan or correct the header", path,
+        shape));
+  }
+  return {voxels, shape};
+}
+
+}  // namespace
+
+ImageCheck CheckImageHeader(const std::string& path) {
+  const std::string lower = Lower(path);
+  const std::string head = ReadHead(path);
+  ImageCheck check;
+  ImageLayout& layout = check.layout;
+  layout = EndsWith(lower, "nrrd") || EndsWith(lower, ".nhdr") ? ParseNrrd(path, head)
+           : HasNiftiExtension(path)                           ? ParseNifti(path)
+                                                               : ParseMeta(path, head);
+  const auto [voxels, shape] = CountVoxels(layout, path);
+  while (layout.sizes.size() > 3 && layout.sizes.back() == 1) layout.sizes.pop_back();
+  std::error_code failed;
+  const auto file_bytes = static_cast<double>(fs::file_size(layout.data_file, failed));
+  if (failed) {
+    throw Error(fmt::format("{}: the voxels should be in {}, which can't be opened", path, layout.data_file));
+  }
+  if (!(layout.bytes_per_voxel >= 1 && layout.bytes_per_voxel <= kMaxVoxelBytes)) {
+    throw Error(fmt::format("{}: the header says that a voxel has {} bytes; kerf reads voxels of 1 to {}", path,
+                            layout.bytes_per_voxel, kMaxVoxelBytes));
+  }
+  const double needed = voxels * layout.bytes_per_voxel;
+  const double there = CountBytes(layout, file_bytes, needed, path);
+  if (there < needed) {
+    throw Error(
+        fmt::format("{}: the header promises {} voxels ({:.0f} bytes), but the file holds {:.0f} bytes of them; "
+                    "it is cut off, or its header is wrong",
+                    path, shape, needed, std::max(there, 0.0)));
+  }
+  if (layout.at_end) {
+    layout.offset = static_cast<std::uint64_t>(file_bytes - needed);
+    return check;
+  }
+  const double more_slices = std::floor((there - needed) / (needed / layout.sizes.back()));
+  const bool is_counted = layout.packing == VoxelPacking::kRaw || layout.packing == VoxelPacking::kGzip;
+  if (is_counted && more_slices >= 1) {
+    check.warnings.push_back(
+        fmt::format("the header names {} voxels, but the file holds data of {}{} more; {} left out", shape,
+                    layout.packing == VoxelPacking::kRaw ? "" : "at least ",
+                    FormatCount(static_cast<std::size_t>(more_slices), "slice", "slices"),
+                    more_slices == 1 ? "it was" : "they were"));
+  }
+  return check;
+}
+
+}  // namespace kerf

@@ -1,0 +1,417 @@
+#include "bone/import/isolate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <optional>
+
+#include "bone/import/mandible_likeness.h"
+#include "bone/import/watershed.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace {
+
+constexpr double kThresholdStep_HU = 50;
+constexpr int kThresholdSteps = 12;       // above iso: beyond it thin cortex is gone and markers would be crumbs
+constexpr double kMarkerPiece_mm3 = 300;  // other bone large enough to be told from a crumb of the mandible itself
+constexpr double kCandidate_mm3 = 8000;
+constexpr double kMargin_mm = 10;    // around a candidate
+constexpr int kAirMargin = 4;        // voxels of air beyond the scan, so that bone cut by its edge gets a surface there
+constexpr double kPartial_HU = 150;  // below iso: soft tissue for certain
+constexpr double kSeedRadius_mm = 1.5;
+constexpr double kSnap_mm = 4;  // a point may lie so far off the bone
+constexpr int kRim = 3;         // voxels of soft tissue that go with the bone
+
+using Progress = std::function<void(double)>;
+
+std::string Text(const Vec3& p) {
+  return fmt::format("({:.1f}, {:.1f}, {:.1f})", p.x, p.y, p.z);
+}
+
+Volume CropAround(const Volume& ct, const std::array<int, 3>& lower, const std::array<int, 3>& upper,
+                  double margin_mm) {
+  std::array<int, 3> lo{}, hi{};
+  for (int a = 0; a < 3; ++a) {
+    const int margin = std::max(kAirMargin, static_cast<int>(std::ceil(margin_mm / ct.spacing_mm[a])));
+    lo[a] = std::max(lower[a] - margin, -kAirMargin);
+    hi[a] = std::min(upper[a] + margin, ct.size[a] - 1 + kAirMargin);
+  }
+  return Crop(ct, lo, hi);
+}
+
+std::string FoundList(const Components& all, double smallest_mm3) {
+  std::string text;
+  std::size_t shown = 0;
+  for (const Component& c : all.list) {
+    if (c.volume_mm3 < smallest_mm3 || shown == 6) break;
+    text += fmt::format("\n  {}. {}", ++shown, Describe(c));
+  }
+  return text;
+}
+
+// The whole of the bone, and how to say which of it is meant.
+[[noreturn]] void Refuse(const std::string& why, const Components& at_iso, double iso_hu) {
+  throw Error(fmt::format(
+      "{}.\nBone above {:.0f} HU, by connected pieces (patient coordinates LPS, mm):{}\nSteer it with points in "
+      "the bone: --keep x,y,z in the mandible and --drop x,y,z in what touches it (upper teeth, skull), each "
+      "as often as needed, or --keep-markups and --drop-markups with point lists from 3D Slicer. Read the "
+      "coordinates off the slices that 'kerf picture INPUT --axes -o ct.png' draws; --no-isolate imports all bone",
+      why, iso_hu, FoundList(at_iso, 500)));
+}
+
+// The bone voxel nearest to a point. Throws Error when there is none near.
+std::array<int, 3> Snap(const Volume& ct, double iso_hu, const Vec3& p_W, const char* option) {
+  const Vec3 p_V = ct.VoxelFromWorld(p_W);
+  const std::array<int, 3> at = {static_cast<int>(std::lround(p_V.x)), static_cast<int>(std::lround(p_V.y)),
+                                 static_cast<int>(std::lround(p_V.z))};
+  if (!ct.Contains(at)) throw Error(fmt::format("--{} {}: the point lies outside the scan", option, Text(p_W)));
+  std::optional<std::array<int, 3>> best;
+  double best_mm = kSnap_mm;
+  std::array<int, 3> reach{};
+  for (int a = 0; a < 3; ++a) reach[a] = static_cast<int>(std::ceil(kSnap_mm / ct.spacing_mm[a]));
+  for (int k = at[2] - reach[2]; k <= at[2] + reach[2]; ++k) {
+    for (int j = at[1] - reach[1]; j <= at[1] + reach[1]; ++j) {
+      for (int i = at[0] - reach[0]; i <= at[0] + reach[0]; ++i) {
+        if (!ct.Contains({i, j, k}) || ct.hu[ct.Index(i, j, k)] < iso_hu) continue;
+        const double d = glm::length(ct.WorldFromVoxel({i, j, k}) - p_W);
+        if (d < best_mm) {
+          best_mm = d;
+          best = {i, j, k};
+        }
+      }
+    }
+  }
+  if (!best) {
+    throw Error(fmt::format("--{} {}: the point lies in no bone; nothing above {:.0f} HU is within {:.0f} mm of it",
+                            option, Text(p_W), iso_hu, kSnap_mm));
+  }
+  return *best;
+}
+
+// Marks a small ball of bone around a point. Throws Error where a ball of the other kind is.
+void MarkBall(const Volume& ct, double iso_hu, const Vec3& p_W, Marker marker, std::vector<std::uint8_t>& markers) {
+  const std::array<int, 3> at = Snap(ct, iso_hu, p_W, marker == kKeep ? "keep" : "drop");
+  const Vec3 centre_W = ct.WorldFromVoxel({at[0], at[1], at[2]});
+  std::array<int, 3> reach{};
+  for (int a = 0; a < 3; ++a) reach[a] = static_cast<int>(std::ceil(kSeedRadius_mm / ct.spacing_mm[a]));
+  for (int k = at[2] - reach[2]; k <= at[2] + reach[2]; ++k) {
+    for (int j = at[1] - reach[1]; j <= at[1] + reach[1]; ++j) {
+      for (int i = at[0] - reach[0]; i <= at[0] + reach[0]; ++i) {
+        if (!ct.Contains({i, j, k}) || glm::length(ct.WorldFromVoxel({i, j, k}) - centre_W) > kSeedRadius_mm) continue;
+        const std::size_t v = ct.Index(i, j, k);
+        if (ct.hu[v] < iso_hu) continue;
+        if (marker == kDrop && markers[v] == kKeep && at == std::array<int, 3>{i, j, k}) {
+          throw Error(fmt::format("--drop {}: a --keep point lies at the same place", Text(p_W)));
+        }
+        // Where balls meet, each keeps its own nearer part only by order; drop points are placed last and win.
+        markers[v] = marker;
+      }
+    }
+  }
+}
+
+struct Candidate {
+  double threshold_hu = 0;
+  Components pieces;
+  std::int32_t label = 0;
+};
+
+// The lowest threshold at which exactly one piece looks like a mandible (and holds the keep points, when given).
+// `turned`: what was said of the first piece that would look like one if the scan were turned.
+std::optional<Candidate> FindCandidate(const Volume& ct, const IsolateOptions& options, const Progress& progress,
+                                       std::string& turned) {
+  for (int step = 0; step <= kThresholdSteps; ++step) {
+    if (progress) progress(0.6 * step / kThresholdSteps);
+    const double threshold = options.iso_hu + step * kThresholdStep_HU;
+    Candidate c{threshold, FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= threshold; }), 0};
+    int found = 0;
+    for (std::size_t n = 0; n < c.pieces.list.size() && c.pieces.list[n].volume_mm3 >= kCandidate_mm3; ++n) {
+      const auto label = static_cast<std::int32_t>(n + 1);
+      const MandibleLikeness likeness = CheckMandibleLikeness(ct, c.pieces.labels, label, c.pieces.list[n]);
+      if (!likeness.turns.empty() && turned.empty()) {
+        turned = fmt::format("; above {:.0f} HU a piece ({}) is found, and {}", threshold, Describe(c.pieces.list[n]),
+                             DescribeTurns(likeness, ct.frame));
+      }
+      if (!likeness.is_mandible) continue;
+      ++found;
+      c.label = label;
+    }
+    if (found != 1) continue;
+    const bool holds = std::all_of(options.keep_W.begin(), options.keep_W.end(), [&](const Vec3& p_W) {
+      const std::array<int, 3> at = Snap(ct, threshold, p_W, "keep");
+      return c.pieces.labels[ct.Index(at[0], at[1], at[2])] == c.label;
+    });
+    if (holds) return c;
+  }
+  return std::nullopt;
+}
+
+// Markers of the automatic way, on the crop.
+std::vector<std::uint8_t> MarkCandidate(const Volume& ct, const Volume& crop, const Candidate& candidate) {
+  std::vector<std::uint8_t> markers(crop.count(), kUnmarked);
+  const Vec3 shift = ct.VoxelFromWorld(crop.origin_W);
+  for (int k = 0; k < crop.size[2]; ++k) {
+    for (int j = 0; j < crop.size[1]; ++j) {
+      for (int i = 0; i < crop.size[0]; ++i) {
+        const std::array<int, 3> at = {i + static_cast<int>(std::lround(shift.x)),
+                                       j + static_cast<int>(std::lround(shift.y)),
+                                       k + static_cast<int>(std::lround(shift.z))};
+        if (!ct.Contains(at)) continue;
+        const std::int32_t label = candidate.pieces.labels[ct.Index(at[0], at[1], at[2])];
+        if (label == candidate.label) {
+          markers[crop.Index(i, j, k)] = kKeep;
+        } else if (label > 0 && candidate.pieces.list[label - 1].volume_mm3 >= kMarkerPiece_mm3) {
+          markers[crop.Index(i, j, k)] = kDrop;
+        }
+      }
+    }
+  }
+  return markers;
+}
+
+// Soft tissue close to the bone goes with the nearest bone, wanted or not.
+void AddRim(Isolation& result, const std::vector<std::uint8_t>& unwanted) {
+  const Volume& ct = result.ct;
+  std::vector<std::uint8_t> owner(ct.count(), kUnmarked);
+  std::vector<std::size_t> front;
+  for (std::size_t v = 0; v < owner.size(); ++v) {
+    if (result.bone[v] != 0)
+      owner[v] = kKeep;
+    else if (unwanted[v] != 0)
+      owner[v] = kDrop;
+    if (owner[v] != kUnmarked) front.push_back(v);
+  }
+  const std::array<std::size_t, 3> stride = {1, static_cast<std::size_t>(ct.size[0]),
+                                             static_cast<std::size_t>(ct.size[0]) * ct.size[1]};
+  for (int ring = 0; ring < kRim; ++ring) {
+    std::vector<std::size_t> next;
+    for (const std::size_t v : front) {
+      const std::array<int, 3> at = {static_cast<int>(v % stride[1]), static_cast<int>(v / stride[1] % ct.size[1]),
+                                     static_cast<int>(v / stride[2])};
+      for (int a = 0; a < 3; ++a) {
+        for (const int side : {-1, 1}) {
+          if (at[a] + side < 0 || at[a] + side >= ct.size[a]) continue;
+          const std::size_t w = side < 0 ? v - stride[a] : v + stride[a];
+          if (owner[w] != kUnmarked) continue;
+          owner[w] = owner[v];
+          next.push_back(w);
+        }
+      }
+    }
+    front = std::move(next);
+  }
+  result.keep.resize(owner.size());
+  for (std::size_t v = 0; v < owner.size(); ++v) result.keep[v] = owner[v] == kKeep ? 1 : 0;
+}
+
+double CalcContact(const Volume& ct, const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
+  const Vec3 h = ct.spacing_mm;
+  const std::array<double, 3> face_mm2 = {h.y * h.z, h.x * h.z, h.x * h.y};
+  double area = 0;
+  for (int k = 0; k < ct.size[2]; ++k) {
+    for (int j = 0; j < ct.size[1]; ++j) {
+      for (int i = 0; i < ct.size[0]; ++i) {
+        const std::size_t v = ct.Index(i, j, k);
+        for (int axis = 0; axis < 3; ++axis) {
+          const std::array<int, 3> at = {i + (axis == 0 ? 1 : 0), j + (axis == 1 ? 1 : 0), k + (axis == 2 ? 1 : 0)};
+          if (!ct.Contains(at)) continue;
+          const std::size_t w = ct.Index(at[0], at[1], at[2]);
+          if ((a[v] != 0 && b[w] != 0) || (b[v] != 0 && a[w] != 0)) area += face_mm2[axis];
+        }
+      }
+    }
+  }
+  return area;
+}
+
+// Whether bone lies in the outermost voxels of the scan.
+bool TouchesEdge(const Volume& ct, const Isolation& result) {
+  const Vec3 shift = ct.VoxelFromWorld(result.ct.origin_W);
+  for (int k = 0; k < result.ct.size[2]; ++k) {
+    for (int j = 0; j < result.ct.size[1]; ++j) {
+      for (int i = 0; i < result.ct.size[0]; ++i) {
+        if (result.bone[result.ct.Index(i, j, k)] == 0) continue;
+        const std::array<int, 3> at = {i, j, k};
+        for (int a = 0; a < 3; ++a) {
+          const int n = at[a] + static_cast<int>(std::lround(shift[a]));
+          if (n <= 0 || n >= ct.size[a] - 1) return true;
+        }
+      }
+    }
+  }
+  return false;
+}
+
+bool HoldsBone(const Components& at_iso) {
+  return !at_iso.list.empty() && at_iso.list.front().volume_mm3 >= 1000;
+}
+
+Isolation TakeAll(const Volume& ct, const IsolateOptions& options, const Components& at_iso) {
+  Isolation result;
+  std::array<int, 3> lower = ct.size, upper = {0, 0, 0};
+  std::size_t pieces = 0;
+  for (const Component& c : at_iso.list) {
+    if (c.volume_mm3 < options.smallest_piece_mm3) {
+      ++result.dropped_pieces;
+      result.dropped_mm3 += c.volume_mm3;
+      continue;
+    }
+    ++pieces;
+    for (int a = 0; a < 3; ++a) {
+      lower[a] = std::min(lower[a], c.lower[a]);
+      upper[a] = std::max(upper[a], c.upper[a]);
+    }
+  }
+  result.ct = CropAround(ct, lower, upper, 0);
+  const Vec3 shift = ct.VoxelFromWorld(result.ct.origin_W);
+  result.bone.assign(result.ct.count(), 0);
+  std::vector<std::uint8_t> unwanted(result.ct.count(), 0);
+  for (std::size_t v = 0, k = 0; k < static_cast<std::size_t>(result.ct.size[2]); ++k) {
+    for (int j = 0; j < result.ct.size[1]; ++j) {
+      for (int i = 0; i < result.ct.size[0]; ++i, ++v) {
+        const std::array<int, 3> at = {i + static_cast<int>(std::lround(shift.x)),
+                                       j + static_cast<int>(std::lround(shift.y)),
+                                       static_cast<int>(k) + static_cast<int>(std::lround(shift.z))};
+        if (!ct.Contains(at)) continue;
+        const std::int32_t label = at_iso.labels[ct.Index(at[0], at[1], at[2])];
+        if (label == 0) continue;
+        (static_cast<std::size_t>(label) <= pieces ? result.bone : unwanted)[v] = 1;
+      }
+    }
+  }
+  AddRim(result, unwanted);
+  result.how = fmt::format("none: all bone in pieces of {:.1f} cm3 and more", options.smallest_piece_mm3 / 1000);
+  return result;
+}
+
+}  // namespace
+
+Isolation Isolate(const Volume& ct, const IsolateOptions& options, const Progress& progress) {
+  const double iso = options.iso_hu;
+  const Components at_iso = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] >= iso; });
+  if (!HoldsBone(at_iso)) {
+    const auto brightest = ct.hu.empty() ? std::int16_t{0} : *std::max_element(ct.hu.begin(), ct.hu.end());
+    throw Error(fmt::format(
+        "the scan holds no bone: nothing above {:.0f} HU is larger than 1 cm3 (the brightest voxel has {} HU); "
+        "check that the values are Hounsfield units, or lower --iso",
+        iso, brightest));
+  }
+  const auto count_iso = [iso](Isolation& r) {
+    std::size_t voxels = 0;
+    for (const std::uint8_t b : r.bone) voxels += b;
+    r.iso_volume_mm3 = static_cast<double>(voxels) * r.ct.CalcVoxelVolume();
+  };
+  if (!options.isolate) {
+    Isolation all = TakeAll(ct, options, at_iso);
+    count_iso(all);
+    all.cut_by_scan = TouchesEdge(ct, all);
+    return all;
+  }
+
+  Isolation result;
+  std::vector<std::uint8_t> markers;
+  if (options.keep_W.empty() || options.drop_W.empty()) {
+    std::string turned;
+    const std::optional<Candidate> candidate = FindCandidate(ct, options, progress, turned);
+    if (!candidate) {
+      Refuse(
+          fmt::format(
+              "the mandible can't be told from the other bone: no piece between {:.0f} and {:.0f} HU has the size and "
+              "shape of one; it is joined to something else, incomplete, or not in the scan{}",
+              iso, iso + kThresholdSteps * kThresholdStep_HU, turned),
+          at_iso, iso);
+    }
+    const Component& piece = candidate->pieces.list[candidate->label - 1];
+    result.marker_hu = candidate->threshold_hu;
+    result.how = fmt::format("automatic: stands apart above {:.0f} HU", candidate->threshold_hu);
+    if (!options.drop_W.empty()) result.how += fmt::format(", {} drop points", options.drop_W.size());
+    if (!options.keep_W.empty()) result.how += fmt::format(", {} keep points", options.keep_W.size());
+    result.ct = CropAround(ct, piece.lower, piece.upper, kMargin_mm);
+    markers = MarkCandidate(ct, result.ct, *candidate);
+  } else {
+    // The crop holds every piece of bone that a keep point lies in.
+    std::array<int, 3> lower = ct.size, upper = {0, 0, 0};
+    for (const Vec3& p_W : options.keep_W) {
+      const std::array<int, 3> at = Snap(ct, iso, p_W, "keep");
+      const Component& c = at_iso.list[at_iso.labels[ct.Index(at[0], at[1], at[2])] - 1];
+      for (int a = 0; a < 3; ++a) {
+        lower[a] = std::min(lower[a], c.lower[a]);
+        upper[a] = std::max(upper[a], c.upper[a]);
+      }
+    }
+    for (const Vec3& p_W : options.drop_W) Snap(ct, iso, p_W, "drop");
+    result.ct = CropAround(ct, lower, upper, 0);
+    markers.assign(result.ct.count(), kUnmarked);
+    result.how = fmt::format("points: {} keep, {} drop", options.keep_W.size(), options.drop_W.size());
+  }
+  for (const Vec3& p_W : options.keep_W) MarkBall(result.ct, iso, p_W, kKeep, markers);
+  for (const Vec3& p_W : options.drop_W) {
+    const Vec3 p_V = result.ct.VoxelFromWorld(p_W);
+    if (result.ct.Contains({static_cast<int>(std::lround(p_V.x)), static_cast<int>(std::lround(p_V.y)),
+                            static_cast<int>(std::lround(p_V.z))})) {
+      MarkBall(result.ct, iso, p_W, kDrop, markers);
+    }
+  }
+  for (std::size_t v = 0; v < markers.size(); ++v) {
+    if (markers[v] == kUnmarked && result.ct.hu[v] < iso - kPartial_HU) markers[v] = kOutside;
+  }
+  if (progress) progress(0.7);
+  const std::vector<std::uint8_t> grown = GrowMarkers(result.ct, iso, markers);
+  if (progress) progress(0.9);
+
+  // Of the wanted side, the piece that holds most of the markers.
+  const Components wanted =
+      FindComponents(result.ct, [&](std::size_t v) { return grown[v] == kKeep && result.ct.hu[v] >= iso; });
+  std::vector<std::size_t> marked(wanted.list.size() + 1, 0);
+  for (std::size_t v = 0; v < markers.size(); ++v) {
+    if (markers[v] == kKeep) ++marked[wanted.labels[v]];
+  }
+  marked[0] = 0;
+  const auto label = static_cast<std::int32_t>(std::max_element(marked.begin(), marked.end()) - marked.begin());
+  if (label == 0) Refuse("the keep points mark no bone", at_iso, iso);
+  if (!options.keep_W.empty() && !options.drop_W.empty()) {
+    for (const Vec3& p_W : options.keep_W) {
+      const std::array<int, 3> at = Snap(result.ct, iso, p_W, "keep");
+      if (wanted.labels[result.ct.Index(at[0], at[1], at[2])] != label) {
+        Refuse(fmt::format("the keep points lie in separate pieces of bone: {} is not joined to the others", Text(p_W)),
+               at_iso, iso);
+      }
+    }
+  }
+  const Component& piece = wanted.list[label - 1];
+  const MandibleLikeness likeness = CheckMandibleLikeness(result.ct, wanted.labels, label, piece);
+  if (options.check_shape && !likeness.is_mandible) {
+    Refuse(fmt::format("what was isolated ({}) does not look like a mandible: {}; add points, or say --any-shape to "
+                       "write it all the "
+                       "same",
+                       Describe(piece), Describe(likeness, ct.frame)),
+           at_iso, iso);
+  }
+  result.mandible = likeness.is_mandible;
+  result.shape_objection = Describe(likeness, ct.frame);
+  result.bone.assign(result.ct.count(), 0);
+  std::vector<std::uint8_t> unwanted(result.ct.count(), 0);
+  for (std::size_t v = 0; v < result.bone.size(); ++v) {
+    if (wanted.labels[v] == label)
+      result.bone[v] = 1;
+    else if (result.ct.hu[v] >= iso)
+      unwanted[v] = 1;
+  }
+  for (std::size_t n = 0; n < wanted.list.size(); ++n) {
+    if (n + 1 == static_cast<std::size_t>(label)) continue;
+    ++result.dropped_pieces;
+    result.dropped_mm3 += wanted.list[n].volume_mm3;
+  }
+  result.contact_mm2 = CalcContact(result.ct, result.bone, unwanted);
+  AddRim(result, unwanted);
+  count_iso(result);
+  result.cut_by_scan = TouchesEdge(ct, result);
+  return result;
+}
+
+}  // namespace kerf

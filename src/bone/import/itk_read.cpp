@@ -1,0 +1,114 @@
+#include "bone/import/itk_read.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gdcmTrace.h>
+#include <itkObject.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+
+#include "kerf/error.h"
+
+namespace kerf {
+
+QuietItk::QuietItk()
+    : cerr_(std::cerr.rdbuf(nullptr)),
+      cout_(std::cout.rdbuf(nullptr)),
+      warnings_(itk::Object::GetGlobalWarningDisplay()),
+      stderr_copy_(dup(STDERR_FILENO)) {
+  itk::Object::GlobalWarningDisplayOff();
+  gdcm::Trace::WarningOff();
+  gdcm::Trace::ErrorOff();
+  gdcm::Trace::DebugOff();
+  // libjpeg and its like write to the C stream.
+  std::fflush(stderr);
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  if (nowhere < 0) return;
+  dup2(nowhere, STDERR_FILENO);
+  close(nowhere);
+}
+
+QuietItk::~QuietItk() {
+  std::cerr.rdbuf(cerr_);
+  std::cout.rdbuf(cout_);
+  // A stream without a buffer turns bad when something is written to it.
+  std::cerr.clear();
+  std::cout.clear();
+  itk::Object::SetGlobalWarningDisplay(warnings_);
+  if (stderr_copy_ < 0) return;
+  std::fflush(stderr);
+  dup2(stderr_copy_, STDERR_FILENO);
+  close(stderr_copy_);
+}
+
+std::string OneLine(const itk::ExceptionObject& e) {
+  std::string text = e.GetDescription();
+  // "ITK ERROR: GDCMImageIO(0x55d0): what is wrong": the class and its address help nobody.
+  const std::size_t end = text.find("): ");
+  const bool names_class = text.rfind("ITK ERROR: ", 0) == 0 || text.rfind("itk::ERROR: ", 0) == 0;
+  if (names_class && end != std::string::npos) text.erase(0, end + 3);
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  while (!text.empty() && (text.back() == ' ' || text.back() == '.')) text.pop_back();
+  return text;
+}
+
+namespace {
+
+VoxelType FindType(const itk::ImageIOBase& io, const std::string& name) {
+  using Io = itk::ImageIOBase;
+  static_assert(sizeof(long) == 8);
+  switch (io.GetComponentType()) {
+    case Io::UCHAR:
+      return VoxelType::kUint8;
+    case Io::CHAR:
+      return VoxelType::kInt8;
+    case Io::USHORT:
+      return VoxelType::kUint16;
+    case Io::SHORT:
+      return VoxelType::kInt16;
+    case Io::UINT:
+      return VoxelType::kUint32;
+    case Io::INT:
+      return VoxelType::kInt32;
+    case Io::ULONG:
+    case Io::ULONGLONG:
+      return VoxelType::kUint64;
+    case Io::LONG:
+    case Io::LONGLONG:
+      return VoxelType::kInt64;
+    case Io::FLOAT:
+      return VoxelType::kFloat;
+    case Io::DOUBLE:
+      return VoxelType::kDouble;
+    default:
+      throw Error(fmt::format("{}: voxels of type '{}' are not read", name,
+                              Io::GetComponentTypeAsString(io.GetComponentType())));
+  }
+}
+
+}  // namespace
+
+Overflow AppendPixels(itk::ImageIOBase& io, const std::string& name, std::vector<std::int16_t>& out,
+                      const std::string& complaint) {
+  CheckOneComponent(io.GetNumberOfComponents(), name);
+  std::size_t bytes = io.GetComponentSize();
+  itk::ImageIORegion region(io.GetNumberOfDimensions());
+  for (unsigned a = 0; a < io.GetNumberOfDimensions(); ++a) {
+    region.SetSize(a, io.GetDimensions(a));
+    region.SetIndex(a, 0);
+    bytes *= io.GetDimensions(a);
+  }
+  io.SetIORegion(region);
+  std::vector<char> buffer(bytes);
+  try {
+    io.Read(buffer.data());
+  } catch (const itk::ExceptionObject&) {
+    throw Error(fmt::format("{}: {}", name, complaint));
+  }
+  return AppendHu(buffer, FindType(io, name), 1, 0, name, out);
+}
+
+}  // namespace kerf

@@ -1,0 +1,176 @@
+#include "bone/import/mandible_likeness.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <glm/common.hpp>
+#include <glm/matrix.hpp>
+
+#include "bone/import/patient_frame.h"
+
+namespace kerf {
+
+namespace {
+
+std::string Outside(const char* what, double value, double lower, double upper, const char* unit) {
+  const int digits = value < 10 ? 2 : 0;
+  if (value < lower) return fmt::format("its {} of {:.{}f} {} is below {:.0f}", what, value, digits, unit, lower);
+  if (value > upper) return fmt::format("its {} of {:.{}f} {} is above {:.0f}", what, value, digits, unit, upper);
+  return "";
+}
+
+// Bins along an axis of the box, from 0 to 1, symmetric about its middle.
+constexpr int kBins = 8;
+
+int FindBin(double t) {
+  return (t > 0.25 ? 1 : 0) + (3 * t >= 1 ? 1 : 0) + (t >= 0.4 ? 1 : 0) + (t > 0.5 ? 1 : 0) + (t > 0.6 ? 1 : 0) +
+         (3 * t >= 2 ? 1 : 0) + (t > 0.75 ? 1 : 0);
+}
+
+// How many voxels lie in each bin of the box around a component.
+using Counts = std::array<std::array<std::array<std::size_t, kBins>, kBins>, kBins>;  // z, y, x
+
+Counts CountVoxels(const Volume& lattice, const std::vector<std::int32_t>& labels, std::int32_t label,
+                   const Component& component) {
+  // The box of an oblique image is too large for the shares below, so take the true one.
+  Box3 box;
+  const auto for_each = [&](const auto& visit) {
+    for (int k = component.lower[2]; k <= component.upper[2]; ++k) {
+      for (int j = component.lower[1]; j <= component.upper[1]; ++j) {
+        for (int i = component.lower[0]; i <= component.upper[0]; ++i) {
+          if (labels[lattice.Index(i, j, k)] == label) visit(lattice.WorldFromVoxel({i, j, k}));
+        }
+      }
+    }
+  };
+  for_each([&box](const Vec3& p_W) { box.Include(p_W); });
+  Counts counts{};
+  for_each([&](const Vec3& p_W) {
+    const Vec3 t = (p_W - box.lower) / box.size();
+    ++counts[static_cast<std::size_t>(FindBin(t.z))][static_cast<std::size_t>(FindBin(t.y))]
+            [static_cast<std::size_t>(FindBin(t.x))];
+  });
+  return counts;
+}
+
+// Size in the patient's axes.
+std::string ObjectToSize(double volume_mm3, const Vec3& size) {
+  for (const std::string& text :
+       {Outside("volume", volume_mm3 / 1000, 8, 120, "cm3"), Outside("width", size.x, 80, 150, "mm"),
+        Outside("depth from front to back", size.y, 50, 130, "mm"), Outside("height", size.z, 40, 120, "mm")}) {
+    if (!text.empty()) return text;
+  }
+  return "";
+}
+
+// Fills the shares and what they speak against, when the voxels lie along the columns of `turn` in the patient's axes.
+void CheckShares(const Counts& counts, const glm::dmat3& turn, MandibleLikeness& shape) {
+  shape.back_middle = shape.back_left = shape.back_right = shape.front_middle = 0;
+  shape.top_left = shape.top_middle = shape.top_right = 0;
+  double n = 0;
+  double top = 0;
+  for (int bin = 0; bin < kBins * kBins * kBins; ++bin) {
+    const std::array<int, 3> at = {bin % kBins, bin / kBins % kBins, bin / kBins / kBins};
+    const auto count = static_cast<double>(counts[at[2]][at[1]][at[0]]);
+    if (count == 0) continue;
+    // 0 to kBins - 1: right to left, front to back, bottom to top.
+    const Vec3 middle((kBins - 1) / 2.0);
+    const Vec3 t = turn * (Vec3(at[0], at[1], at[2]) - middle) + middle;
+    const int third = t.x < 1.5 ? 0 : t.x < 5.5 ? 1 : 2;
+    n += count;
+    if (t.y > 3.5) (third == 0 ? shape.back_right : third == 1 ? shape.back_middle : shape.back_left) += count;
+    if (t.y < 2.5 && third == 1) shape.front_middle += count;
+    if (t.z > 6.5) {
+      top += count;
+      (third == 0 ? shape.top_right : third == 1 ? shape.top_middle : shape.top_left) += count;
+    }
+  }
+  for (double* share : {&shape.back_middle, &shape.back_left, &shape.back_right, &shape.front_middle}) *share /= n;
+  for (double* share : {&shape.top_left, &shape.top_middle, &shape.top_right}) *share /= std::max(top, 1.0);
+
+  const auto object = [&shape](const char* text) {
+    if (shape.objection.empty()) shape.objection = text;
+  };
+  if (shape.back_middle > 0.02) object("it is not open to the back, as the arch of a mandible is");
+  if (shape.front_middle < 0.08) object("it has no chin in the middle of its front");
+  if (std::min(shape.back_left, shape.back_right) < 0.08) object("it has no ramus at the back on one side");
+  if (shape.top_middle > 0.05) object("its top reaches across the middle, as a skull's or an upper jaw's does");
+  if (std::min(shape.top_left, shape.top_right) < 0.15) object("only one side reaches up to a condyle");
+}
+
+bool KeepsAxes(const glm::dmat3& turn) {
+  return turn[0][0] != 0 && turn[1][1] != 0;
+}
+
+// The rotations that map axes onto axes, those that only change signs first. A mandible looks the same in a mirror, so
+// that reflections need not be tried.
+std::vector<glm::dmat3> MakeTurns() {
+  std::vector<glm::dmat3> turns;
+  std::array<int, 3> order = {0, 1, 2};
+  do {
+    for (const Vec3& sign : {Vec3(-1, -1, 1), Vec3(-1, 1, -1), Vec3(1, -1, -1), Vec3(1, 1, 1)}) {
+      glm::dmat3 turn(0);
+      for (int a = 0; a < 3; ++a) turn[a][order[static_cast<std::size_t>(a)]] = sign[a];
+      if (glm::determinant(turn) < 0) turn = -turn;
+      turns.push_back(turn);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  return turns;
+}
+
+}  // namespace
+
+MandibleLikeness CheckMandibleLikeness(const Volume& lattice, const std::vector<std::int32_t>& labels,
+                                       std::int32_t label, const Component& component) {
+  MandibleLikeness shape;
+  const Vec3 size = component.box_W.size();
+  shape.objection = ObjectToSize(component.volume_mm3, size);
+  std::optional<Counts> counts;
+  if (shape.objection.empty()) {
+    counts = CountVoxels(lattice, labels, label, component);
+    CheckShares(*counts, glm::dmat3(1), shape);
+  }
+  shape.is_mandible = shape.objection.empty();
+  if (shape.is_mandible) return shape;
+  for (const glm::dmat3& turn : MakeTurns()) {
+    if (!ObjectToSize(component.volume_mm3, glm::abs(turn * size)).empty()) continue;
+    if (!counts) counts = CountVoxels(lattice, labels, label, component);
+    MandibleLikeness turned;
+    CheckShares(*counts, turn, turned);
+    if (!turned.objection.empty()) continue;
+    shape.turns.push_back(turn);
+    if (KeepsAxes(turn)) break;
+  }
+  return shape;
+}
+
+std::string DescribeTurns(const MandibleLikeness& likeness, const std::string& frame) {
+  if (likeness.turns.empty()) return "";
+  glm::dmat3 mirror(1);
+  mirror[0][0] = -1;
+  std::string frames;
+  std::string mirrored;
+  for (const glm::dmat3& turn : likeness.turns) {
+    frames += (frames.empty() ? "" : " or ") + FrameName(turn * LpsFromFrame(frame));
+    mirrored += (mirrored.empty() ? "" : " or ") + FrameName(mirror * turn * LpsFromFrame(frame));
+  }
+  const glm::dmat3& turn = likeness.turns.front();
+  std::string how = "has its axes in another order";
+  if (KeepsAxes(turn)) {
+    how = turn[1][1] > 0   ? "is upside down"
+          : turn[2][2] > 0 ? "faces backwards, as when RAS is read as LPS or the reverse"
+                           : "is upside down and faces backwards";
+  }
+  return fmt::format(
+      "it looks like a mandible that {}: the file's coordinates are likely {}, or {} in a mirror, and not {}; find out "
+      "which, since the shape does not show left from right, and state it with --frame",
+      how, frames, mirrored, frame);
+}
+
+std::string Describe(const MandibleLikeness& likeness, const std::string& frame) {
+  const std::string turns = DescribeTurns(likeness, frame);
+  return likeness.objection + (turns.empty() ? "" : "; ") + turns;
+}
+
+}  // namespace kerf

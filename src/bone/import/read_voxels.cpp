@@ -1,0 +1,78 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+
+#include "bone/import/image_header.h"
+#include "bone/import/unpack.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace {
+
+std::vector<char> ReadText(const ImageLayout& layout, std::size_t count, const std::string& path) {
+  std::ifstream in(layout.data_file);
+  in.seekg(static_cast<std::streamoff>(layout.offset));
+  std::vector<char> bytes;
+  std::string word;
+  for (std::size_t n = 0; n < count && in >> word; ++n) {
+    char* end = nullptr;
+    const double value = std::strtod(word.c_str(), &end);
+    if (*end != '\0') throw Error(fmt::format("{}: voxel {} is '{}', which is no number", path, n + 1, word));
+    char one[sizeof value];
+    std::memcpy(one, &value, sizeof value);
+    bytes.insert(bytes.end(), one, one + sizeof value);
+  }
+  return bytes;
+}
+
+std::vector<char> ReadRaw(const ImageLayout& layout, std::size_t size) {
+  std::ifstream in(layout.data_file, std::ios::binary);
+  in.seekg(static_cast<std::streamoff>(layout.offset));
+  std::vector<char> bytes(size);
+  in.read(bytes.data(), static_cast<std::streamsize>(size));
+  bytes.resize(static_cast<std::size_t>(in.gcount()));
+  return bytes;
+}
+
+void SwapBytes(std::vector<char>& bytes, std::size_t size) {
+  for (std::size_t at = 0; at + size <= bytes.size(); at += size) {
+    std::reverse(&bytes[at], &bytes[at] + size);
+  }
+}
+
+}  // namespace
+
+std::vector<char> ReadVoxels(ImageLayout& layout, std::size_t count, const std::string& path) {
+  std::vector<char> bytes;
+  std::size_t value_bytes = CalcBytes(layout.type);
+  switch (layout.packing) {
+    case VoxelPacking::kRaw:
+      bytes = ReadRaw(layout, count * value_bytes);
+      break;
+    case VoxelPacking::kGzip:
+      bytes.reserve(count * value_bytes);
+      Unpack(layout.data_file, layout.offset, layout.lead + static_cast<double>(count * value_bytes), layout.lead,
+             &bytes);
+      break;
+    case VoxelPacking::kText:
+      bytes = ReadText(layout, count, path);
+      layout.type = VoxelType::kDouble;
+      value_bytes = sizeof(double);
+      break;
+    case VoxelPacking::kUnknown:
+      throw Error(fmt::format("{}: voxels of the encoding '{}' are not read; kerf reads raw, gzip and text", path,
+                              layout.encoding));
+  }
+  if (bytes.size() != count * value_bytes) {
+    throw Error(
+        fmt::format("{}: {} voxels can be read where the header promises {}", path, bytes.size() / value_bytes, count));
+  }
+  if (layout.swapped && layout.packing != VoxelPacking::kText && value_bytes > 1) SwapBytes(bytes, value_bytes);
+  return bytes;
+}
+
+}  // namespace kerf

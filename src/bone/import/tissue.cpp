@@ -1,0 +1,174 @@
+#include "bone/import/tissue.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bone/import/components.h"
+#include "bone/import/depth.h"
+#include "bone/material/region_table.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace {
+
+constexpr double kSmallestEnamel_mm3 = 15;  // a speck of metal or noise is less
+constexpr std::size_t kAtlasPoints = 20000;
+constexpr int kLastCortexRegion = 31;
+constexpr int kRim = 2;  // voxels around a tooth: its own border, and beyond it
+
+struct Stride {
+  std::array<std::size_t, 3> of;
+  explicit Stride(const Volume& v)
+      : of{1, static_cast<std::size_t>(v.size[0]), static_cast<std::size_t>(v.size[0]) * v.size[1]} {}
+};
+
+// Calls visit(neighbour, axis) for the up to six voxels that share a face with v.
+template <typename Visit>
+void ForFaceNeighbours(const Volume& lattice, const Stride& stride, std::size_t v, Visit&& visit) {
+  const std::array<int, 3> at = {static_cast<int>(v % stride.of[1]),
+                                 static_cast<int>(v / stride.of[1] % lattice.size[1]),
+                                 static_cast<int>(v / stride.of[2])};
+  for (int a = 0; a < 3; ++a) {
+    if (at[a] > 0) visit(v - stride.of[a], a);
+    if (at[a] + 1 < lattice.size[a]) visit(v + stride.of[a], a);
+  }
+}
+
+}  // namespace
+
+TissueMap::TissueMap(const Volume& lattice, const std::vector<std::uint8_t>& solid,
+                     const std::vector<std::uint8_t>& bone, const SplineField* hu, bool use_atlas,
+                     const TissueOptions& options)
+    : lattice_(lattice), options_(options), hu_(hu) {
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b) voxel_from_world_[b][a] = glm::inverse(lattice.axes_W)[b][a] / lattice.spacing_mm[a];
+  }
+  if (!lattice_.hu.empty()) FindTeeth(bone);
+  MeasureDepth(solid);
+  if (use_atlas) {
+    std::vector<Vec3> points_W;
+    std::size_t count = 0;
+    for (const std::uint8_t s : solid) count += s;
+    const std::size_t every = std::max<std::size_t>(1, count / kAtlasPoints);
+    std::size_t n = 0;
+    for (int k = 0; k < lattice.size[2]; ++k) {
+      for (int j = 0; j < lattice.size[1]; ++j) {
+        for (int i = 0; i < lattice.size[0]; ++i) {
+          const std::size_t v = lattice.Index(i, j, k);
+          if (solid[v] == 0 || (!tooth_voxels_.empty() && tooth_voxels_[v] != 0)) continue;
+          if (n++ % every == 0) points_W.push_back(lattice.WorldFromVoxel({i, j, k}));
+        }
+      }
+    }
+    atlas_ = std::make_unique<MandibleAtlas>(points_W);
+  }
+  lattice_.hu.clear();
+  lattice_.hu.shrink_to_fit();
+}
+
+void TissueMap::MeasureDepth(const std::vector<std::uint8_t>& solid) {
+  depth_mm_ = std::make_unique<SplineField>(lattice_.size, CalcDepth(lattice_, solid), false);
+}
+
+void TissueMap::FindTeeth(const std::vector<std::uint8_t>& bone) {
+  const std::vector<std::int16_t>& hu = lattice_.hu;
+  const Components lumps =
+      FindComponents(lattice_, [&](std::size_t v) { return bone[v] != 0 && hu[v] >= options_.tooth_hu; });
+  const Stride stride(lattice_);
+  // Dentin: what can be reached from enamel through bright voxels, counting the way in mm.
+  std::vector<float> way_mm(bone.size(), -1);
+  std::vector<std::size_t> front;
+  for (std::size_t v = 0; v < bone.size(); ++v) {
+    const std::int32_t label = lumps.labels[v];
+    if (label == 0 || lumps.list[label - 1].volume_mm3 < kSmallestEnamel_mm3) continue;
+    way_mm[v] = 0;
+    front.push_back(v);
+  }
+  if (front.empty()) return;
+  while (!front.empty()) {
+    std::vector<std::size_t> next;
+    for (const std::size_t v : front) {
+      ForFaceNeighbours(lattice_, stride, v, [&](std::size_t w, int axis) {
+        const float way = way_mm[v] + static_cast<float>(lattice_.spacing_mm[axis]);
+        if (bone[w] == 0 || hu[w] < options_.tooth_body_hu || static_cast<double>(way) > options_.tooth_reach_mm)
+          return;
+        if (way_mm[w] >= 0 && way_mm[w] <= way) return;
+        way_mm[w] = way;
+        next.push_back(w);
+      });
+    }
+    front = std::move(next);
+  }
+  // The border of a tooth is dimmed by what is outside it: dim voxels go with the nearest bright ones, tooth or bone.
+  constexpr std::uint8_t kTooth = 1;
+  constexpr std::uint8_t kOther = 2;
+  std::vector<std::uint8_t> owner(bone.size(), 0);
+  tooth_voxels_.assign(bone.size(), 0);
+  for (std::size_t v = 0; v < bone.size(); ++v) {
+    if (way_mm[v] >= 0)
+      owner[v] = kTooth;
+    else if (bone[v] != 0 && hu[v] >= options_.tooth_body_hu)
+      owner[v] = kOther;
+    if (owner[v] != 0) front.push_back(v);
+  }
+  for (int ring = 0; ring < kRim; ++ring) {
+    std::vector<std::size_t> next;
+    for (const std::size_t v : front) {
+      ForFaceNeighbours(lattice_, stride, v, [&](std::size_t w, int) {
+        if (owner[w] != 0) return;
+        owner[w] = owner[v];
+        next.push_back(w);
+      });
+    }
+    front = std::move(next);
+  }
+  std::vector<float> share(bone.size(), 0);
+  for (std::size_t v = 0; v < bone.size(); ++v) {
+    if (owner[v] != kTooth) continue;
+    share[v] = 1;
+    tooth_voxels_[v] = bone[v];
+    if (bone[v] != 0) tooth_mm3_ += lattice_.CalcVoxelVolume();
+  }
+  tooth_ = std::make_unique<SplineField>(lattice_.size, std::move(share), false);
+}
+
+int TissueMap::RegionAt(const Vec3& p_W) const {
+  const Vec3 p_V = voxel_from_world_ * (p_W - lattice_.origin_W);
+  if (tooth_ && tooth_->At(p_V) > 0.5) return kToothRegion;
+  const bool shell = depth_mm_->At(p_V) < options_.shell_mm;
+  if (!shell && (hu_ == nullptr || hu_->At(p_V) < options_.cortical_hu)) return kCancellousRegion;
+  return atlas_ ? atlas_->RegionAt(p_W) : kPlainCortexRegion;
+}
+
+MaterialTable MakePlainTable() {
+  MaterialTable table;
+  Region cortex;
+  cortex.id = TissueMap::kPlainCortexRegion;
+  cortex.name = "cortical bone";
+  cortex.tissue = Tissue::kCortical;
+  cortex.E_MPa = 19100;
+  cortex.nu = 0.30;
+  cortex.source = "Estimate: mean E of the four measured regions of the mandible; no atlas was laid on this bone";
+  table.Add(cortex);
+  table.Add(DefaultMandibleTable().At(kCancellousRegion));
+  table.Add(DefaultMandibleTable().At(kToothRegion));
+  return table;
+}
+
+void CheckTable(const MaterialTable& table, bool use_atlas, const std::string& name) {
+  std::string missing;
+  for (int id = 1; id <= kToothRegion; ++id) {
+    if (!use_atlas && id > TissueMap::kPlainCortexRegion && id <= kLastCortexRegion) continue;
+    if (!table.Contains(id)) missing += (missing.empty() ? "" : ", ") + std::to_string(id);
+  }
+  if (!missing.empty()) {
+    throw Error(fmt::format(
+        "{}: the table lacks region {}, which the import uses ({}; {} is cancellous bone, {} tooth)", name, missing,
+        use_atlas ? "1 to 31 are the cortex" : "1 is all cortex", kCancellousRegion, kToothRegion));
+  }
+}
+
+}  // namespace kerf

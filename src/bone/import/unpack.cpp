@@ -1,0 +1,68 @@
+#include "bone/import/unpack.h"
+
+#include <itk_zlib.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+
+#include "kerf/error.h"
+
+namespace kerf {
+
+std::ifstream OpenImageFile(const std::string& path) {
+  std::error_code unknown;
+  const std::filesystem::file_status status = std::filesystem::status(path, unknown);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    throw Error(fmt::format("{}: is not a regular file", path));
+  }
+  return std::ifstream(path, std::ios::binary);
+}
+
+bool IsGzip(const std::string& path) {
+  std::ifstream in = OpenImageFile(path);
+  return in.get() == 0x1f && in.get() == 0x8b;
+}
+
+Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, double skip, std::vector<char>* out) {
+  constexpr double kChunkBytes = 1 << 20;
+  std::ifstream in = OpenImageFile(path);
+  in.seekg(static_cast<std::streamoff>(offset));
+  Unpacked result;
+  z_stream z{};
+  if (inflateInit2(&z, 15 + 32) != Z_OK) return result;  // 32: gzip or zlib, as the stream says
+  std::vector<char> packed(1 << 18);
+  std::vector<char> chunk(static_cast<std::size_t>(kChunkBytes));
+  bool within_member = true;
+  int state = Z_OK;
+  while (result.bytes < most && (state == Z_OK || state == Z_BUF_ERROR) && in) {
+    in.read(packed.data(), static_cast<std::streamsize>(packed.size()));
+    z.next_in = reinterpret_cast<unsigned char*>(packed.data());
+    z.avail_in = static_cast<uInt>(in.gcount());
+    if (z.avail_in == 0) break;
+    do {
+      z.next_out = reinterpret_cast<unsigned char*>(chunk.data());
+      z.avail_out = static_cast<uInt>(std::clamp(most - result.bytes, 1.0, kChunkBytes));
+      const uInt room = z.avail_out;
+      state = inflate(&z, Z_NO_FLUSH);
+      const uInt got = room - z.avail_out;
+      const auto skipped = static_cast<std::size_t>(std::clamp(skip - result.bytes, 0.0, static_cast<double>(got)));
+      if (out != nullptr) out->insert(out->end(), chunk.data() + skipped, chunk.data() + got);
+      result.bytes += got;
+      within_member = within_member || got > 0;
+      if (state != Z_STREAM_END) continue;
+      within_member = false;
+      state = inflateReset(&z);  // a gzip file may have several members, one after the other
+    } while (state == Z_OK && (z.avail_out == 0 || z.avail_in > 0) && result.bytes < most);
+  }
+  inflateEnd(&z);
+  // What follows a whole member and is none itself does not belong to the stream.
+  result.damaged = within_member && (state == Z_DATA_ERROR || state == Z_NEED_DICT);
+  result.cut_off = within_member && !result.damaged && result.bytes < most;
+  return result;
+}
+
+}  // namespace kerf

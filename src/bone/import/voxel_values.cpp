@@ -1,0 +1,111 @@
+#include "bone/import/voxel_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace {
+
+constexpr double kLeastHu = -32768;
+constexpr double kMostHu = 32767;
+
+template <typename T>
+Overflow AppendAs(const std::vector<char>& bytes, double slope, double intercept, const std::string& name,
+                  std::vector<std::int16_t>& out) {
+  const std::size_t n = bytes.size() / sizeof(T);
+  std::size_t not_numbers = 0;
+  Overflow overflow;
+  out.reserve(out.size() + n);
+  for (std::size_t i = 0; i < n; ++i) {
+    T raw{};
+    std::memcpy(&raw, &bytes[i * sizeof(T)], sizeof(T));
+    const double value = slope * static_cast<double>(raw) + intercept;
+    if (!std::isfinite(value)) {
+      ++not_numbers;
+      continue;
+    }
+    const double hu = std::clamp(value, kLeastHu, kMostHu);
+    if (hu != value) overflow.Add({1, value});
+    out.push_back(static_cast<std::int16_t>(std::lround(hu)));
+  }
+  if (not_numbers > 0) {
+    throw Error(
+        fmt::format("{}: {} of {} voxels are not finite numbers; replace them (by -1024 for air) and import again",
+                    name, not_numbers, n));
+  }
+  return overflow;
+}
+
+}  // namespace
+
+void CheckOneComponent(unsigned components, const std::string& name) {
+  if (components == 1) return;
+  throw Error(
+      fmt::format("{}: each voxel has {} components (a colour or vector image); kerf needs one HU value per voxel",
+                  name, components));
+}
+
+std::size_t CalcBytes(VoxelType type) {
+  switch (type) {
+    case VoxelType::kInt8:
+    case VoxelType::kUint8:
+      return 1;
+    case VoxelType::kInt16:
+    case VoxelType::kUint16:
+      return 2;
+    case VoxelType::kInt32:
+    case VoxelType::kUint32:
+    case VoxelType::kFloat:
+      return 4;
+    default:
+      return 8;
+  }
+}
+
+void Overflow::Add(const Overflow& other) {
+  count += other.count;
+  if (std::abs(other.extreme) > std::abs(extreme)) extreme = other.extreme;
+}
+
+Overflow AppendHu(const std::vector<char>& bytes, VoxelType type, double slope, double intercept,
+                  const std::string& name, std::vector<std::int16_t>& out) {
+  switch (type) {
+    case VoxelType::kInt8:
+      return AppendAs<std::int8_t>(bytes, slope, intercept, name, out);
+    case VoxelType::kUint8:
+      return AppendAs<std::uint8_t>(bytes, slope, intercept, name, out);
+    case VoxelType::kInt16:
+      return AppendAs<std::int16_t>(bytes, slope, intercept, name, out);
+    case VoxelType::kUint16:
+      return AppendAs<std::uint16_t>(bytes, slope, intercept, name, out);
+    case VoxelType::kInt32:
+      return AppendAs<std::int32_t>(bytes, slope, intercept, name, out);
+    case VoxelType::kUint32:
+      return AppendAs<std::uint32_t>(bytes, slope, intercept, name, out);
+    case VoxelType::kInt64:
+      return AppendAs<std::int64_t>(bytes, slope, intercept, name, out);
+    case VoxelType::kUint64:
+      return AppendAs<std::uint64_t>(bytes, slope, intercept, name, out);
+    case VoxelType::kFloat:
+      return AppendAs<float>(bytes, slope, intercept, name, out);
+    case VoxelType::kDouble:
+      return AppendAs<double>(bytes, slope, intercept, name, out);
+  }
+  throw Error(fmt::format("{}: voxels of an unknown type", name));
+}
+
+std::string Describe(const Overflow& overflow, std::size_t total) {
+  return fmt::format(
+      "{} of {} voxels lie outside the range of HU that kerf holds, {:.0f} to {:.0f} (the most extreme has {:.4g}), "
+      "and "
+      "were set to its ends; such values are errors of the file, metal at most",
+      overflow.count, total, kLeastHu, kMostHu, overflow.extreme);
+}
+
+}  // namespace kerf

@@ -1,0 +1,180 @@
+#include "bone/mesh/meshfile.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+#include <system_error>
+#include <unordered_map>
+
+#include "base/files/files.h"
+#include "bone/mesh/limits.h"
+#include "bone/mesh/read.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+std::string LowerExtension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+[[noreturn]] void FailExtension(const std::string& path) {
+  throw Error(fmt::format("{}: a surface's name must end in .stl, .obj or .ply", path));
+}
+
+struct PointHash {
+  std::size_t operator()(const Vec3& p) const {
+    std::uint64_t h = 0;
+    for (int i = 0; i < 3; ++i) h = (h ^ std::bit_cast<std::uint64_t>(p[i])) * 0x9e3779b97f4a7c15u, h ^= h >> 29;
+    return h;
+  }
+};
+
+// Coinciding points become one, triangles with fewer than three different points go, points of no triangle go.
+TriangleMesh Tidy(const TriangleMesh& raw, const std::string& path) {
+  TriangleMesh mesh;
+  mesh.triangles.reserve(raw.triangles.size());
+  std::unordered_map<Vec3, std::uint32_t, PointHash> ids;
+  ids.reserve(raw.points.size());
+  const auto id_of = [&](std::uint32_t raw_id) {
+    const Vec3 p = raw.points[raw_id] + Vec3{0.0};  // -0 becomes +0, so that the two are one point
+    const auto [at, is_new] = ids.try_emplace(p, static_cast<std::uint32_t>(mesh.points.size()));
+    if (is_new) mesh.points.push_back(p);
+    return at->second;
+  };
+  for (std::size_t i = 0; i < raw.triangles.size(); ++i) {
+    const auto& t = raw.triangles[i];
+    for (const std::uint32_t id : t) {
+      const Vec3& p = raw.points[id];
+      if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+        throw Error(
+            fmt::format("{}: triangle {} has a point that is not finite ({}, {}, {})", path, i + 1, p.x, p.y, p.z));
+      }
+    }
+    const std::array<std::uint32_t, 3> tidy{id_of(t[0]), id_of(t[1]), id_of(t[2])};
+    if (tidy[0] != tidy[1] && tidy[1] != tidy[2] && tidy[2] != tidy[0]) mesh.triangles.push_back(tidy);
+  }
+  if (mesh.triangles.empty()) throw Error(fmt::format("{}: holds no triangle", path));
+  return mesh;
+}
+
+// VTK's own writer keeps six digits only.
+std::string FormatObj(const TriangleMesh& mesh) {
+  fmt::memory_buffer text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "# kerf surface, mm\n");
+  for (const Vec3& p : mesh.points) {
+    fmt::format_to(out, "v {} {} {}\n", static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z));
+  }
+  for (const auto& t : mesh.triangles) fmt::format_to(out, "f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+  return fmt::to_string(text);
+}
+
+/// As they lie in memory: little-endian, as STL and binary PLY have them.
+template <typename Number>
+void Append(std::string& bytes, Number number) {
+  static_assert(std::endian::native == std::endian::little);
+  std::array<char, sizeof(number)> raw{};
+  std::memcpy(raw.data(), &number, sizeof(number));
+  bytes.append(raw.data(), raw.size());
+}
+
+void AppendPoint(std::string& bytes, const Vec3& p) {
+  for (const double coordinate : {p.x, p.y, p.z}) Append(bytes, static_cast<float>(coordinate));
+}
+
+/// Binary; the bytes that VTK's writer makes.
+std::string FormatStl(const TriangleMesh& mesh) {
+  constexpr std::size_t kHeaderBytes = 80;
+  std::string bytes = "Visualization Toolkit generated SLA File";
+  bytes.reserve(kHeaderBytes + 4 + 50 * mesh.triangles.size());
+  bytes.resize(kHeaderBytes, ' ');
+  Append(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3 normal = glm::cross(mesh.points[c] - mesh.points[b], mesh.points[a] - mesh.points[b]);
+    const double length = glm::length(normal);
+    AppendPoint(bytes, length > 0 ? normal / length : normal);
+    for (const auto corner : {a, b, c}) AppendPoint(bytes, mesh.points[corner]);
+    Append(bytes, std::uint16_t{0});
+  }
+  return bytes;
+}
+
+/// Binary. `point_colours`: empty, or one for each point.
+std::string FormatPly(const TriangleMesh& mesh, const std::vector<Rgb8>& point_colours) {
+  std::string text = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment VTK generated PLY File\nobj_info vtkPolyData points and polygons: "
+      "vtk4.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n{}element face {}\n"
+      "property list uchar int vertex_indices\nend_header\n",
+      mesh.points.size(),
+      point_colours.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n",
+      mesh.triangles.size());
+  text.reserve(text.size() + 15 * mesh.points.size() + 13 * mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    AppendPoint(text, mesh.points[i]);
+    if (point_colours.empty()) continue;
+    for (const auto channel : point_colours[i]) Append(text, channel);
+  }
+  for (const auto& t : mesh.triangles) {
+    Append(text, std::uint8_t{3});
+    for (const auto corner : t) Append(text, static_cast<std::int32_t>(corner));
+  }
+  return text;
+}
+
+}  // namespace
+
+void CheckTriangles(std::size_t count, const std::string& path) {
+  if (count <= kMaxTriangles) return;
+  throw Error(fmt::format("{}: has more than the {} triangles that kerf reads; make it coarser", path,
+                          WithSeparators(kMaxTriangles)));
+}
+
+std::string WithSeparators(std::uint64_t count) {
+  std::string text = std::to_string(count);
+  for (auto at = static_cast<std::ptrdiff_t>(text.size()) - 3; at > 0; at -= 3)
+    text.insert(static_cast<std::size_t>(at), 1, ',');
+  return text;
+}
+
+TriangleMesh ReadMesh(const std::string& path) {
+  const std::string extension = LowerExtension(path);
+  if (extension != ".stl" && extension != ".obj" && extension != ".ply") FailExtension(path);
+  const std::string bytes = ReadTextFile(path, kMaxMeshFileBytes);
+  if (extension == ".stl") return Tidy(ReadStl(bytes, path), path);
+  if (extension == ".obj") return Tidy(ReadObj(bytes, path), path);
+  return Tidy(ReadPly(bytes, path), path);
+}
+
+void WriteMesh(const TriangleMesh& mesh, const std::string& path) {
+  const std::string extension = LowerExtension(path);
+  if (extension == ".obj") {
+    WriteTextFile(path, FormatObj(mesh));
+  } else if (extension == ".stl") {
+    WriteTextFile(path, FormatStl(mesh));
+  } else if (extension == ".ply") {
+    WriteTextFile(path, FormatPly(mesh, {}));
+  } else {
+    FailExtension(path);
+  }
+}
+
+void WriteColouredMesh(const TriangleMesh& mesh, const std::vector<Rgb8>& point_colours, const std::string& path) {
+  if (LowerExtension(path) != ".ply") throw Error(fmt::format("{}: colours can only be written to a .ply", path));
+  if (point_colours.size() != mesh.points.size()) {
+    throw Error(fmt::format("{}: {} colours for {} points", path, point_colours.size(), mesh.points.size()));
+  }
+  WriteTextFile(path, FormatPly(mesh, point_colours));
+}
+
+}  // namespace kerf

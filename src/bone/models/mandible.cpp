@@ -1,0 +1,38 @@
+#include "bone/models/mandible.h"
+
+#include <fmt/format.h>
+
+#include "base/files/memory.h"
+#include "bone/material/region_table.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
+                  const std::function<void(double)>& progress) {
+  for (int id = 1; id <= kCanalRegion; ++id) {
+    if (!materials.Contains(id)) {
+      throw Error(
+          fmt::format("mandible: the region table has no region {}; the mandible needs 1 to {}", id, kCanalRegion));
+    }
+  }
+  const MandibleShape shape(params);
+  SolidField solid;
+  solid.value = [&shape](const Vec3& p_W) { return shape.Value(p_W); };
+  solid.classify = [&shape](const Vec3& p_W, double radius_mm) { return shape.Classify(p_W, radius_mm); };
+  solid.region = [&shape](const Vec3& p_W) { return shape.RegionAt(p_W); };
+  solid.is_distance = false;  // smooth joints and tapers bend it
+  BuildOptions options;
+  options.voxel_mm = params.voxel_mm;
+  options.region_voxel_mm = std::max(params.voxel_mm, 0.2);
+  options.progress = progress;
+  options.most_bytes = static_cast<double>(ReadAvailableBytes());
+  Bone bone = MakeBone(solid, shape.bounds().Grown(5 * params.voxel_mm), options, materials);
+  bone.set_note("made_by", "kerf model mandible");
+  Describe(params, [&bone](const char* key, const auto& value, Range, const char*) {
+    bone.set_note(fmt::format("mandible_{}", key), fmt::format("{}", value));
+  });
+  return bone;
+}
+
+}  // namespace kerf

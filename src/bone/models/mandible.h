@@ -1,0 +1,138 @@
+// The generic mandible: parametric, implicit, mirror-symmetric.
+//
+// World frame: LPS like a CT with the head upright, mm: x to the patient's left, y to the back, z up. Origin: the point
+// between the edges of the two lower central incisors; the occlusal plane is z = 0. Lower teeth, crest and body lie at
+// negative z.
+#pragma once
+
+#include <concepts>
+#include <functional>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+#include "base/core/describe.h"
+#include "bone/grid/build.h"
+#include "kerf/bone.h"
+
+namespace kerf {
+
+/// Dimensions, mm and degrees. What each means on the bone, and the anatomy's figure for it: docs/mandible.md.
+struct MandibleParams {
+  double symphysis_height_mm = 30;
+  double mental_foramen_height_mm = 26.6;
+  double first_molar_height_mm = 28.5;
+  double first_molar_width_mm = 13.5;
+
+  double ramus_height_mm = 44.8;
+  double ramus_width_mm = 31.3;
+  double ramus_thickness_mm = 7.6;
+  double gonial_angle_deg = 124.8;
+  double coronoid_height_mm = 59;
+  double condyle_height_mm = 54;
+  double bigonial_mm = 97;
+  double bicondylar_mm = 118;
+  double condyle_width_mm = 19.5;
+  double condyle_depth_mm = 9;
+
+  double lingula_from_back = 0.53;
+  double lingula_from_below = 0.65;
+  double canal_diameter_mm = 2.8;
+  double canal_to_buccal_mm = 6.6;
+  double canal_to_base_mm = 8.8;
+  double foramen_diameter_mm = 3.1;
+  double foramen_to_base_mm = 12.3;
+
+  double cortex_front_mm = 3.7;
+  double cortex_buccal_mm = 2.2;
+  double cortex_lingual_mm = 2.0;
+  double cortex_back_mm = 1.4;
+
+  int teeth = 14;
+  double voxel_mm = 0.1;
+};
+
+template <typename Params, typename Visitor>
+requires std::same_as<std::remove_const_t<Params>, MandibleParams>
+void Describe(Params& p, Visitor&& visit) {
+  visit("symphysis_height_mm", p.symphysis_height_mm, Range{24, 38},
+        "height of the body in the midline, crest to lower border");
+  visit("mental_foramen_height_mm", p.mental_foramen_height_mm, Range{21, 33},
+        "height of the body at the mental foramen");
+  visit("first_molar_height_mm", p.first_molar_height_mm, Range{22, 35}, "height of the body at the first molar");
+  visit("first_molar_width_mm", p.first_molar_width_mm, Range{10.5, 17},
+        "width of the body at the first molar, at the canal's height");
+  visit("ramus_height_mm", p.ramus_height_mm, Range{38, 54}, "lowest point of the notch above the base line");
+  visit("ramus_width_mm", p.ramus_width_mm, Range{24, 38}, "width of the ramus at the lingula, across its back edge");
+  visit("ramus_thickness_mm", p.ramus_thickness_mm, Range{6, 10}, "thickness of the ramus behind the lingula");
+  visit("gonial_angle_deg", p.gonial_angle_deg, Range{110, 138},
+        "angle between the base line and the back edge of the ramus");
+  visit("coronoid_height_mm", p.coronoid_height_mm, Range{48, 68.5}, "tip of the coronoid process above the base line");
+  visit("condyle_height_mm", p.condyle_height_mm, Range{46, 68.6}, "top of the condyle above the base line");
+  visit("bigonial_mm", p.bigonial_mm, Range{84, 112},
+        "breadth between the outer faces at the angles, 10 mm above the base line and below");
+  visit("bicondylar_mm", p.bicondylar_mm, Range{104, 134}, "breadth between the outer poles of the condyles");
+  visit("condyle_width_mm", p.condyle_width_mm, Range{15, 24}, "length of the condyle's long, nearly transverse axis");
+  visit("condyle_depth_mm", p.condyle_depth_mm, Range{7, 12}, "length of the condyle's short axis, front to back");
+  visit("lingula_from_back", p.lingula_from_back, Range{0.4, 0.65},
+        "lingula: distance from the back edge / ramus width");
+  visit("lingula_from_below", p.lingula_from_below, Range{0.5, 0.75},
+        "lingula: height above the base line / ramus height");
+  visit("canal_diameter_mm", p.canal_diameter_mm, Range{1.5, 4}, "diameter of the mandibular canal");
+  visit("canal_to_buccal_mm", p.canal_to_buccal_mm, Range{3, 9},
+        "bone on the buccal side of the canal at the first molar");
+  visit("canal_to_base_mm", p.canal_to_base_mm, Range{5, 13}, "bone below the canal at the first molar");
+  visit("foramen_diameter_mm", p.foramen_diameter_mm, Range{2, 5}, "height of the mental foramen");
+  visit("foramen_to_base_mm", p.foramen_to_base_mm, Range{8, 17}, "mental foramen's lower edge above the lower border");
+  visit("cortex_front_mm", p.cortex_front_mm, Range{1.5, 5}, "thickness of the cortex at the symphysis, facial");
+  visit("cortex_buccal_mm", p.cortex_buccal_mm, Range{1, 4}, "thickness of the buccal plate at the first molar");
+  visit("cortex_lingual_mm", p.cortex_lingual_mm, Range{1, 4}, "thickness of the lingual plate at the first molar");
+  visit("cortex_back_mm", p.cortex_back_mm, Range{0.8, 3}, "thickness of the cortex at the ramus and condyle");
+  visit("teeth", p.teeth, Range{0, 16}, "number of teeth: 0, 14 (no third molars) or 16");
+  visit("voxel_mm", p.voxel_mm, Range{0.02, 4}, "edge of a voxel");
+}
+
+/// Named points of the left half, world frame; the right half mirrors x.
+struct MandibleLandmarks {
+  Vec3 menton{0};              // where the base line touches the chin, midline
+  Vec3 gonion{0};              // where base line and back edge of the ramus meet, side view
+  Vec3 base_line{0};           // unit, from gonion forward, in the y-z plane
+  Vec3 back_edge{0};           // unit, from gonion up along the back edge of the ramus, in the y-z plane
+  Vec3 first_molar{0};         // canal centre below the first molar's mesial root
+  Vec3 first_molar_out{0};     // unit, buccal, horizontal
+  Vec3 mental_foramen_out{0};  // unit, buccal, horizontal
+  Vec3 mental_foramen{0};      // centre of the canal's outer end
+  Vec3 mandibular_foramen{0};
+  Vec3 lingula{0};
+  Vec3 condyle{0};  // centre
+};
+
+/// The solid as functions of a world point. Immutable, thread-safe.
+class MandibleShape {
+ public:
+  /// Throws Error naming the first parameter out of range.
+  explicit MandibleShape(const MandibleParams& params);
+  ~MandibleShape();
+
+  /// Bone, teeth, or both; zero on the surface, negative inside, about a distance near it. mm.
+  double Value(const Vec3& p_W) const;
+  double BoneValue(const Vec3& p_W) const;   // without crowns
+  double ToothValue(const Vec3& p_W) const;  // crowns and roots, within the bone too
+  double CanalValue(const Vec3& p_W) const;  // distance to the canal's wall
+  BlockClass Classify(const Vec3& centre_W, double radius_mm) const;
+  int RegionAt(const Vec3& p_W) const;
+
+  const MandibleLandmarks& landmarks() const;
+  Box3 bounds() const;  // holds the surface, with some room
+
+ private:
+  struct Parts;
+  std::unique_ptr<const Parts> parts_;
+};
+
+/// `progress` is called with 0..1 from one thread; may be empty. The region grid has voxels of voxel_mm, but of at
+/// least 0.2 mm. Throws Error when a parameter is out of range or `materials` lacks one of the regions 1 to 34.
+Bone MakeMandible(const MandibleParams& params, const MaterialTable& materials,
+                  const std::function<void(double)>& progress = {});
+
+}  // namespace kerf

@@ -1,0 +1,37 @@
+// The lower teeth of the left half: crowns by tooth type on the dental arch, and roots in the bone.
+#pragma once
+
+#include <vector>
+
+#include "bone/models/mandible_layout.h"
+
+namespace kerf {
+
+class MandibleTeeth {
+ public:
+  explicit MandibleTeeth(const MandibleLayout& layout);
+
+  /// Crowns and roots. Beyond `limit` the value may be anything larger than it.
+  double Distance(const Vec3& p_W, double limit) const;
+  /// The roots with a little bone around them, which makes the ridges over them on the alveolar process.
+  double SocketDistance(const Vec3& p_W, double limit) const;
+  /// Holds what SocketDistance is about.
+  const Box3& root_box() const { return root_box_; }
+
+ private:
+  enum class Kind { kIncisor, kCanine, kPremolar, kMolar };
+  struct Tooth {
+    Kind kind = Kind::kIncisor;
+    Vec3 neck{0};                                     // middle of the crown's base
+    Vec3 along{1, 0, 0}, out{0, -1, 0}, up{0, 0, 1};  // distal, facial, occlusal
+    double width = 0, depth = 0, height = 0;          // of the crown: along the arch, across it, above the neck
+    std::vector<RoundedCone<Vec3>> roots;
+    Box3 box, root_box;  // hold the tooth, and its roots with the bone around them
+  };
+  static double CrownDistance(const Tooth& tooth, const Vec3& local);
+
+  std::vector<Tooth> teeth_;
+  Box3 box_, root_box_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,26 @@
+#include "bone/pieces/join.h"
+
+#include <openvdb/tools/Composite.h>
+
+#include <cmath>
+
+#include "bone/grid/grids.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+Bone JoinBones(const Bone& bone, const std::vector<const Bone*>& pieces) {
+  Bone joined = bone;
+  for (const Bone* piece : pieces) {
+    if (piece->empty()) continue;
+    if (std::abs(piece->voxel_mm() - bone.voxel_mm()) > 1e-9 * bone.voxel_mm()) {
+      throw Error("a piece has other voxels than the bone that it was cut from");
+    }
+    openvdb::FloatGrid::Ptr copy = piece->grids().phi->deepCopy();
+    openvdb::tools::csgUnion(*joined.grids().phi, *copy);
+  }
+  FinishLevelSet(*joined.grids().phi);
+  return joined;
+}
+
+}  // namespace kerf

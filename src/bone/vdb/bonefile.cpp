@@ -1,0 +1,254 @@
+#include "bone/vdb/bonefile.h"
+
+#include <fmt/format.h>
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <system_error>
+#include <vector>
+
+#include "base/files/files.h"
+#include "bone/grid/grids.h"
+#include "bone/material/region_table.h"
+#include "bone/vdb/limits.h"
+#include "bone/vdb/vdb_check.h"
+#include "bone/vdb/vdb_checksum.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kFormat = 2;
+constexpr int kFormatOfInt32Regions = 1;  // the same, but for grid "region", which was of int32
+constexpr float kMaxHu = 100'000;
+constexpr char kNotePrefix[] = "note_";
+
+/// OpenVDB's writer, onto a stream of ours: its own does not look whether the disk is full.
+class Writer : public openvdb::io::Archive {
+ public:
+  void Write(std::ostream& out, const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& meta) const {
+    write(out, grids, /*seekable=*/true, meta);
+  }
+};
+
+/// OpenVDB's reader of streams, but for the grids that nobody wants: those it jumps over.
+class Reader : public openvdb::io::Archive {
+ public:
+  /// The stream must not be read after the reader's end.
+  explicit Reader(std::istream& in) {
+    readHeader(in);
+    openvdb::io::setStreamMetadataPtr(in, of_stream_, /*transfer=*/false);
+    openvdb::io::setVersion(in, libraryVersion(), fileVersion());
+    openvdb::io::setDataCompression(in, compression());
+    meta_.readMeta(in);
+    grid_count_ = readGridCount(in);
+  }
+
+  const openvdb::MetaMap& meta() const { return meta_; }
+
+  /// The grids of these names; the last when there are several of one.
+  std::map<std::string, openvdb::GridBase::Ptr> ReadGrids(std::istream& in, const std::set<std::string>& wanted) {
+    std::map<std::string, openvdb::GridBase::Ptr> found;
+    NamedGridMap by_unique_name;
+    std::vector<openvdb::io::GridDescriptor> descriptors;
+    for (int n = 0; n < grid_count_; ++n) {
+      openvdb::io::GridDescriptor descriptor;
+      const openvdb::GridBase::Ptr grid = descriptor.read(in);
+      if (inputHasGridOffsets() && wanted.count(descriptor.gridName()) == 0) {
+        // Only ever onwards, so that this ends.
+        if (descriptor.getEndPos() <= in.tellg()) throw openvdb::IoError("a grid that ends before it begins");
+        descriptor.seekToEnd(in);
+        continue;
+      }
+      readGrid(grid, descriptor, in);
+      found[descriptor.gridName()] = grid;
+      by_unique_name[descriptor.uniqueName()] = grid;
+      descriptors.push_back(descriptor);
+    }
+    for (const auto& descriptor : descriptors) connectInstance(descriptor, by_unique_name);
+    return found;
+  }
+
+ private:
+  openvdb::io::StreamMetadata::Ptr of_stream_ =
+      std::make_shared<openvdb::io::StreamMetadata>();  // the stream points here
+  openvdb::MetaMap meta_;
+  int grid_count_ = 0;
+};
+
+[[noreturn]] void Refuse(const std::string& path, const std::string& why) {
+  throw Error(fmt::format("{}: {}", path, why));
+}
+
+std::string StringMeta(const openvdb::MetaMap& meta, const std::string& name, const std::string& path) {
+  const auto value = meta.getMetadata<openvdb::StringMetadata>(name);
+  if (!value) Refuse(path, fmt::format("not a kerf bone: its metadata has no \"{}\"", name));
+  return value->value();
+}
+
+/// The grid's voxel size, when its transform is a uniform scale without offset or turn.
+double VoxelSize(const openvdb::GridBase& grid, const std::string& path) {
+  const auto& transform = grid.constTransform();
+  const double h = transform.voxelSize()[0];
+  const openvdb::Vec3d one = transform.indexToWorld(openvdb::Vec3d(1, 1, 1));
+  const openvdb::Vec3d zero = transform.indexToWorld(openvdb::Vec3d(0, 0, 0));
+  const bool plain = zero.length() == 0 && (one - openvdb::Vec3d(h, h, h)).length() <= 1e-9 * h;
+  if (!plain || !(h >= 0.002 && h <= 10)) {
+    Refuse(path,
+           fmt::format("grid \"{}\" must have cubic voxels of 0.002 to 10 mm along the world axes", grid.getName()));
+  }
+  return h;
+}
+
+/// Over what lies further apart, later steps would never end.
+void CheckSides(const openvdb::GridBase& grid, const std::string& path) {
+  const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+  if (box.empty()) return;
+  const openvdb::Coord sides = box.dim();
+  if (std::max({sides.x(), sides.y(), sides.z()}) <= kMaxVdbSide_vox) return;
+  Refuse(path, fmt::format("grid \"{}\" has {} x {} x {} voxels; kerf reads up to {} along a side", grid.getName(),
+                           sides.x(), sides.y(), sides.z(), kMaxVdbSide_vox));
+}
+
+/// Files hold the regions as floats: Python's module as Debian builds it opens grids of float, bool and vec3s only, and
+/// refuses the whole file because of another. Whole numbers up to 255 are exact.
+openvdb::Int32Grid::Ptr ReadRegions(const openvdb::GridBase::Ptr& grid, const std::string& path) {
+  if (auto regions = openvdb::gridPtrCast<openvdb::Int32Grid>(grid)) return regions;
+  const auto stored = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
+  if (!stored) Refuse(path, "grid \"region\" must be of type float or int32");
+  for (auto it = stored->cbeginValueAll(); it; ++it) {
+    if (!(*it >= 0 && *it <= 255 && *it == std::floor(*it))) {
+      Refuse(path, fmt::format("grid \"region\" has the value {}, which is no number of a region", *it));
+    }
+  }
+  return std::make_shared<openvdb::Int32Grid>(*stored);
+}
+
+void CheckGrids(const Bone::Grids& grids, const std::string& path) {
+  const double h = VoxelSize(*grids.phi, path);
+  VoxelSize(*grids.region, path);
+  CheckSides(*grids.phi, path);
+  CheckSides(*grids.region, path);
+  const float band = grids.phi->background();
+  if (!(std::abs(static_cast<double>(band) - kHalfBandVoxels * h) <= 1e-3 * h)) {
+    Refuse(path, fmt::format("grid \"phi\" has the background {} where {} mm (3 voxels) is expected", band, 3 * h));
+  }
+  for (auto it = grids.phi->cbeginValueAll(); it; ++it) {
+    if (!(std::abs(*it) <= band * 1.001f))
+      Refuse(path, "grid \"phi\" holds a value that is no distance within its band");
+  }
+  for (auto it = grids.region->cbeginValueOn(); it; ++it) {
+    if (*it != 0 && !grids.materials.Contains(*it)) {
+      Refuse(path, fmt::format("grid \"region\" names region {}, which the region table does not have", *it));
+    }
+  }
+  if (!grids.hu) return;
+  if (VoxelSize(*grids.hu, path) < 0.05) Refuse(path, "grid \"hu\" has voxels below 0.05 mm");
+  if (grids.hu->tree().hasActiveTiles()) {
+    Refuse(path, "grid \"hu\" has active tiles, which kerf never writes; it was rewritten by another program");
+  }
+  for (auto it = grids.hu->cbeginValueOn(); it; ++it) {
+    if (!(std::abs(*it) <= kMaxHu)) Refuse(path, "grid \"hu\" holds a value that is no CT number");
+  }
+}
+
+}  // namespace
+
+Bone ReadBone(const std::string& path, const ReadBoneOptions& options) {
+  std::error_code failed;
+  const auto bytes = std::filesystem::file_size(path, failed);
+  if (failed == std::errc::no_such_file_or_directory) {
+    Refuse(path, fmt::format("there is no such file; 'kerf import INPUT -o {}' makes it from a CT or a closed surface",
+                             path));
+  }
+  std::error_code unknown;
+  const std::filesystem::file_status status = std::filesystem::status(path, unknown);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+    Refuse(path, "is not a regular file");
+  }
+  if (failed) Refuse(path, fmt::format("can't be read: {}", failed.message()));
+  if (bytes > kMaxVdbFileBytes) Refuse(path, "can't be read: it is larger than 8 GiB");
+  std::ifstream in(path, std::ios::binary);
+  if (!in) Refuse(path, fmt::format("can't be read: {}", std::generic_category().message(errno)));
+  return ReadBone(in, path, options);
+}
+
+Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& options) {
+  std::set<std::string> wanted = {"phi", "region"};
+  if (options.hu) wanted.insert("hu");
+  CheckVdb(in, path, wanted);
+  Bone bone;  // also gets OpenVDB ready
+  Bone::Grids& grids = bone.grids();
+  try {
+    // A stream that throws where it ends: OpenVDB would go on with whatever counts it finds in memory.
+    in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
+    Reader file(in);
+    const openvdb::MetaMap* meta = &file.meta();
+    const auto format = meta->getMetadata<openvdb::Int32Metadata>("kerf_format");
+    if (!format) Refuse(path, "not a kerf bone: its metadata has no \"kerf_format\"");
+    if (format->value() != kFormat && format->value() != kFormatOfInt32Regions) {
+      Refuse(path, fmt::format("written in format {}; this kerf reads formats {} and {}", format->value(),
+                               kFormatOfInt32Regions, kFormat));
+    }
+    if (StringMeta(*meta, "units", path) != "mm") Refuse(path, "its lengths are not in mm");
+    grids.materials = ParseRegionTable(StringMeta(*meta, "region_table", path), path + " (region table)");
+    for (auto it = meta->beginMeta(); it != meta->endMeta(); ++it) {
+      if (it->first.starts_with(kNotePrefix)) grids.notes[it->first.substr(sizeof kNotePrefix - 1)] = it->second->str();
+    }
+    auto found = file.ReadGrids(in, wanted);
+    if (!found["phi"] || !found["region"]) Refuse(path, "not a kerf bone: grids \"phi\" and \"region\" are needed");
+    grids.phi = openvdb::gridPtrCast<openvdb::FloatGrid>(found["phi"]);
+    grids.region = ReadRegions(found["region"], path);
+    grids.hu = openvdb::gridPtrCast<openvdb::FloatGrid>(found["hu"]);
+    if (!grids.phi) Refuse(path, "grid \"phi\" must be of type float");
+    if (found["hu"] && !grids.hu) Refuse(path, "grid \"hu\" must be of type float");
+  } catch (const Error&) {
+    throw;
+  } catch (const std::ios_base::failure&) {
+    Refuse(path, "not a whole OpenVDB file (it ends early)");
+  } catch (const std::exception& e) {
+    // OpenVDB's own exceptions, and the standard library's when a damaged file names absurd sizes.
+    Refuse(path, fmt::format("not a whole OpenVDB file ({})", e.what()));
+  }
+  CheckGrids(grids, path);
+  if (bone.empty()) Refuse(path, "the bone is empty: no voxel lies inside");
+  return bone;
+}
+
+void WriteBone(const Bone& bone, const std::string& path) {
+  const Bone::Grids& grids = bone.grids();
+  openvdb::MetaMap meta;
+  meta.insertMeta("kerf_format", openvdb::Int32Metadata(kFormat));
+  meta.insertMeta(std::string(kVdbChecksumName), openvdb::StringMetadata(MakeBlankVdbChecksum()));
+  meta.insertMeta("units", openvdb::StringMetadata("mm"));
+  meta.insertMeta("frame", openvdb::StringMetadata("LPS: x to the patient's left, y to the back, z to the head"));
+  meta.insertMeta("region_table",
+                  openvdb::StringMetadata(FormatRegionTable(grids.stored_materials.value_or(grids.materials))));
+  for (const auto& [key, value] : grids.notes) meta.insertMeta(kNotePrefix + key, openvdb::StringMetadata(value));
+  WriteAtomically(path, [&](const std::string& temporary) {
+    try {
+      std::ofstream out;
+      out.exceptions(std::ios::badbit | std::ios::failbit);
+      out.open(temporary, std::ios::binary | std::ios::trunc);
+      openvdb::GridCPtrVec stored = {grids.phi, std::make_shared<const openvdb::FloatGrid>(*grids.region)};
+      if (grids.hu) stored.push_back(grids.hu);
+      Writer().Write(out, stored, meta);
+      out.close();
+      StampVdb(temporary);
+    } catch (const openvdb::Exception& e) {
+      throw Error(fmt::format("{}: can't be written: {}", path, e.what()));
+    } catch (const std::ios_base::failure&) {
+      throw Error(fmt::format("{}: can't be written: {}", path, std::generic_category().message(errno)));
+    }
+  });
+}
+
+}  // namespace kerf

@@ -1,0 +1,48 @@
+#include "cut/contact/met_material.h"
+
+#include "bone/grid/grids.h"
+
+namespace kerf {
+
+MaterialLookup::MaterialLookup(const Bone& bone, const Tool& tool)
+    : by_ct_(bone.grids().by_modulus),
+      any_by_ct_(bone.grids().modulus != nullptr),
+      tool_E_MPa_(CalcModulus(tool)),
+      tool_nu_(CalcPoissonRatio(tool)) {
+  for (const auto& [id, region] : bone.materials().regions()) {
+    E_MPa_[id] = region.E_MPa;
+    nu_[id] = region.nu;
+    E_star_MPa_[id] = CalcReducedModulus(tool_E_MPa_, tool_nu_, region.E_MPa, region.nu);
+  }
+}
+
+MaterialLookup::Material MaterialLookup::Find(const BoneField& field, const Vec3& p_W) const {
+  std::array<BoneField::RegionShare, 8> shares;
+  const int count = field.FindRegions(p_W, shares);
+  const double E_ct_MPa = any_by_ct_ ? field.ModulusAt(p_W) : 0;
+  Material met;
+  double sum = 0;
+  double largest = 0;
+  for (int i = 0; i < count; ++i) {
+    const int id = shares[i].region;
+    const double weight = shares[i].weight;
+    sum += weight;
+    if (E_ct_MPa > 0 && by_ct_[id]) {
+      met.E_MPa += weight * E_ct_MPa;
+      met.E_star_MPa += weight * CalcReducedModulus(tool_E_MPa_, tool_nu_, E_ct_MPa, nu_[id]);
+    } else {
+      met.E_MPa += weight * E_MPa_[id];
+      met.E_star_MPa += weight * E_star_MPa_[id];
+    }
+    if (weight > largest) {
+      largest = weight;
+      met.region = id;
+    }
+  }
+  if (!(sum > 0)) return {};
+  met.E_MPa /= sum;
+  met.E_star_MPa /= sum;
+  return met;
+}
+
+}  // namespace kerf

@@ -1,0 +1,40 @@
+// The bone as seen from a tool at a pose.
+#pragma once
+
+#include <glm/mat3x3.hpp>
+
+#include "bone/grid/field.h"
+#include "kerf/geometry.h"
+
+namespace kerf {
+
+/// A trilinear interpolation of distances changes by at most this per mm.
+inline constexpr double kSteepest = 1.7320508;
+
+class Probe {
+ public:
+  Probe(const BoneField& field, const Pose& X_WT)
+      : field_(field),
+        R_(glm::mat3_cast(X_WT.R_AB) / field.voxel_mm()),
+        t_(X_WT.p_AB / field.voxel_mm()),
+        h_(field.voxel_mm()),
+        X_WT_(X_WT) {}
+
+  const Pose& X_WT() const { return X_WT_; }
+
+  Vec3 Voxel(const Vec3& p_T) const { return R_ * p_T + t_; }
+  Vec3 World(const Vec3& p_T) const { return h_ * Voxel(p_T); }
+  /// Distance from a point of the tool to the bone, mm, negative inside.
+  double Distance(const Vec3& p_T) const { return field_.Sample(Voxel(p_T)); }
+  /// Its gradient in the tool frame: away from the bone.
+  Vec3 Away(const Vec3& p_T) const { return h_ * (field_.SampleGradient(Voxel(p_T)) * R_); }
+
+ private:
+  const BoneField& field_;
+  glm::dmat3 R_;
+  Vec3 t_;
+  double h_;
+  Pose X_WT_;
+};
+
+}  // namespace kerf

@@ -1,0 +1,223 @@
+// chips: what a tick removes flies off as balls of one size
+//
+//   number = volume removed / volume of a chip, the rest waits for the next tick;
+//   velocity = that of the rim, w x p, and a random part of `spread` times its magnitude.
+//
+// A tick only notes where and when each was thrown: a chip's life is the same for all, so they go in the order in which
+// they came, and nothing is moved from tick to tick. Where they are is worked out when somebody looks (chips_flight.h),
+// so their flight does not depend on the tick either.
+#include "cut/effects/chips.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/core/hash.h"
+#include "cut/effects/effects.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+double CalcBallVolume(double diameter_mm) {
+  return kPi / 6 * diameter_mm * diameter_mm * diameter_mm;
+}
+
+double CalcThickness(const Tool& tool) {
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  return disc ? disc->thickness_mm : 0;
+}
+
+}  // namespace
+
+ChipPool::ChipPool(const ChipsParams& params)
+    : flight_(params.size_mm, params.drag, 1000.0 * params.gravity_W_m_per_s2),
+      life_s_(params.life_s),
+      starts_(static_cast<std::size_t>(params.max_chips)) {}
+
+void ChipPool::Throw(const ChipMotion& start_F, double later_s) {
+  if (count_ == starts_.size()) {
+    first_ = (first_ + 1) % starts_.size();
+    --count_;
+    ++cut_short_;
+  }
+  Start& start = starts_[(first_ + count_) % starts_.size()];
+  for (int axis = 0; axis < 3; ++axis) {
+    start.p_F_mm[axis] = static_cast<float>(start_F.p_mm[axis]);
+    start.v_F_mm_per_s[axis] = static_cast<float>(start_F.v_mm_per_s[axis]);
+  }
+  start.born_s = now_s_ + later_s;
+  ++count_;
+}
+
+void ChipPool::Advance(double dt_s) {
+  now_s_ += dt_s;
+  while (count_ > 0 && now_s_ - starts_[first_].born_s >= life_s_) {
+    first_ = (first_ + 1) % starts_.size();
+    --count_;
+  }
+}
+
+ChipPool::Chip ChipPool::CalcChip(std::size_t i) const {
+  const Start& start = starts_[(first_ + i) % starts_.size()];
+  const double age_s = now_s_ - start.born_s;
+  ChipMotion motion;
+  for (int axis = 0; axis < 3; ++axis) {
+    motion.p_mm[axis] = static_cast<double>(start.p_F_mm[axis]);
+    motion.v_mm_per_s[axis] = static_cast<double>(start.v_F_mm_per_s[axis]);
+  }
+  motion = flight_.CalcMotion(motion, age_s);
+  return {motion.p_mm, motion.v_mm_per_s, age_s};
+}
+
+ChipsEffect::ChipsEffect(const ChipsParams& params, const EffectSetup& setup)
+    : params_(params),
+      p_WF_mm_(setup.p_WF_mm),
+      shape_(&setup.shape),
+      thickness_mm_(CalcThickness(setup.tool)),
+      chip_mm3_(CalcBallVolume(params.size_mm)),
+      pool_(params),
+      dice_(MixHash(params.seed)) {
+  places_.reserve(setup.shape.edge.size());
+}
+
+double ChipsEffect::Draw() {
+  return (static_cast<double>(MixHash(dice_++) >> 11) + 0.5) * 0x1p-53;
+}
+
+void ChipsEffect::Solved(const EffectSolved& solved) {
+  const auto& cutting = solved.problem.cutting;
+  if (solved.rpm == 0 || cutting.empty()) return;
+  places_.clear();
+  double sum = 0;
+  for (std::size_t i = 0; i < cutting.size(); ++i) {
+    sum += cutting[i].teeth * std::max(0.0, Dot(cutting[i].row, solved.u));
+    places_.push_back(Place{sum, solved.edge.met()[i].point});
+  }
+  if (!(sum > 0)) places_.clear();
+  X_FT_ = solved.X_FT_next;
+  rpm_ = solved.rpm;
+  stride_ = solved.edge.stride();
+}
+
+/// Chips stay between the teeth until the disc's rim leaves the bone: at the end of the engaged arc, the way that it
+/// turns. A rim that is all in bone, and a ball, lose them where they cut.
+void ChipsEffect::FindWhereChipsLeave() {
+  const std::size_t count = places_.size();
+  for (Place& place : places_) place.leaves = place.point;
+  if (!shape_->edge_is_ring) return;
+  const auto size = static_cast<int>(shape_->edge.size());
+  // Whether place i and the next in the list are neighbours on the rim.
+  const auto joined = [&](std::size_t i) {
+    const int next = places_[i].point + stride_ < size ? places_[i].point + stride_ : 0;
+    return places_[(i + 1) % count].point == next;
+  };
+  // Points go round as a positive turn does.
+  const bool up = rpm_ > 0;
+  const auto after = [&](std::size_t i) { return (up ? i + 1 : i + count - 1) % count; };
+  const auto before = [&](std::size_t i) { return (up ? i + count - 1 : i + 1) % count; };
+  const auto goes_on = [&](std::size_t i) { return joined(up ? i : after(i)); };
+  std::size_t end = 0;
+  while (end < count && goes_on(end)) ++end;
+  if (end == count) return;
+  std::size_t i = end;
+  for (std::size_t n = 1; n < count; ++n) {
+    i = before(i);
+    if (goes_on(i)) places_[i].leaves = places_[after(i)].leaves;
+  }
+}
+
+void ChipsEffect::ThrowOne(const Place& place, double later_s) {
+  Vec3 p_T = shape_->edge[static_cast<std::size_t>(place.leaves)].p_T;
+  const double spindle_rad_per_s = 2 * kPi / 60 * rpm_;
+  Vec3 v_T = spindle_rad_per_s * Vec3(-p_T.y, p_T.x, 0);
+  // Anywhere in a ball.
+  const double z = 2 * Draw() - 1;
+  const double phi = 2 * kPi * Draw();
+  const double r = params_.spread * glm::length(v_T) * std::cbrt(Draw());
+  const double across = std::sqrt(1 - z * z);
+  v_T += r * Vec3(across * std::cos(phi), across * std::sin(phi), z);
+  p_T.z += thickness_mm_ * (Draw() - 0.5);
+  pool_.Throw({X_FT_.Point(p_T), X_FT_.Vector(v_T)}, later_s);
+  ++thrown_;
+}
+
+void ChipsEffect::End(EffectEnd& end) {
+  const bool removed = end.removed_mm3 > 0;
+  if (!removed && pool_.empty()) return;
+  if (removed) waiting_mm3_ += end.removed_mm3;
+  if (!places_.empty() && waiting_mm3_ >= chip_mm3_) {
+    const double number = std::floor(waiting_mm3_ / chip_mm3_);
+    const int chips = static_cast<int>(std::min(number, static_cast<double>(params_.chips_per_tick)));
+    dropped_mm3_ += (number - chips) * chip_mm3_;
+    waiting_mm3_ = std::max(0.0, waiting_mm3_ - number * chip_mm3_);
+    FindWhereChipsLeave();
+    const double sum = places_.back().upto;
+    for (int i = 0; i < chips; ++i) {
+      const double at = sum * Draw();
+      auto place = std::upper_bound(places_.begin(), places_.end(), at,
+                                    [](double value, const Place& p) { return value < p.upto; });
+      if (place == places_.end()) --place;
+      ThrowOne(*place, end.dt_s * (i + 0.5) / chips);
+    }
+  }
+  places_.clear();
+  pool_.Advance(end.dt_s);
+}
+
+void ChipsEffect::Report(std::span<double> channels) const {
+  channels[0] = static_cast<double>(pool_.size());
+  channels[1] = thrown_mm3();
+  channels[2] = dropped_mm3_;
+  channels[3] = static_cast<double>(pool_.cut_short());
+}
+
+std::size_t ChipsEffect::CalcMemoryBytes() const {
+  return sizeof(*this) + pool_.CalcMemoryBytes() + places_.capacity() * sizeof(Place);
+}
+
+const EffectInfo& Chips() {
+  static const EffectInfo kEffect{
+      .name = "chips",
+      .summary = "chips that fly off the teeth, to look at: as much as is removed",
+      .source =
+          "conservation of volume; drag of a ball after Schiller and Naumann 1933; size, spread and where chips leave "
+          "the teeth are assumptions",
+      .reads = "volume removed, teeth, their place and motion, spindle speed",
+      .writes = "nothing but its figures",
+      .state = "where and when each chip in the air was thrown",
+      .sleeps = "while nothing is cut and no chip is in the air",
+      .hooks = kEffectSolved | kEffectEnd,
+      .parameters = {{"size_mm", 0.15, 0.02, 5,
+                      "diameter of a ball of a chip's volume; an assumption: what a tooth takes off in a passage, "
+                      "0.004 mm3, in two"},
+                     {"spread", 0.15, 0, 1,
+                      "random part of a chip's velocity, at most, of the rim's speed; an assumption"},
+                     {"life_s", 0.4, 0.001, 60, "how long a chip is followed"},
+                     {"max_chips", 4096.0, 1, 1e6, "in the air; with more the oldest goes"},
+                     {"chips_per_tick", 32.0, 1, 1e4, "that fly off in one tick; more are dropped"},
+                     {"drag", 1.0, 0, 100, "times that of a ball in air; 0: none"},
+                     {"gravity_m_per_s2", Vec3(0, 0, -9.81), -100, 100,
+                      "world frame; [0, 9.81, 0] for a patient who lies on the back"},
+                     {"seed", 1.0, 0, 1e9, "of the random numbers"}},
+      .channels = {{"chips", "in the air"},
+                   {"emitted_mm3", "thrown so far"},
+                   {"dropped_mm3", "never thrown: more than chips_per_tick"},
+                   {"cut_short", "chips that went before their time: max_chips were in the air"}},
+      .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
+        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
+        ChipsParams params;
+        params.size_mm = number(0);
+        params.spread = number(1);
+        params.life_s = number(2);
+        params.max_chips = static_cast<int>(std::lround(number(3)));
+        params.chips_per_tick = static_cast<int>(std::lround(number(4)));
+        params.drag = number(5);
+        params.gravity_W_m_per_s2 = std::get<Vec3>(values[6]);
+        params.seed = static_cast<std::uint64_t>(std::llround(number(7)));
+        return std::make_unique<ChipsEffect>(params, setup);
+      }};
+  return kEffect;
+}
+
+}  // namespace kerf

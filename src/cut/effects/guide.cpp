@@ -1,0 +1,216 @@
+// guide: a virtual fixture that keeps the tool on a plan, as a cutting guide that is screwed to the bone would: across
+// the planned plane, at a depth, and between the ends of a slot.
+//
+//   Points of the disc's rim may lie up to `tolerance_mm` off the plane; beyond, springs hold them: k (d - tolerance),
+//   k / 4 at each of four points, so that they also hold the disc's tilt. A stop is one such spring at the point of the
+//   tool that goes deepest.
+// The springs stand in the step's convex problem. They are passive: a tool that is set down off the plan is not drawn
+// to it, but each step towards it is kept (the wall follows), and one that is pushed away with more than `max_force_N`
+// takes the wall along.
+#include "cut/effects/guide.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <variant>
+
+#include "cut/effects/effects.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kNear_mm = 1;     // a wall that is nearer stands in the step's problem
+constexpr double kNearVoxels = 4;  // likewise: further than a step goes
+constexpr double kInPlane = 0.02;  // sine of how far a depth may point out of the plane
+constexpr int kRimPoints = 4;
+constexpr double kRounding_mm = 1e-9;
+constexpr double kDegrees = 57.29577951308232;
+
+/// Empty when there is none.
+std::string FindFault(const Vec3& normal_W, const Vec3& depth_direction_W) {
+  const std::string no_length = " has no direction: its length is 0";
+  if (!(glm::length(normal_W) > 1e-6)) return "normal" + no_length;
+  if (!(glm::length(depth_direction_W) > 1e-6)) return "depth_direction" + no_length;
+  if (std::abs(glm::dot(glm::normalize(normal_W), glm::normalize(depth_direction_W))) > kInPlane) {
+    return "depth_direction does not lie in the plane: it must be across normal";
+  }
+  return "";
+}
+
+const GuideParams& Checked(const GuideParams& params) {
+  const std::string fault = FindFault(params.normal_W, params.depth_direction_W);
+  if (!fault.empty()) throw Error("effect guide: " + fault);
+  return params;
+}
+
+}  // namespace
+
+GuideEffect::GuideEffect(const GuideParams& params, const EffectSetup& setup)
+    : params_(Checked(params)),
+      p_F_mm_(params.point_W_mm - setup.p_WF_mm),
+      n_W_(glm::normalize(params.normal_W)),
+      p_TC_(setup.p_TC_mm),
+      yield_mm_(params.max_force_N / params.stiffness_N_per_mm),
+      radius_mm_(CalcTooth(setup.tool).tool_radius_mm),
+      near_mm_(std::max(kNear_mm, kNearVoxels * setup.field.voxel_mm())),
+      depth_W_(glm::normalize(params.depth_direction_W)),
+      is_disc_(std::holds_alternative<DiscSaw>(setup.tool)) {
+  const auto add = [&](const Vec3& n_W, const Vec3& p_T, bool deepest, double least_mm, double stiffness) {
+    walls_.push_back({n_W, p_T, deepest, least_mm, stiffness, least_mm});
+  };
+  const int points = is_disc_ ? kRimPoints : 1;
+  for (int i = 0; i < points; ++i) {
+    const Vec3 p_T = is_disc_ ? radius_mm_ * Vec3(i % 2 == 0 ? 1 - i : 0, i % 2 == 1 ? 2 - i : 0, 0) : Vec3(0);
+    for (const double side : {-1.0, 1.0}) {
+      add(side * n_W_, p_T, false, params.tolerance_mm, params.stiffness_N_per_mm / points);
+    }
+  }
+  if (params.depth_mm > 0) add(depth_W_, Vec3(0), true, params.depth_mm, params.stiffness_N_per_mm);
+  if (params.slot_length_mm > 0) {
+    const Vec3 along_W = glm::cross(n_W_, depth_W_);
+    for (const double side : {-1.0, 1.0}) {
+      add(side * along_W, Vec3(0), false, 0.5 * params.slot_length_mm, params.stiffness_N_per_mm);
+    }
+  }
+}
+
+/// Tool frame.
+Vec3 GuideEffect::FindPoint(const Wall& wall, const Pose& X_FT) const {
+  if (!wall.deepest) return wall.p_T;
+  Vec3 n_T = X_FT.InverseVector(wall.n_W);
+  if (is_disc_) n_T.z = 0;
+  const double length = glm::length(n_T);
+  return length > 1e-9 ? radius_mm_ / length * n_T : Vec3(0);
+}
+
+double GuideEffect::CalcWay(const Wall& wall, const Pose& X_FT) const {
+  return glm::dot(wall.n_W, X_FT.Point(FindPoint(wall, X_FT)) - p_F_mm_);
+}
+
+/// To the nearest wall, mm.
+double GuideEffect::CalcGap(const Pose& X_FT) const {
+  double gap = 1e300;
+  for (const Wall& wall : walls_) gap = std::min(gap, wall.at_mm - CalcWay(wall, X_FT));
+  return gap;
+}
+
+/// Walls that stand further out than their own place come back with the tool.
+void GuideEffect::Follow(const Pose& X_FT) {
+  for (Wall& wall : walls_) {
+    const double way_mm = CalcWay(wall, X_FT);
+    if (fresh_ || way_mm < wall.at_mm) wall.at_mm = std::max(wall.least_mm, way_mm);
+  }
+  fresh_ = false;
+}
+
+bool GuideEffect::Holds(const EffectFlight& flight) {
+  Follow(flight.X_FT_from);
+  // On the way the tool's points leave the straight line between both ends by no more than the sagitta of their turn.
+  const double cos_half = std::min(1.0, std::abs(glm::dot(flight.X_FT_from.R_AB, flight.X_FT_to.R_AB)));
+  const double bent_mm = radius_mm_ * (1 - std::max(0.0, 2 * cos_half * cos_half - 1));
+  return std::min(CalcGap(flight.X_FT_from), CalcGap(flight.X_FT_to)) < near_mm_ + bent_mm;
+}
+
+void GuideEffect::Engage(const EffectStep& step, StepProblem& problem) {
+  Follow(step.X_FT);
+  for (Wall& wall : walls_) {
+    const Vec3 p_T = FindPoint(wall, step.X_FT);
+    const double depth_mm = glm::dot(wall.n_W, step.X_FT.Point(p_T) - p_F_mm_) - wall.at_mm;
+    wall.near = depth_mm > -near_mm_;
+    if (!wall.near) continue;
+    wall.solid = problem.solids.size();
+    problem.solids.push_back(
+        {MakeRow(step.X_FT.InverseVector(wall.n_W), p_T - p_TC_), depth_mm, wall.stiffness_N_per_mm});
+  }
+}
+
+void GuideEffect::Solved(const EffectSolved& solved) {
+  Vec3 f_W_N(0);
+  for (Wall& wall : walls_) {
+    if (!wall.near) continue;
+    const SolidPoint& p = solved.problem.solids[wall.solid];
+    const double at_end_mm = p.depth_mm + solved.problem.tau_s * Dot(p.row, solved.u);
+    f_W_N -= wall.stiffness_N_per_mm * std::max(0.0, at_end_mm) * wall.n_W;
+    wall.at_mm = std::max(wall.at_mm, CalcWay(wall, solved.X_FT_next) - yield_mm_);
+  }
+  force_N_ = glm::length(f_W_N);
+  solved_ = true;
+}
+
+void GuideEffect::End(EffectEnd& end) {
+  if (!solved_) force_N_ = 0;
+  solved_ = false;
+  at_ = end.X_FT;
+  known_ = true;
+}
+
+void GuideEffect::Report(std::span<double> channels) const {
+  std::fill(channels.begin(), channels.end(), 0.0);
+  if (!known_) return;
+  const Vec3 p_mm = at_.p_AB - p_F_mm_;
+  double deviation_mm = 0;
+  for (const Wall& wall : walls_) {
+    if (std::abs(glm::dot(wall.n_W, n_W_)) > 0.5) deviation_mm = std::max(deviation_mm, CalcWay(wall, at_));
+  }
+  Vec3 n_T = at_.InverseVector(depth_W_);
+  if (is_disc_) n_T.z = 0;
+  const double length = is_disc_ ? glm::length(n_T) : 1;
+  channels[0] = deviation_mm > kRounding_mm ? deviation_mm : 0;
+  channels[1] = is_disc_ ? kDegrees * std::acos(std::min(1.0, std::abs(glm::dot(at_.Vector({0, 0, 1}), n_W_)))) : 0;
+  channels[2] = glm::dot(depth_W_, p_mm) + radius_mm_ * length;
+  channels[3] = force_N_;
+}
+
+const EffectInfo& Guide() {
+  static const EffectInfo kEffect{
+      .name = "guide",
+      .summary = "keeps the tool on a plan: across a plane, at a depth, between the ends of a slot",
+      .source =
+          "virtual fixture (Rosenberg 1993) with one-sided springs that yield; stiffness and greatest force are "
+          "choices, not measured",
+      .reads = "the tool's pose",
+      .writes = "force and torque on the tool",
+      .state = "where each of up to 11 walls stands",
+      .sleeps = "while every wall is further than a millimetre, or four voxels",
+      .hooks = kEffectHolds | kEffectEngage | kEffectSolved | kEffectEnd,
+      .parameters =
+          {{"point_mm", Vec3(0), -1e6, 1e6, "of the planned plane, world frame; depth and slot are measured from it"},
+           {"normal", Vec3(0, 1, 0), -1000, 1000, "of the plane, world frame; any length but 0"},
+           {"stiffness_N_per_mm", 5.0, 0.01, 1000, "that holds the tool to the plane, and at each stop"},
+           {"tolerance_mm", 0.5, 0, 100,
+            "so far off the plane every point of a disc's rim (of a ball, its centre) is free"},
+           {"max_force_N", 10.0, 0.1, 1000,
+            "pushed harder than this, across the plane or at a stop, the guide gives way; within a step it may be "
+            "exceeded "
+            "by the stiffness times the step's way"},
+           {"depth_direction", Vec3(0, 0, -1), -1000, 1000, "into the bone, in the plane; any length but 0"},
+           {"depth_mm", 0.0, 0, 1000,
+            "a stop holds the tool's deepest point here below point_mm, by a spring of stiffness_N_per_mm; 0: no stop"},
+           {"slot_length_mm", 0.0, 0, 1000,
+            "the tool's centre stays within half of this to either side of point_mm, across the depth; 0: no ends"}},
+      .channels = {{"deviation_mm", "furthest point of the rim off the plane"},
+                   {"tilt_deg", "of the disc against the plane"},
+                   {"depth_mm", "deepest point of the tool below point_mm"},
+                   {"force_N", "of the guide on the tool"}},
+      .find_fault =
+          [](std::span<const EffectValue> values) {
+            return FindFault(std::get<Vec3>(values[1]), std::get<Vec3>(values[5]));
+          },
+      .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
+        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
+        GuideParams p;
+        p.point_W_mm = std::get<Vec3>(values[0]);
+        p.normal_W = std::get<Vec3>(values[1]);
+        p.stiffness_N_per_mm = number(2);
+        p.tolerance_mm = number(3);
+        p.max_force_N = number(4);
+        p.depth_direction_W = std::get<Vec3>(values[5]);
+        p.depth_mm = number(6);
+        p.slot_length_mm = number(7);
+        return std::make_unique<GuideEffect>(p, setup);
+      }};
+  return kEffect;
+}
+
+}  // namespace kerf

@@ -1,0 +1,190 @@
+// heat: a share of the power of cutting, at each tooth
+//
+//   P = share (F_t v_rim + F_n v_feed)
+//
+// goes into the bone around the kerf, is conducted on, and is carried off by blood and coolant (heat_grid.h).
+#include "cut/effects/heat/heat.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cut/effects/effects.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kWetMargin_mm = 1;  // coolant runs that far around the tool
+
+double CalcHalfLength(const Tool& tool) {
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  return disc ? 0.5 * disc->thickness_mm : std::get<BallBurr>(tool).radius_mm();
+}
+
+}  // namespace
+
+HeatEffect::HeatEffect(const HeatParams& params, const EffectSetup& setup)
+    : params_(params),
+      grid_(params.grid, setup.field),
+      p_WF_mm_(setup.p_WF_mm),
+      wet_radius_mm_(CalcReach(setup.tool) + kWetMargin_mm),
+      wet_half_mm_(CalcHalfLength(setup.tool) + kWetMargin_mm),
+      wall_mm_(std::holds_alternative<DiscSaw>(setup.tool)
+                   ? 0.5 * std::max(std::get<DiscSaw>(setup.tool).thickness_mm, setup.field.voxel_mm()) +
+                         0.5 * params.grid.spacing_mm
+                   : 0),
+      gathered_(setup.edge.size()) {}
+
+void HeatEffect::Solved(const EffectSolved& solved) {
+  const double spindle_rad_per_s = 2 * kPi / 60 * std::abs(solved.rpm);
+  const double apart_mm = 0.5 * params_.grid.spacing_mm;
+  for (std::size_t i = 0; i < solved.teeth.size(); ++i) {
+    const ToothLoad& load = solved.teeth[i];
+    const double rim_mm_per_s = spindle_rad_per_s * std::hypot(load.p_T.x, load.p_T.y);
+    const double mW = load.tangential_N * rim_mm_per_s + load.thrust_N * load.speed_mm_per_s;
+    const double mJ = params_.share_into_bone * mW * solved.time_s;
+    if (!(mJ > 0)) continue;
+    Gathered& point = gathered_[static_cast<std::size_t>(solved.edge.met()[i].point)];
+    const Vec3 p_F = solved.X_FT.Point(load.p_T);
+    if (point.mJ > 0 && glm::length(p_F - point.from_F) > apart_mm) Flush(point);
+    if (!(point.mJ > 0)) point.from_F = p_F;
+    point.mJ += mJ;
+    point.p_mJ += mJ * p_F;
+    point.e_F = solved.X_FT.Vector(load.e_T);
+    point.n_F = solved.X_FT.Vector({0, 0, 1});
+    any_gathered_ = true;
+  }
+}
+
+void HeatEffect::Flush(Gathered& point) {
+  const double H = params_.grid.spacing_mm;
+  const Vec3 p_F = point.p_mJ / point.mJ;
+  if (grid_.room() < 2) return;
+  if (wall_mm_ > 0) {
+    // Half into each wall of the kerf, a step behind the edge: what lies ahead is about to be cut.
+    const Vec3 back_F = p_F - H * point.e_F;
+    grid_.Put(back_F + wall_mm_ * point.n_F, p_F, 0.5 * point.mJ);
+    grid_.Put(back_F - wall_mm_ * point.n_F, p_F, 0.5 * point.mJ);
+  } else {
+    grid_.Put(p_F + 0.5 * H * point.e_F, p_F, point.mJ);
+  }
+  point.mJ = 0;
+  point.p_mJ = Vec3(0);
+}
+
+void HeatEffect::FlushAll() {
+  any_gathered_ = false;
+  for (Gathered& point : gathered_) {
+    if (!(point.mJ > 0)) continue;
+    Flush(point);
+    any_gathered_ = any_gathered_ || point.mJ > 0;
+  }
+}
+
+void HeatEffect::End(EffectEnd& end) {
+  if (any_gathered_ && (!grid_.awake() || end.dt_s > 0.25 * grid_.frame_s())) FlushAll();
+  if (!grid_.awake()) return;
+  HeatWet wet;
+  if (end.rpm != 0) {
+    wet = {end.X_FT.p_AB, end.X_FT.Vector({0, 0, 1}), wet_radius_mm_, wet_half_mm_};
+  }
+  const std::uint64_t frame = grid_.frames();
+  grid_.Advance(end.dt_s, wet);
+  if (any_gathered_ && grid_.frames() != frame) FlushAll();
+}
+
+void HeatEffect::Report(std::span<double> channels) const {
+  const HeatFigures& f = grid_.figures();
+  const double values[] = {f.hottest_C,   f.peak_C,        f.above_47_s,      f.cem43_min,
+                           f.past_47_mm3, f.past_dose_mm3, f.full ? 1.0 : 0.0};
+  std::copy(std::begin(values), std::end(values), channels.begin());
+}
+
+HeatBalance HeatEffect::CalcBalance() const {
+  HeatBalance balance = grid_.CalcBalance();
+  for (const Gathered& point : gathered_) {
+    balance.put_in += point.mJ;
+    balance.waiting += point.mJ;
+  }
+  return balance;
+}
+
+std::size_t HeatEffect::CalcMemoryBytes() const {
+  return sizeof(*this) - sizeof(grid_) + grid_.CalcMemoryBytes() + gathered_.capacity() * sizeof(Gathered);
+}
+
+HeatSection CalcHeatSection(const HeatEffect& heat, const Vec3& p_W, const Vec3& u_W, const Vec3& v_W, double step_mm,
+                            int columns, int rows) {
+  HeatSection section{p_W, u_W, v_W, step_mm, columns, rows, {}, {}};
+  section.C.reserve(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  section.cem43_min.reserve(section.C.capacity());
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const Vec3 at_W = p_W + step_mm * (static_cast<double>(column) * u_W + static_cast<double>(row) * v_W);
+      section.C.push_back(static_cast<float>(heat.CalcTemperature(at_W)));
+      section.cem43_min.push_back(static_cast<float>(heat.CalcDose(at_W)));
+    }
+  }
+  return section;
+}
+
+const EffectInfo& Heat() {
+  static const EffectInfo kEffect{
+      .name = "heat",
+      .summary = "how warm the bone around the kerf becomes, and for how long: conduction, blood and coolant",
+      .source =
+          "Pennes 1948; cortical bone from the IT'IS database, for all of the bone; limits of Eriksson and Albrektsson "
+          "1983, CEM43 of Sapareto and Dewey 1984; the share that stays in the bone and both surface coefficients are "
+          "assumptions",
+      .reads = "forces of the teeth, spindle speed, motion, distances to the bone's surface",
+      .writes = "nothing but its figures",
+      .state = "temperature, time above 47 C and dose of nodes near the kerf",
+      .sleeps = "until the teeth cut, and when nothing is 0.1 K warmer or colder than the body any more",
+      .needs = {"tangential_force"},
+      .hooks = kEffectSolved | kEffectEnd,
+      .parameters =
+          {{"share_into_bone", 0.1, 0, 1,
+            "of the power of cutting, that stays in the walls of the kerf; the rest goes with chips and tool. An "
+            "assumption: no number was found"},
+           {"voxel_mm", 0.4, 0.05, 2, "between nodes"},
+           {"max_MB", 16.0, 0.1, 4096, "set aside for nodes; when it is used up no more of the bone is opened"},
+           {"conductivity_W_per_mK", 0.32, 0.1, 5, "of bone; measured: 0.16 to 4.89"},
+           {"density_kg_per_m3", 1908.0, 500, 3000, "of bone"},
+           {"heat_capacity_J_per_kgK", 1313.0, 500, 5000, "of bone"},
+           {"perfusion_mL_per_min_kg", 10.0, 0, 1000, "blood through bone; 0: none, as in a specimen"},
+           {"body_C", 37.0, 0, 45, "of bone at the start and of blood"},
+           {"air_W_per_m2K", 10.0, 0, 1000,
+            "from bare surfaces to air, which is taken to be as warm as the body: an assumption"},
+           {"irrigation", false, 0, 0, "coolant runs over what is within 1 mm of the turning tool"},
+           {"irrigation_W_per_m2K", 2000.0, 0, 100000, "from bare surfaces to coolant: an assumption"},
+           {"coolant_C", 21.0, 0, 45, "of the coolant: a room's, an assumption"},
+           {"water_mg_per_mm3", 0.2, 0, 1,
+            "of bone, boils off at 100 C: a fifth of its volume, an assumption; 0: none"}},
+      .channels = {{"hottest_C", "of the nodes, now"},
+                   {"peak_C", "highest temperature of a node so far"},
+                   {"above_47_s", "longest time of a node at 47 C or more"},
+                   {"cem43_min", "greatest thermal dose of a node, in minutes at 43 C"},
+                   {"past_47_mm3", "bone that was at 47 C or more for 1 min in all"},
+                   {"past_dose_mm3", "bone with a dose above 16 min, that of 47 C for 1 min"},
+                   {"full", "1: max_MB is used up, heat stays within what is open"}},
+      .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
+        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
+        HeatParams params;
+        params.share_into_bone = number(0);
+        params.grid.spacing_mm = number(1);
+        params.grid.max_MB = number(2);
+        params.grid.conductivity_W_per_mK = number(3);
+        params.grid.density_kg_per_m3 = number(4);
+        params.grid.heat_capacity_J_per_kgK = number(5);
+        params.grid.perfusion_mL_per_min_kg = number(6);
+        params.grid.body_C = number(7);
+        params.grid.air_W_per_m2K = number(8);
+        params.grid.irrigation_W_per_m2K = std::get<bool>(values[9]) ? number(10) : 0;
+        params.grid.coolant_C = number(11);
+        params.grid.water_mg_per_mm3 = number(12);
+        return std::make_unique<HeatEffect>(params, setup);
+      }};
+  return kEffect;
+}
+
+}  // namespace kerf

@@ -1,0 +1,216 @@
+// kerf_friction: Coulomb's friction of the disc's flats on the walls of the kerf, and of a stopped edge on bone.
+//
+//   |f| <= mu N, against the slip, which is the tool's motion and the spindle's turning. It sticks below the creep of
+//   the step (StepProblem::creep_mm_per_s). A disc tilted in its kerf binds: both walls press.
+// The normal force N is that of the steps before, so that the step stays one convex problem: of the flats as it follows
+// with a lag of 4 ms, gathered over patches of the disc.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <variant>
+#include <vector>
+
+#include "cut/effects/effect.h"
+#include "cut/effects/effects.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kLag_s = 0.004;
+constexpr int kSectors = 8;
+constexpr int kPatches = 48;
+constexpr int kRings = kPatches / 2 / kSectors;
+
+/// What presses a disc's rim aside by half its thickness, N. Plate bending about a flange: about 0.45 E t^3 / R^2 of
+/// stiffness, an estimate good to some tens of percent.
+double CalcBendingForce(const Tool& tool) {
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  if (!disc) return 0;
+  const double t = disc->thickness_mm;
+  return 0.45 * disc->E_MPa * t * t * t / (disc->radius_mm() * disc->radius_mm()) * 0.5 * t;
+}
+
+double CalcThickness(const Tool& tool) {
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  return disc ? disc->thickness_mm : 0;
+}
+
+double FlatDepth(const FlatPoint& p, const StepProblem& problem, const Twist& u) {
+  return std::max(0.0, p.depth_mm + problem.tau_s * p.side * (u[2] + u[3] * p.y - u[4] * p.x));
+}
+
+class KerfFrictionEffect final : public Effect {
+ public:
+  KerfFrictionEffect(double coefficient, const EffectSetup& setup)
+      : coefficient_(coefficient),
+        p_TC_(setup.p_TC_mm),
+        half_mm_(0.5 * CalcThickness(setup.tool)),
+        most_couple_N_(2 * CalcBendingForce(setup.tool)),
+        reach_mm_(setup.shape.reach_mm),
+        edge_force_N_(setup.edge.size()) {
+    for (std::size_t j = 0; j < setup.faces->pair_count(); ++j)
+      patch_of_pair_.push_back(FindPatch(setup.faces->pair_T(j)));
+  }
+
+  void Engage(const EffectStep& step, StepProblem& problem) override {
+    if (step.rpm == 0) AddEdge(step, problem);
+    AddFlats(step.rpm * kPi / 30, problem);
+  }
+
+  void Solved(const EffectSolved& solved) override {
+    const StepProblem& problem = solved.problem;
+    if (solved.rpm == 0) {
+      const auto stood = solved.edge.found_count();
+      for (std::size_t n = 0; n < stood; ++n) {
+        const SolidPoint& solid = problem.solids[n];
+        const double depth_mm = std::max(solid.depth_mm + problem.tau_s * Dot(solid.row, solved.u), 0.0);
+        edge_force_N_[static_cast<std::size_t>(solved.edge.found_point(n))] = solid.stiffness_N_per_mm * depth_mm;
+      }
+      bears_ = bears_ || stood > 0;
+    }
+    if (solved.faces != nullptr) GatherFlats(*solved.faces, solved);
+  }
+
+  void Release() override {
+    if (!bears_) return;
+    bears_ = false;
+    patches_ = {};
+    std::fill(edge_force_N_.begin(), edge_force_N_.end(), 0.0);
+  }
+
+  bool reads_teeth() const override { return false; }
+  EffectCapacity capacity() const override { return {0, edge_force_N_.size() + kPatches}; }
+  std::size_t CalcMemoryBytes() const override {
+    return sizeof(*this) + edge_force_N_.capacity() * sizeof(double) + patch_of_pair_.capacity() * sizeof(int);
+  }
+
+ private:
+  /// Where friction of the flats is gathered: neighbours slip alike.
+  struct Patch {
+    double force_N = 0;
+    double x_N = 0, y_N = 0;  // force times place
+  };
+
+  void AddEdge(const EffectStep& step, StepProblem& problem) {
+    for (std::size_t n = 0; n < step.edge.found_count(); ++n) {
+      const auto point = static_cast<std::size_t>(step.edge.found_point(n));
+      const double limit_N = coefficient_ * edge_force_N_[point];
+      if (!(limit_N > 0)) continue;
+      const Twist& row = problem.solids[n].row;
+      const Vec3 into(row[0], row[1], row[2]);
+      const Vec3 r = step.edge.point_T(point) - p_TC_;
+      const Vec3 a = glm::normalize(glm::cross(into, std::abs(into.z) < 0.7 ? Vec3(0, 0, 1) : Vec3(1, 0, 0)));
+      problem.frictions.push_back({MakeRow(a, r), MakeRow(glm::cross(into, a), r), 0, 0, limit_N});
+    }
+  }
+
+  void AddFlats(double spindle_rad_per_s, StepProblem& problem) {
+    for (std::size_t n = 0; n < patches_.size(); ++n) {
+      const Patch& patch = patches_[n];
+      const double limit_N = coefficient_ * patch.force_N;
+      if (!(limit_N > 0)) continue;
+      const Vec3 p_T(patch.x_N / patch.force_N, patch.y_N / patch.force_N,
+                     n < patches_.size() / 2 ? -half_mm_ : half_mm_);
+      problem.frictions.push_back({MakeRow({1, 0, 0}, p_T - p_TC_), MakeRow({0, 1, 0}, p_T - p_TC_),
+                                   -spindle_rad_per_s * p_T.y, spindle_rad_per_s * p_T.x, limit_N});
+    }
+  }
+
+  int FindPatch(const Vec3& p_T) const {
+    const double turn = std::atan2(p_T.y, p_T.x) / (2 * kPi) + 0.5;
+    const int sector = std::min(static_cast<int>(turn * kSectors), kSectors - 1);
+    const int ring = std::min(static_cast<int>(std::hypot(p_T.x, p_T.y) / reach_mm_ * kRings), kRings - 1);
+    return ring * kSectors + sector;
+  }
+
+  void GatherFlats(const Faces& faces, const EffectSolved& solved) {
+    const StepProblem& problem = solved.problem;
+    // The friction of the next step goes by forces that follow these with a lag: a tool that friction throws off the
+    // wall and that falls back without it would else do so in every tick.
+    const double fresh = 1 - std::exp(-solved.share * problem.tau_s / kLag_s);
+    for (Patch& patch : patches_) {
+      patch.force_N *= 1 - fresh;
+      patch.x_N *= 1 - fresh;
+      patch.y_N *= 1 - fresh;
+    }
+    const double share_borne = CalcShareBorne(problem, solved.u);
+    for (std::size_t n = 0; n < problem.flats.size(); ++n) {
+      const FlatPoint& flat = problem.flats[n];
+      const double depth_mm = FlatDepth(flat, problem, solved.u);
+      if (!(depth_mm > 0)) continue;
+      const std::size_t pair = faces.found_pair(n);
+      const Vec3 p_T = faces.pair_T(pair);
+      const int index = patch_of_pair_[pair] + (flat.side > 0 ? kSectors * kRings : 0);
+      Patch& patch = patches_[static_cast<std::size_t>(index)];
+      const double force_N = fresh * share_borne * problem.flat_stiffness_N_per_mm * depth_mm;
+      patch.force_N += force_N;
+      patch.x_N += force_N * p_T.x;
+      patch.y_N += force_N * p_T.y;
+      bears_ = true;
+    }
+  }
+
+  /// How much of what the walls press with holds the disc against something, 0 to 1: their resultant, and their
+  /// couple as far as a disc can pass one on before it bends out of the way: with the grip a hand's breadth above the
+  /// disc, friction and couple would else feed each other without bound. The rest is the kerf's own unevenness
+  /// squeezing a disc that is rigid here; a real one, some 10 N/mm stiff across its rim, gives way to that. Friction
+  /// goes by the former only.
+  double CalcShareBorne(const StepProblem& problem, const Twist& u) const {
+    double gross = 0, x = 0, y = 0;
+    for (const FlatPoint& p : problem.flats) {
+      const double d = FlatDepth(p, problem, u);
+      gross += d;
+      x += d * p.x;
+      y += d * p.y;
+    }
+    if (!(gross > 0)) return 0;
+    x /= gross;
+    y /= gross;
+    double net = 0, moment_x = 0, moment_y = 0, spread = 0;
+    for (const FlatPoint& p : problem.flats) {
+      const double d = FlatDepth(p, problem, u);
+      net += p.side * d;
+      moment_x += p.side * d * (p.y - y);
+      moment_y += p.side * d * (p.x - x);
+      spread += d * std::hypot(p.x - x, p.y - y);
+    }
+    const double turning = spread > 0 ? gross * std::hypot(moment_x, moment_y) / spread : 0;
+    const double passed_on = std::min(turning, most_couple_N_ / problem.flat_stiffness_N_per_mm);
+    return std::min(1.0, (std::abs(net) + passed_on) / gross);
+  }
+
+  double coefficient_;
+  Vec3 p_TC_;
+  double half_mm_;
+  double most_couple_N_;  // of both its forces together
+  double reach_mm_;
+  bool bears_ = false;  // anything below is not 0
+  std::array<Patch, kPatches> patches_{};
+  std::vector<int> patch_of_pair_;    // on the lower side
+  std::vector<double> edge_force_N_;  // of each point of a stopped edge, in the last step
+};
+
+}  // namespace
+
+const EffectInfo& KerfFriction() {
+  static const EffectInfo kEffect{
+      .name = "kerf_friction",
+      .summary =
+          "the flats rub on the walls of the kerf, a stopped edge on bone: they stick and slip, and a tilted disc "
+          "binds",
+      .source = "Coulomb's law; the coefficient is an assumption, none was found for steel on wet bone",
+      .reads = "contact forces of flats and stopped edge, spindle speed, motion",
+      .writes = "force and torque on the tool",
+      .state = "normal force by patch of the disc and by point of the edge",
+      .sleeps = "while nothing presses on the flats or a stopped edge",
+      .tool = EffectTool::kInHand,
+      .hooks = kEffectEngage | kEffectSolved,
+      .parameters = {{"coefficient", 0.2, 0, 2, "of the flats, and of the edge when it stands still, on bone"}},
+      .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
+        return std::make_unique<KerfFrictionEffect>(std::get<double>(values[0]), setup);
+      }};
+  return kEffect;
+}
+
+}  // namespace kerf

@@ -1,0 +1,97 @@
+#include "cut/effects/plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kerf/error.h"
+
+namespace kerf {
+
+EffectPlan::EffectPlan(const EffectChoices& choices, const EffectSetup& setup) : shape_(&setup.shape) {
+  CheckEffects(choices);
+  if (choices.empty()) return;  // and what there is to choose from need not be listed
+  EffectSetup with_plan = setup;
+  with_plan.plan = this;
+  for (const EffectInfo* info : Effects()) {
+    const EffectChoice* choice = FindChoice(choices, info->name);
+    if (choice == nullptr) continue;
+    if (info->tool == EffectTool::kInHand && setup.faces == nullptr) {
+      left_out_.push_back(info);
+      continue;
+    }
+    with_plan.files = choice->files();
+    entries_.push_back(Entry{info, info->make(choice->values(), with_plan), channel_count_});
+    Effect* effect = entries_.back().effect.get();
+    channel_count_ += info->channels.size();
+    const auto list = [&](EffectHook hook, std::vector<Called>& called) {
+      if ((info->hooks & hook) != 0) called.push_back({effect, entries_.size() - 1});
+    };
+    list(kEffectBegin, begin_);
+    list(kEffectHolds, holds_);
+    list(kEffectEngage, engage_);
+    list(kEffectSolved, solved_);
+    list(kEffectEnd, end_);
+  }
+  for (const Called& called : solved_) reads_teeth_ = reads_teeth_ || called.effect->reads_teeth();
+  if (reads_teeth_) teeth_.reserve(setup.edge.size());
+}
+
+void EffectPlan::Solved(EffectSolved& solved) {
+  if (reads_teeth_) FindTeeth(solved);
+  ForEach(solved_, [&](Effect& effect) { effect.Solved(solved); });
+}
+
+void EffectPlan::FindTeeth(EffectSolved& solved) {
+  teeth_.clear();
+  const StepProblem& problem = solved.problem;
+  for (std::size_t i = 0; i < problem.cutting.size(); ++i) {
+    const CuttingPoint& point = problem.cutting[i];
+    const Edge::Met& met = solved.edge.met()[i];
+    const EdgePoint& place = shape_->edge[static_cast<std::size_t>(met.point)];
+    ToothLoad load;
+    const double speed = Dot(point.row, solved.u), along_speed = Dot(point.along, solved.u);
+    load.e_T = point.FindOutwards(speed, along_speed);
+    load.p_T = place.p_T + std::hypot(place.p_T.x, place.p_T.y) * (load.e_T - place.e_T);
+    load.teeth = point.teeth;
+    load.speed_mm_per_s = std::max(0.0, speed);
+    load.thrust_N = point.teeth * problem.MeanToothForce(point, speed, along_speed).radial_N;
+    load.E_star_MPa = point.E_star_MPa;
+    load.region = met.region;
+    teeth_.push_back(load);
+  }
+  solved.teeth = teeth_;
+}
+
+const Effect* EffectPlan::Find(std::string_view name) const {
+  for (const Entry& entry : entries_) {
+    if (entry.info->name == name) return entry.effect.get();
+  }
+  return nullptr;
+}
+Effect* EffectPlan::Find(std::string_view name) {
+  return const_cast<Effect*>(std::as_const(*this).Find(name));
+}
+
+void EffectPlan::Report(std::span<double> channels) const {
+  for (const Entry& entry : entries_) {
+    entry.effect->Report(channels.subspan(entry.first_channel, entry.info->channels.size()));
+  }
+}
+
+EffectCapacity EffectPlan::capacity() const {
+  EffectCapacity sum;
+  for (const Entry& entry : entries_) {
+    const EffectCapacity own = entry.effect->capacity();
+    sum.solids += own.solids;
+    sum.frictions += own.frictions;
+  }
+  return sum;
+}
+
+std::size_t EffectPlan::CalcMemoryBytes() const {
+  std::size_t bytes = sizeof(*this) + entries_.capacity() * sizeof(Entry) + teeth_.capacity() * sizeof(ToothLoad);
+  for (const Entry& entry : entries_) bytes += entry.effect->CalcMemoryBytes();
+  return bytes;
+}
+
+}  // namespace kerf

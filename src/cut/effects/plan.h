@@ -1,0 +1,95 @@
+// The effects of a scene, put in order once: the tick walks lists in which only those stand that have something to do
+// there.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "cut/effects/effect.h"
+#include "kerf/observe.h"
+
+namespace kerf {
+
+class EffectPlan {
+ public:
+  /// Throws Error as CheckEffects(). Leaves out what needs a hand where there is none (setup.faces is null); names it
+  /// in left_out().
+  EffectPlan(const EffectChoices& choices, const EffectSetup& setup);
+
+  // ---- in the tick
+  void Begin(EffectBegin& begin) {
+    ForEach(begin_, [&](Effect& effect) { effect.Begin(begin); });
+  }
+  bool Holds(const EffectFlight& flight) {
+    bool holds = false;
+    ForEach(holds_, [&](Effect& effect) { holds = effect.Holds(flight) || holds; });
+    return holds;
+  }
+  void Engage(const EffectStep& step, StepProblem& problem) {
+    ForEach(engage_, [&](Effect& effect) { effect.Engage(step, problem); });
+  }
+  bool wants_solved() const { return !solved_.empty(); }
+  bool wants_steps() const { return !engage_.empty() || wants_solved(); }
+  /// Fills `solved.teeth` when one of them reads it.
+  void Solved(EffectSolved& solved);
+  void End(EffectEnd& end) {
+    ForEach(end_, [&](Effect& effect) { effect.End(end); });
+  }
+  void Release() {
+    for (const Entry& entry : entries_) entry.effect->Release();
+  }
+  void Reset() {
+    for (const Entry& entry : entries_) entry.effect->Reset();
+  }
+
+  void BoneCameBack() {
+    for (const Entry& entry : entries_) entry.effect->BoneCameBack();
+  }
+
+  // ---- any time but within a tick
+  /// Is told of each effect's work; null: nobody is.
+  void set_observer(TickObserver* observer) { observer_ = observer; }
+  struct Entry {
+    const EffectInfo* info;
+    std::unique_ptr<Effect> effect;
+    std::size_t first_channel;
+  };
+  const std::vector<Entry>& entries() const { return entries_; }
+  /// Null when it is not in the plan.
+  const Effect* Find(std::string_view name) const;
+  Effect* Find(std::string_view name);
+  std::size_t channel_count() const { return channel_count_; }
+  /// Of all effects, one after the other. Tick-safe.
+  void Report(std::span<double> channels) const;
+  const std::vector<const EffectInfo*>& left_out() const { return left_out_; }
+  EffectCapacity capacity() const;
+  std::size_t CalcMemoryBytes() const;
+
+ private:
+  struct Called {
+    Effect* effect;
+    std::size_t place;  // in entries_
+  };
+  template <typename Call>
+  void ForEach(const std::vector<Called>& list, Call&& call) {
+    for (const Called& called : list) {
+      if (observer_ != nullptr) observer_->EnterEffect(called.place);
+      call(*called.effect);
+      if (observer_ != nullptr) observer_->LeaveEffect();
+    }
+  }
+  void FindTeeth(EffectSolved& solved);
+
+  std::vector<Entry> entries_;
+  std::vector<const EffectInfo*> left_out_;
+  std::vector<Called> begin_, holds_, engage_, solved_, end_;
+  TickObserver* observer_ = nullptr;
+  std::size_t channel_count_ = 0;
+  const ToolShape* shape_;
+  bool reads_teeth_ = false;
+  std::vector<ToothLoad> teeth_;
+};
+
+}  // namespace kerf

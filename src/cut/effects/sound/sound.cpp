@@ -1,0 +1,133 @@
+// sound: the tone of motor and cut, from spindle speed and load.
+//
+// In the tick three figures are noted: the spindle's frequency, the power of cutting and how much the teeth's force
+// varies as they pass. The samples are made outside of it (tone.h), by whoever writes or plays them.
+#include "cut/effects/sound/sound.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <variant>
+
+#include "cut/effects/effects.h"
+#include "cut/effects/plan.h"
+#include "cut/effects/tangential_force.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+}  // namespace
+
+SoundEffect::SoundEffect(const SoundParams& params, const EffectSetup& setup)
+    : params_(params),
+      teeth_(static_cast<int>(std::lround(setup.shape.passes_per_turn))),
+      radius_mm_(CalcTooth(setup.tool).tool_radius_mm),
+      cutting_(dynamic_cast<const TangentialForceEffect*>(setup.plan->Find("tangential_force"))) {}
+
+void SoundEffect::End(EffectEnd& end) {
+  spindle_Hz_ = std::abs(end.rpm) / 60;
+  const bool cuts = end.engaged_teeth > 0 && end.rpm != 0;
+  passing_N_ = cuts ? params_.passing_share * end.thrust_sum_N / std::max(1.0, end.engaged_teeth) : 0;
+  load_W_ = 0;
+  if (cuts) {
+    const double rim_mm_per_s = 2 * kPi * spindle_Hz_ * radius_mm_;
+    load_W_ = cutting_ != nullptr ? cutting_->figures().power_W
+                                  : 1e-3 * params_.cutting_share * end.thrust_sum_N * rim_mm_per_s;
+  }
+}
+
+void SoundEffect::Report(std::span<double> channels) const {
+  channels[0] = spindle_Hz_;
+  channels[1] = load_W_;
+  channels[2] = passing_N_;
+}
+
+ToneReader::ToneReader(const EffectPlan& plan) {
+  const auto* sound = dynamic_cast<const SoundEffect*>(plan.Find("sound"));
+  if (sound == nullptr) return;
+  tone_ = sound->tone();
+  teeth_ = sound->teeth();
+  for (const EffectPlan::Entry& entry : plan.entries()) {
+    const std::string_view effect = entry.info->name;
+    if (effect == "sound") sound_ = static_cast<int>(entry.first_channel);
+    for (std::size_t i = 0; effect == "tooth_vibration" && i < entry.info->channels.size(); ++i) {
+      const std::string_view channel = entry.info->channels[i].name;
+      const int at = static_cast<int>(entry.first_channel + i);
+      if (channel == "runout_N") runout_ = at;
+      if (channel == "set_N") set_ = at;
+      if (channel == "passing_N") passing_ = at;
+    }
+  }
+}
+
+ToneFrame ToneReader::Read(double dt_s, std::span<const double> channels) const {
+  const auto at = [&](int channel) { return static_cast<float>(channels[static_cast<std::size_t>(channel)]); };
+  ToneFrame frame;
+  frame.dt_s = static_cast<float>(dt_s);
+  frame.spindle_Hz = at(sound_);
+  frame.load_W = at(sound_ + 1);
+  frame.passing_N = at(passing_ >= 0 ? passing_ : sound_ + 2);
+  if (runout_ >= 0) frame.runout_N = at(runout_);
+  if (set_ >= 0) frame.set_N = at(set_);
+  return frame;
+}
+
+const EffectInfo& Sound() {
+  static const EffectInfo kEffect{
+      .name = "sound",
+      .summary = "the tone of motor and cut, from spindle speed and load, as a sound file",
+      .source =
+          "lines at multiples of the spindle's and the teeth's frequency; all loudnesses and the motor's order are "
+          "assumptions: no recording of a saw in bone was analysed",
+      .reads = "spindle speed, thrust and number of the teeth, power of cutting",
+      .writes = "nothing in the tick; sound.wav of a run",
+      .state = "figures of the last tick",
+      .sleeps = "never: a tick notes three numbers",
+      .hooks = kEffectEnd,
+      .parameters = {{"rate_Hz", 48000.0, 8000, 192000, "samples each second, a whole number"},
+                     {"motor_order", 7.0, 1, 200,
+                      "of the motor's whine (gear or poles), times the spindle's frequency; an assumption"},
+                     {"motor_level", 0.2, 0, 0.3, "loudest amplitude of the motor, of full scale"},
+                     {"teeth_level", 0.3, 0, 0.3, "likewise, of the teeth that pass"},
+                     {"noise_level", 0.3, 0, 0.3, "likewise, of the noise of cutting"},
+                     {"half_W", 20.0, 0.1, 10000,
+                      "power of cutting at which motor and noise have half the loudness it gives"},
+                     {"half_N", 0.5, 0.001, 1000,
+                      "amplitude of the teeth's force at which they have half their loudness"},
+                     {"passing_share", 0.4, 0, 2,
+                      "amplitude of the force at the teeth's frequency, of a tooth's mean force; an assumption "
+                      "(tooth_vibration: 0.46 in a "
+                      "block of 4 mm). With "
+                      "tooth_vibration its lines count"},
+                     {"cutting_share", 0.625, 0, 2,
+                      "cutting force of a tooth, of its thrust, for the power; with tangential_force that counts"}},
+      .channels =
+          {{"spindle_Hz", "turns each second"},
+           {"load_W", "power of cutting"},
+           {"passing_N",
+            "amplitude of the teeth's force at their frequency, as the sound estimates it where tooth_vibration, which "
+            "knows it, is not on"}},
+      .find_fault = [](std::span<const EffectValue> values) -> std::string {
+        const double rate_Hz = std::get<double>(values[0]);
+        return rate_Hz == std::floor(rate_Hz) ? "" : "rate_Hz is no whole number";
+      },
+      .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
+        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
+        SoundParams params;
+        params.tone.rate_Hz = static_cast<int>(std::lround(number(0)));
+        params.tone.motor_order = number(1);
+        params.tone.motor_level = number(2);
+        params.tone.teeth_level = number(3);
+        params.tone.noise_level = number(4);
+        params.tone.half_W = number(5);
+        params.tone.half_N = number(6);
+        params.passing_share = number(7);
+        params.cutting_share = number(8);
+        return std::make_unique<SoundEffect>(params, setup);
+      }};
+  return kEffect;
+}
+
+}  // namespace kerf

@@ -1,0 +1,151 @@
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include "cut/contact/probe.h"
+#include "cut/effects/structures.h"
+#include "cut/tool/shape.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr int kRings = 7;          // of patches on a disc
+constexpr int kTurns = 12;         // of looking from tool to box and back
+constexpr double kSettled = 1e-4;  // of the distance, that a turn must gain to go on
+
+}  // namespace
+
+StructureDistance::StructureDistance(const std::vector<Box3>& boxes_F, const Tool& tool)
+    : tree_(boxes_F),
+      is_disc_(std::holds_alternative<DiscSaw>(tool)),
+      radius_mm_(CalcTooth(tool).tool_radius_mm),
+      half_mm_(is_disc_ ? 0.5 * std::get<DiscSaw>(tool).thickness_mm : 0),
+      reach_mm_(CalcReach(tool)) {
+  MakePatches();
+  bound_mm_.resize(patches_.size(), 0);
+  looked_at_mm_.resize(patches_.size(), -1e9);
+}
+
+/// A disc: one patch in the middle and rings round it. A ball is its own.
+void StructureDistance::MakePatches() {
+  if (!is_disc_) {
+    patches_.push_back({Vec3(0), radius_mm_});
+    return;
+  }
+  const double width = radius_mm_ / (kRings + 0.5);
+  patches_.push_back({Vec3(0), 0.5 * width});
+  for (int ring = 1; ring <= kRings; ++ring) {
+    const double at = ring * width;
+    const int count = 6 * ring;
+    // The furthest corner of a piece of the ring from its middle.
+    double radius = 0.5 * width;
+    for (const double edge : {at - 0.5 * width, at + 0.5 * width}) {
+      radius = std::max(radius, std::hypot(edge * std::cos(kPi / count) - at, edge * std::sin(kPi / count)));
+    }
+    for (int i = 0; i < count; ++i) {
+      const double turn = 2 * kPi * i / count;
+      patches_.push_back({{at * std::cos(turn), at * std::sin(turn), 0}, radius});
+    }
+  }
+}
+
+Vec3 StructureDistance::NearestOfTool(const Vec3& p_T) const {
+  if (!is_disc_) {
+    const double length = glm::length(p_T);
+    return length > radius_mm_ ? radius_mm_ / length * p_T : p_T;
+  }
+  const double rho = std::hypot(p_T.x, p_T.y);
+  const double in = rho > radius_mm_ ? radius_mm_ / rho : 1;
+  return {in * p_T.x, in * p_T.y, std::clamp(p_T.z, -half_mm_, half_mm_)};
+}
+
+/// Distance of the patch's centre from the boxes, as far as it matters; `best` is lowered to what is found.
+double StructureDistance::Ask(const Pose& X_FT, const Patch& patch, Nearest& best) {
+  const double limit_mm = best.distance_mm + Reach(patch);
+  ++queries_;
+  const BoxTree::Nearest found = tree_.FindNearest(X_FT.Point(patch.p_T), limit_mm);
+  if (found.distance_mm >= limit_mm) return limit_mm;
+  Vec3 q_F = found.p_W;
+  double last_mm = 1e300;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const Vec3 p_F = X_FT.Point(NearestOfTool(X_FT.InversePoint(q_F)));
+    const double distance_mm = glm::length(p_F - q_F);
+    if (distance_mm < best.distance_mm) best = {distance_mm, q_F};
+    // From where the patch looked no way leads to anything nearer than what is known.
+    if (distance_mm >= last_mm * (1 - kSettled) || distance_mm > best.distance_mm + Reach(patch)) break;
+    if (distance_mm == 0) break;
+    last_mm = distance_mm;
+    ++queries_;
+    const BoxTree::Nearest next = tree_.FindNearest(p_F, distance_mm);
+    if (next.distance_mm >= distance_mm) break;  // and then next.p_W is of no box
+    q_F = next.p_W;
+  }
+  return found.distance_mm;
+}
+
+/// Looks for something nearer than `best` to a patch whose bound does not exclude it.
+void StructureDistance::Divide(const Pose& X_FT, const Patch& patch, Nearest& best) {
+  const double enough_mm = std::max(kLeast_mm, kTolerance * best.distance_mm);
+  for (int i = 0; i < 4 && queries_ < most_queries_ && best.distance_mm > 0; ++i) {
+    const double half = 0.5 * patch.radius_mm;
+    const Patch part{patch.p_T + Vec3(i % 2 == 0 ? -half : half, i < 2 ? -half : half, 0),
+                     std::sqrt(0.5) * patch.radius_mm};
+    if (std::hypot(part.p_T.x, part.p_T.y) > radius_mm_ + part.radius_mm) continue;
+    const double distance_mm = Ask(X_FT, part, best);
+    if (distance_mm - Reach(part) < best.distance_mm - enough_mm && part.radius_mm > enough_mm) {
+      Divide(X_FT, part, best);
+    }
+  }
+}
+
+StructureDistance::Nearest StructureDistance::Find(const Pose& X_FT, double limit_mm, std::size_t most_queries) {
+  queries_ = 0;
+  most_queries_ = most_queries;
+  Nearest best{limit_mm, X_FT.p_AB};
+  travelled_mm_ += CalcTravel(X_looked_, X_FT, reach_mm_);
+  X_looked_ = X_FT;
+  if (tree_.CalcDistanceToAll(X_FT.p_AB) - reach_mm_ >= limit_mm) return best;
+  const auto ask = [&](std::size_t i) {
+    bound_mm_[i] = Ask(X_FT, patches_[i], best);
+    looked_at_mm_[i] = travelled_mm_;
+  };
+  if (!is_disc_) {
+    // A ball is as far from a point as its centre, less its radius.
+    ++queries_;
+    const BoxTree::Nearest found = tree_.FindNearest(X_FT.p_AB, limit_mm + radius_mm_);
+    if (found.distance_mm >= limit_mm + radius_mm_) return best;
+    return {std::max(0.0, found.distance_mm - radius_mm_), found.p_W};
+  }
+  ask(best_patch_);
+  std::size_t nearest = best_patch_;
+  double least_mm = bound_mm_[nearest];
+  const std::size_t begin = first_patch_;
+  first_patch_ = 0;
+  for (std::size_t n = 0; n < patches_.size(); ++n) {
+    const std::size_t i = (begin + n) % patches_.size();
+    if (queries_ >= most_queries_) {
+      first_patch_ = i;
+      break;
+    }
+    const double enough_mm = std::max(kLeast_mm, kTolerance * best.distance_mm);
+    const double bound_mm = bound_mm_[i] - (travelled_mm_ - looked_at_mm_[i]) - Reach(patches_[i]);
+    if (bound_mm >= best.distance_mm - enough_mm) continue;
+    if (i != best_patch_) ask(i);
+    if (bound_mm_[i] < least_mm) {
+      least_mm = bound_mm_[i];
+      nearest = i;
+    }
+    if (best.distance_mm == 0) break;
+    if (bound_mm_[i] - Reach(patches_[i]) < best.distance_mm - enough_mm) Divide(X_FT, patches_[i], best);
+  }
+  best_patch_ = nearest;
+  return best;
+}
+
+std::size_t StructureDistance::CalcMemoryBytes() const {
+  return tree_.CalcMemoryBytes() + patches_.capacity() * sizeof(Patch) +
+         (bound_mm_.capacity() + looked_at_mm_.capacity()) * sizeof(double);
+}
+
+}  // namespace kerf

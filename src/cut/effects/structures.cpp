@@ -1,0 +1,239 @@
+// structures: the nerve canal and the roots of teeth, as the bone's own regions, a surface, or tubes along curves: how
+// near the blade is, and what was cut.
+//
+//   Whatever a structure is made of, it becomes voxels of the bone's region grid. The distance is that of the blade (a
+//   disc of its thickness, or the ball) from the nearest of them. It is looked up when the tool may have come nearer by
+//   a hundredth of it, or 0.01 mm; between, it is lowered by as much as the tool has moved, so that it is never too
+//   large by that. A look has a bounded number of queries; near a structure it is spread over several.
+// A breach is teeth that cut such voxels: their volume is the share of those teeth, by teeth and feed, of what a tick
+// removes; its depth how far such a tooth is from the nearest voxel of other bone; its force the thrust of those teeth.
+#include "cut/effects/structures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <variant>
+
+#include "cut/effects/effects.h"
+#include "cut/tool/shape.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kLookAgain = 0.01;          // of the distance, that the tool has moved
+constexpr double kLookAgain_mm = 0.01;       // near a structure
+constexpr std::size_t kMostQueries = 48;     // of Embree, in a look
+constexpr std::size_t kFirstQueries = 2000;  // in the first
+constexpr std::size_t kDepthsAStep = 8;      // of teeth in breach
+constexpr double kDepthGrows_mm = 0.1;       // at a look at a tooth: so the search stays small
+constexpr const char* kNone = "none";
+constexpr double kHysteresis = 1.1;  // of the margin, before the tool counts as away again
+
+/// Throws Error when what a file holds is too far from the bone or too fine for its voxels.
+void AddFile(const EffectFile& file, double radius_mm, const Bone& bone, StructureVoxels& all) {
+  const double h = bone.region_voxel_mm();
+  Box3 bounds_W;
+  for (const Vec3& p : file.mesh.points) bounds_W.Include(p);
+  for (const EffectFile::Curve& curve : file.curves) {
+    for (const Vec3& p : curve.points) bounds_W.Include(p);
+  }
+  if (!file.curves.empty()) bounds_W = bounds_W.Grown(radius_mm);
+  const Box3 of_bone = bone.CalcBounds();
+  const Vec3 gap = glm::max(glm::max(bounds_W.lower - of_bone.upper, of_bone.lower - bounds_W.upper), Vec3(0));
+  const auto refuse = [&](const std::string& what) { throw Error(file.place + file.name + ": " + what); };
+  if (glm::length(gap) > StructuresEffect::kLook_mm) {
+    refuse(
+        fmt::format("lies {:.0f} mm away from the bone, and {:g} mm is as far as is looked; it must be in mm, in the "
+                    "bone's own frame (of a CT: LPS)",
+                    glm::length(gap), StructuresEffect::kLook_mm));
+  }
+  if (!file.curves.empty() && radius_mm < h) {
+    refuse(fmt::format("radius_mm = {:g} is less than a voxel of the bone's regions, {:g} mm", radius_mm, h));
+  }
+  if (!IsInWorld(bounds_W.lower) || !IsInWorld(bounds_W.upper)) refuse("reaches further than 1 km; it must be in mm");
+  StructureVoxels voxels(h);
+  try {
+    voxels.AddSurface(file.mesh);
+    for (const EffectFile::Curve& curve : file.curves) voxels.AddCurve(curve, radius_mm);
+  } catch (const Error& e) {
+    refuse(e.what());
+  }
+  if (voxels.empty()) refuse(fmt::format("is too small for the bone's regions, whose voxels are {:g} mm wide", h));
+  all.Add(voxels);
+}
+
+StructureVoxels FindVoxels(const StructuresParams& params, const Bone& bone) {
+  StructureVoxels all(bone.region_voxel_mm());
+  all.AddRegions(bone, params.regions);
+  if (params.surface != nullptr) AddFile(*params.surface, 0, bone, all);
+  if (params.markups != nullptr) AddFile(*params.markups, params.radius_mm, bone, all);
+  all.Finish();
+  return all;
+}
+
+std::string FindFault(std::span<const EffectValue> values) {
+  const auto& tissues = std::get<std::string>(values[0]);
+  const auto& surface = std::get<std::string>(values[2]);
+  const auto& markups = std::get<std::string>(values[3]);
+  const double radius_mm = std::get<double>(values[4]);
+  if (tissues == kNone && surface.empty() && markups.empty()) {
+    return "tissues is \"none\", and there is neither surface nor markups";
+  }
+  if (!markups.empty() && !(radius_mm > 0))
+    return "markups needs radius_mm, which is how thick its curves and points are";
+  if (markups.empty() && radius_mm > 0) return "radius_mm is not used: there is no markups; remove it";
+  return "";
+}
+
+std::vector<Box3> Moved(std::vector<Box3> boxes, const Vec3& way) {
+  for (Box3& box : boxes) box = {box.lower + way, box.upper + way};
+  return boxes;
+}
+
+}  // namespace
+
+StructuresEffect::StructuresEffect(const StructuresParams& params, const EffectSetup& setup)
+    : regions_(params.regions),
+      warn_mm_(params.warn_mm),
+      p_WF_mm_(setup.p_WF_mm),
+      voxels_(FindVoxels(params, setup.bone)),
+      from_files_(params.surface != nullptr || params.markups != nullptr),
+      ahead_mm_(kMaterialAheadVoxels * setup.field.voxel_mm()),
+      distance_(Moved(voxels_.MakeBoxes(), -setup.p_WF_mm), setup.tool),
+      shell_(Moved(voxels_.MakeShell(), -setup.p_WF_mm)),
+      reach_mm_(setup.shape.reach_mm) {
+  events_.reserve(kMostEvents);
+}
+
+void StructuresEffect::Solved(const EffectSolved& solved) {
+  double in_N = 0;
+  std::size_t in_breach = 0, looks = 0;
+  const std::size_t stride = std::max<std::size_t>(1, solved.teeth.size() / kDepthsAStep);
+  for (const ToothLoad& tooth : solved.teeth) {
+    const double cut = solved.time_s * tooth.teeth * tooth.speed_mm_per_s;
+    cut_all_ += cut;
+    if (!(cut > 0)) continue;
+    if (!regions_[static_cast<std::size_t>(tooth.region)] &&
+        !(from_files_ && voxels_.Contains(solved.X_FT.Point(tooth.p_T + ahead_mm_ * tooth.e_T) + p_WF_mm_))) {
+      continue;
+    }
+    cut_share_ += cut;
+    in_N += tooth.thrust_N;
+    // A few teeth a step, in turn, and each no further than is known and a little more: it grows to what it is.
+    if (in_breach++ % stride != next_tooth_ % stride || looks == kDepthsAStep) continue;
+    ++looks;
+    const double limit_mm = breach_depth_mm_ + kDepthGrows_mm;
+    breach_depth_mm_ =
+        std::max(breach_depth_mm_, shell_.FindNearest(solved.X_FT.Point(tooth.p_T), limit_mm).distance_mm);
+  }
+  ++next_tooth_;
+  force_now_N_ = std::max(force_now_N_, in_N);
+}
+
+void StructuresEffect::End(EffectEnd& end) {
+  time_s_ += end.dt_s;
+  const double moved_mm = looked_ ? CalcTravel(X_looked_, end.X_FT, reach_mm_) : 0;
+  if (!looked_ || moved_mm > std::max(kLookAgain_mm, kLookAgain * looked_mm_)) {
+    const StructureDistance::Nearest nearest =
+        distance_.Find(end.X_FT, kLook_mm, looked_ ? kMostQueries : kFirstQueries);
+    looked_mm_ = distance_mm_ = nearest.distance_mm;
+    found_ = nearest.distance_mm < kLook_mm;
+    p_F_mm_ = nearest.p_F;
+    X_looked_ = end.X_FT;
+    looked_ = true;
+  } else if (found_) {
+    distance_mm_ = std::max(0.0, looked_mm_ - moved_mm);
+  }
+  const bool breach = cut_share_ > 0;
+  if (breach) {
+    breach_mm3_ += end.removed_mm3 * cut_share_ / cut_all_;
+    breach_force_N_ = std::max(breach_force_N_, force_now_N_);
+  }
+  cut_share_ = cut_all_ = force_now_N_ = 0;
+  if (breach && !in_breach_) Note(StructureEvent::Kind::kBreach);
+  in_breach_ = breach;
+  if (!near_ && found_ && distance_mm_ < warn_mm_) {
+    near_ = true;
+    Note(StructureEvent::Kind::kNear);
+  } else if (near_ && (!found_ || distance_mm_ > kHysteresis * warn_mm_)) {
+    near_ = false;
+    Note(StructureEvent::Kind::kAway);
+  }
+}
+
+void StructuresEffect::Note(StructureEvent::Kind kind) {
+  if (events_.size() < kMostEvents) events_.push_back({kind, time_s_, distance_mm_, p_F_mm_ + p_WF_mm_});
+}
+
+void StructuresEffect::Report(std::span<double> channels) const {
+  channels[0] = distance_mm_;
+  channels[1] = near_ ? 1 : 0;
+  channels[2] = breach_mm3_;
+  channels[3] = breach_depth_mm_;
+  channels[4] = breach_force_N_;
+}
+
+std::size_t StructuresEffect::CalcMemoryBytes() const {
+  return sizeof(*this) + voxels_.CalcMemoryBytes() + distance_.CalcMemoryBytes() + shell_.CalcMemoryBytes() +
+         events_.capacity() * sizeof(StructureEvent);
+}
+
+const EffectInfo& Structures() {
+  static const EffectInfo kEffect{
+      .name = "structures",
+      .summary =
+          "nerve canal, tooth roots, surfaces and curves: distance from the blade, a warning, and what was cut of them",
+      .source =
+          "the bone's own regions, a surface or markups; the margin of 2 mm after the anatomy's figures (EJOMR 2022: "
+          "at "
+          "risk below 2 mm)",
+      .reads = "the tool's pose, regions that teeth cut, removed volume",
+      .writes = "distance, warning, breach: volume, depth, force; events",
+      .state = "the structures' voxels, their boxes in a hierarchy; up to 256 events",
+      .sleeps = "until the tool has moved by a hundredth of its distance",
+      .hooks = kEffectSolved | kEffectEnd,
+      .parameters = {{.key = "tissues",
+                      .preset = std::string("canal"),
+                      .meaning = "what must not be cut: the regions of these tissues",
+                      .words = {"canal", "tooth", "canal and tooth", "none"}},
+                     {"warn_mm", 2.0, 0, 20, "nearer than this it warns"},
+                     {.key = "surface",
+                      .preset = std::string(),
+                      .meaning = "closed surface of a structure beside those, mm",
+                      .file = EffectFileKind::kSurface},
+                     {.key = "markups",
+                      .preset = std::string(),
+                      .meaning = "curves and points of 3D Slicer: tubes and balls of radius_mm beside those",
+                      .file = EffectFileKind::kMarkups},
+                     {"radius_mm", 0.0, 0, 20, "of the markups' tubes and balls; 0: there are none"}},
+      .channels = {{"distance_mm", "of the blade from the nearest voxel of a structure, 20 when none is as near"},
+                   {"warns", "1 while it is nearer than warn_mm, until it is a tenth further away again"},
+                   {"breach_mm3", "cut of the structures so far, by the share of the teeth that cut in one"},
+                   {"breach_depth_mm", "furthest that a tooth in one was from its surface"},
+                   {"breach_force_N", "largest thrust of the teeth that cut in one"}},
+      .find_fault = FindFault,
+      .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
+        const auto& tissues = std::get<std::string>(values[0]);
+        StructuresParams params;
+        params.warn_mm = std::get<double>(values[1]);
+        bool any = false;
+        for (const auto& [id, region] : setup.bone.materials().regions()) {
+          if (tissues.find(ToString(region.tissue)) == std::string::npos || id < 1 || id > 255) continue;
+          params.regions[static_cast<std::size_t>(id)] = any = true;
+        }
+        if (!any && tissues != kNone) {
+          throw Error("the effect structures finds no region of tissue '" + tissues + "' in the bone's table");
+        }
+        const auto file = [&](std::size_t i) { return setup.files.empty() ? nullptr : setup.files[i]; };
+        params.surface = file(2);
+        params.markups = file(3);
+        params.radius_mm = std::get<double>(values[4]);
+        return std::make_unique<StructuresEffect>(params, setup);
+      }};
+  return kEffect;
+}
+
+}  // namespace kerf

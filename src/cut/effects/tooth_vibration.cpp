@@ -1,0 +1,173 @@
+// tooth_vibration: the force of single teeth, as lines of a spectrum.
+//
+// The tick's force is a mean over many passages: teeth lie densely along the rim. N teeth that pass one after the other
+// have the same mean and, on top of it, lines at multiples of the spindle's frequency:
+//
+//   passing  order N, 2 N   F(t) = sum over teeth k of f(theta + 2 pi k / N); with f the force of a tooth at a place of
+//                           the rim its Fourier coefficients are the sums of f over the rim times e^(-i m N alpha)
+//   runout   order 1        a rim off centre by e makes tooth k bite deeper than the one before by up to
+//                           2 e sin(pi / N), once a turn; by no more than the bite: a tooth cannot bite less than not
+//                           at all, and what it leaves the next ones take
+//   set      order N / 2    teeth bent to one side and the other in turn press sideways in turn
+// The sums go over the points of the rim that a step has found engaged, so no tooth is followed and nothing can beat
+// with the tick: each line is given at its own frequency, and only those go into the tick's force that it can carry
+// (below 0.4 of its rate, none above 0.45). Sample() gives them all, for what is faster.
+#include "cut/effects/tooth_vibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include "cut/effects/effects.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kPassBand = 0.4;  // of the tick's rate
+constexpr double kStopBand = 0.45;
+constexpr double kSilent_N = 1e-6;
+
+using Complex = std::complex<double>;
+
+}  // namespace
+
+double ToothVibrationEffect::Line::Magnitude() const {
+  double sum = 0;
+  for (const Complex& a : amplitude_N) sum += std::norm(a);
+  return std::sqrt(sum);
+}
+
+ToothVibrationEffect::ToothVibrationEffect(const ToothVibrationParams& params, const EffectSetup& setup)
+    : params_(params), teeth_(static_cast<int>(std::lround(setup.shape.passes_per_turn))) {
+  lines_[kRunout].order = 1;
+  lines_[kSet].order = teeth_ % 2 == 0 && teeth_ > 2 ? teeth_ / 2 : 0;
+  lines_[kPassing].order = teeth_ > 1 ? teeth_ : 0;
+  lines_[kPassing2].order = 2 * teeth_;
+}
+
+void ToothVibrationEffect::Reset() {
+  for (Line& line : lines_) line.amplitude_N = {};
+  awake_ = false;
+}
+
+void ToothVibrationEffect::Solved(const EffectSolved& solved) {
+  summed_s_ += solved.time_s;
+  if (solved.rpm == 0 || solved.teeth.empty()) return;
+  awake_ = true;
+  const StepProblem& problem = solved.problem;
+  const double way = solved.rpm > 0 ? 1 : -1;
+  // Deeper and less deep by this much, as a speed outwards.
+  const double more_mm_per_s = 2e-3 * params_.runout_um * std::sin(kPi / teeth_) * problem.passes_per_s;
+  for (const ToothLoad& tooth : solved.teeth) {
+    if (!(tooth.speed_mm_per_s > 0)) continue;
+    const double alpha = std::atan2(tooth.e_T.y, tooth.e_T.x);
+    const Vec3 along(-way * tooth.e_T.y, way * tooth.e_T.x, 0);
+    const Vec3 direction = -tooth.e_T - params_.tangential_share * along;
+    const double change_mm_per_s = std::min(more_mm_per_s, tooth.speed_mm_per_s);
+    const double turning_N = 0.5 * tooth.teeth *
+                             (problem.ToothForceAt(tooth.speed_mm_per_s + change_mm_per_s, tooth.E_star_MPa) -
+                              problem.ToothForceAt(tooth.speed_mm_per_s - change_mm_per_s, tooth.E_star_MPa));
+    const auto add = [&](int line, double thrust_N, const Vec3& d) {
+      const Complex phase =
+          std::polar(solved.time_s * thrust_N, -way * lines_[static_cast<std::size_t>(line)].order * alpha);
+      for (int axis = 0; axis < 3; ++axis)
+        sums_[static_cast<std::size_t>(line)][static_cast<std::size_t>(axis)] += phase * d[axis];
+    };
+    add(kRunout, turning_N, direction);
+    if (lines_[kSet].order > 0) add(kSet, params_.set_share * tooth.thrust_N, Vec3(0, 0, 1));
+    // Of a Fourier series, both signs of the order together.
+    if (lines_[kPassing].order > 0) add(kPassing, 2 * tooth.thrust_N, direction);
+    add(kPassing2, 2 * tooth.thrust_N, direction);
+  }
+}
+
+void ToothVibrationEffect::End(EffectEnd& end) {
+  const double turns_per_s = end.rpm / 60;
+  theta_rad_ = std::remainder(theta_rad_ + 2 * kPi * std::fmod(std::abs(turns_per_s) * end.dt_s, 1), 2 * kPi);
+  spindle_Hz_ = std::abs(turns_per_s);
+  force_N_ = 0;
+  if (spindle_Hz_ == 0) Reset();
+  if (!awake_) {
+    sums_ = {};
+    summed_s_ = 0;
+    return;
+  }
+  const double fresh = 1 - std::exp(-end.dt_s / (1e-3 * params_.smoothing_ms));
+  double largest_N = 0;
+  Vec3 f_T_N(0);
+  for (std::size_t n = 0; n < kLines; ++n) {
+    Line& line = lines_[n];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const Complex now = summed_s_ > 0 ? sums_[n][axis] / summed_s_ : 0;
+      line.amplitude_N[axis] += fresh * (now - line.amplitude_N[axis]);
+    }
+    largest_N = std::max(largest_N, line.Magnitude());
+    if (line.order == 0) continue;
+    const double share = line.order * spindle_Hz_ * end.dt_s;  // of the tick's rate
+    const double carried = std::clamp((kStopBand - share) / (kStopBand - kPassBand), 0.0, 1.0);
+    if (carried == 0) continue;
+    const Complex turn = std::polar(carried, line.order * theta_rad_);
+    for (int axis = 0; axis < 3; ++axis)
+      f_T_N[axis] += (line.amplitude_N[static_cast<std::size_t>(axis)] * turn).real();
+  }
+  sums_ = {};
+  summed_s_ = 0;
+  const double force_N = glm::length(f_T_N);
+  if (force_N > params_.max_N) f_T_N *= params_.max_N / force_N;
+  force_N_ = std::min(force_N, params_.max_N);
+  end.f_more_W_N += end.X_FT.Vector(f_T_N);
+  if (largest_N < kSilent_N) Reset();
+}
+
+Vec3 ToothVibrationEffect::Sample(double later_s) const {
+  Vec3 f_T_N(0);
+  if (!awake_) return f_T_N;
+  const double theta = theta_rad_ + 2 * kPi * std::fmod(spindle_Hz_ * later_s, 1);
+  for (const Line& line : lines_) {
+    if (line.order == 0) continue;
+    const Complex turn = std::polar(1.0, line.order * theta);
+    for (int axis = 0; axis < 3; ++axis)
+      f_T_N[axis] += (line.amplitude_N[static_cast<std::size_t>(axis)] * turn).real();
+  }
+  return f_T_N;
+}
+
+void ToothVibrationEffect::Report(std::span<double> channels) const {
+  channels[0] = force_N_;
+  channels[1] = lines_[kRunout].Magnitude();
+  channels[2] = lines_[kSet].Magnitude();
+  channels[3] = lines_[kPassing].Magnitude();
+  channels[4] = teeth_ * spindle_Hz_;
+}
+
+const EffectInfo& ToothVibration() {
+  static const EffectInfo kEffect{
+      .name = "tooth_vibration",
+      .summary = "single teeth passing, runout and set of the teeth, as lines at multiples of the spindle's frequency",
+      .source = "Fourier series of the engaged arc; runout, set and the share along the tooth's way are assumptions",
+      .reads = "teeth, their thrust and place, spindle speed",
+      .writes = "force on the hand, in lines that the tick can carry; all lines for sound",
+      .state = "four lines and the spindle's angle",
+      .sleeps = "while nothing is cut",
+      .hooks = kEffectSolved | kEffectEnd | kEffectPush,
+      .parameters = {{"runout_um", 5.0, 0, 500, "of the rim, once a turn; an assumption"},
+                     {"set_share", 0.1, 0, 1, "sideways force of a set tooth, of its thrust; an assumption"},
+                     {"tangential_share", 0.625, 0, 2,
+                      "cutting force of a tooth, of its thrust: 1 / 1.6, measured 1/1.8 to 1/1.4"},
+                     {"smoothing_ms", 5.0, 0.1, 1000, "over which lines follow what is cut"},
+                     {"max_N", 2.0, 0, 100, "no more than this goes into the tick's force"}},
+      .channels = {{"force_N", "in the tick's force"},
+                   {"runout_N", "amplitude of the line at the spindle's frequency"},
+                   {"set_N", "amplitude of the line at half the teeth's frequency"},
+                   {"passing_N", "amplitude of the line at the teeth's frequency"},
+                   {"passing_Hz", "teeth that pass a point each second"}},
+      .make = [](std::span<const EffectValue> values, const EffectSetup& setup) -> std::unique_ptr<Effect> {
+        const auto number = [&](std::size_t i) { return std::get<double>(values[i]); };
+        return std::make_unique<ToothVibrationEffect>(
+            ToothVibrationParams{number(0), number(1), number(2), number(3), number(4)}, setup);
+      }};
+  return kEffect;
+}
+
+}  // namespace kerf

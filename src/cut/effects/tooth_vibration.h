@@ -1,0 +1,54 @@
+// tooth_vibration: what single teeth make of the mean force. What others need of it.
+#pragma once
+
+#include <array>
+#include <complex>
+
+#include "cut/effects/effect.h"
+
+namespace kerf {
+
+struct ToothVibrationParams {
+  double runout_um = 5;             // of the rim from its mean radius, once a turn
+  double set_share = 0.1;           // sideways force of a set tooth, of its thrust
+  double tangential_share = 0.625;  // cutting force of a tooth, of its thrust
+  double smoothing_ms = 5;
+  double max_N = 2;
+};
+
+class ToothVibrationEffect final : public Effect {
+ public:
+  ToothVibrationEffect(const ToothVibrationParams& params, const EffectSetup& setup);
+
+  void Solved(const EffectSolved& solved) override;
+  void End(EffectEnd& end) override;
+  void Reset() override;
+  void Report(std::span<double> channels) const override;
+  std::size_t CalcMemoryBytes() const override { return sizeof(*this); }
+
+  /// A line: force on the tool = Re(amplitude e^(i order theta)), theta the spindle's angle. Tool frame, N.
+  struct Line {
+    int order = 0;  // times the spindle's frequency; 0: none
+    std::array<std::complex<double>, 3> amplitude_N{};
+    double Magnitude() const;
+  };
+  enum { kRunout, kSet, kPassing, kPassing2, kLines };
+  const std::array<Line, kLines>& lines() const { return lines_; }
+  double spindle_Hz() const { return spindle_Hz_; }
+  /// The whole vibration `later_s` after the end of the tick, for sound and for actuators that are faster than the
+  /// tick. Tool frame, N. Tick-safe.
+  Vec3 Sample(double later_s) const;
+
+ private:
+  ToothVibrationParams params_;
+  int teeth_;
+  std::array<Line, kLines> lines_{};
+  std::array<std::array<std::complex<double>, 3>, kLines> sums_{};  // of this tick, times time
+  double summed_s_ = 0;
+  double theta_rad_ = 0;
+  double spindle_Hz_ = 0;
+  double force_N_ = 0;
+  bool awake_ = false;
+};
+
+}  // namespace kerf

@@ -1,0 +1,147 @@
+// What a coupled simulation holds between its ticks, and the parts of a tick.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <variant>
+
+#include "bone/grid/field.h"
+#include "bone/grid/leaf_history.h"
+#include "cut/contact/edge.h"
+#include "cut/contact/faces.h"
+#include "cut/contact/step.h"
+#include "cut/effects/plan.h"
+#include "cut/hand_sim/coupling.h"
+#include "cut/hand_sim/setup.h"
+#include "cut/hand_sim/slab_guide.h"
+#include "cut/proximity/clearance.h"
+#include "cut/removal/paced_cutter.h"
+#include "cut/tool/shape.h"
+#include "kerf/coupled.h"
+
+namespace kerf {
+
+struct CoupledSimulation::State {
+  static constexpr double kFaceSpacing_mm = 1.4;
+  static constexpr double kCreep_mm_per_s =
+      0.02;  // of friction that sticks, and of a law with a force at the least bite
+  static constexpr double kMostReserve_mJ = 5;
+
+  State(Bone the_bone, const CoupledParams& the_params, const Pose& X_WT_start)
+      : bone(std::move(the_bone)),
+        params(the_params),
+        field(bone, params.spare_leaves),
+        h(bone.voxel_mm()),
+        is_disc(std::holds_alternative<DiscSaw>(params.tool)),
+        shape(MakeToolShape(params.tool, params.edge_samples_per_pitch, kFaceSpacing_mm,
+                            Faces::CalcRimMargin(CalcReach(params.tool), h), Faces::CalcStoppedMargin(h))),
+        coupling(params.coupling),
+        edge(field, bone, params.tool, shape, params.coupling.p_TC_mm),
+        faces(field, shape, params.tool, params.coupling.p_TC_mm),
+        cutter(field, params.tool, CutWith::kEdge, params.whole_voxel_removal, CountOldLeaves(field, params),
+               params.precision_bits),
+        paced(cutter, params.tool, shape.reach_mm, h, params.carve_interval_ticks),
+        clearance(field, params.tool),
+        slab(is_disc ? std::get<DiscSaw>(params.tool) : DiscSaw{}, params.coupling.p_TC_mm, params.slab_reading),
+        effects(params.effects,
+                {bone, field, params.tool, shape, edge, &faces, params.coupling.p_TC_mm, field.p_WF_mm()}),
+        solver(edge.size() + faces.size() + effects.capacity().solids + effects.capacity().frictions + 8),
+        X_WT(Local(X_WT_start)),
+        X_WH(X_WT) {
+    last.X_WT = X_WT_start;
+    problem.law = MakeToothForce(params.law, params.tool);
+    problem.ramp_mm_per_s = CalcRamp(problem.law, kCreep_mm_per_s);
+    problem.creep_mm_per_s = kCreep_mm_per_s;
+    problem.cutting.reserve(edge.size());
+    problem.solids.reserve(edge.size() + effects.capacity().solids + 8);
+    problem.yields.reserve(1);
+    problem.flats.reserve(faces.size());
+    problem.frictions.reserve(effects.capacity().frictions + 1);
+  }
+
+  /// What a tick adds up over its sub-steps; times time, but for time itself and energies.
+  struct Sums {
+    double time_s = 0;    // made good
+    double drawn_mJ = 0;  // put into the coupling's springs by the handle's motion
+    double given_mJ = 0;  // work of all springs, of coupling and contact, on the tool: force at a step's end times way
+    Vec3 f_cut_W{0}, f_face_W{0}, f_friction_W{0};
+    double thrust = 0, teeth = 0, E = 0, bite = 0;
+    std::array<double, 256> thrust_by_region{};
+    Vec3 f_damper_W{0}, tau_damper_W{0};  // on the hand, in the last sub-step; not times time
+    bool touched = false;                 // anything but air
+  };
+
+  bool Accepts(const CoupledInput& in) const;
+  CoupledOutput Repeat() const;
+  /// Within the tick all poses are those of the field's frame F, which stands for W.
+  Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
+  Pose World(const Pose& X) const { return {X.R_AB, X.p_AB + field.p_WF_mm()}; }
+  void StepFidelity(const CoupledInput& in, CoupledOutput& out);
+  void CutAtStart(CoupledOutput& out);
+  void CutWaiting(CoupledOutput& out);
+  void CutPath(CoupledOutput& out);
+  void FinishPath();
+  void EndSlab() {
+    slab.End();
+    blend = looked_share = 1;
+  }
+  void Release();
+  /// Through air; what came of it.
+  enum class Flight { kNear, kUnderWay, kThere };
+  Flight Fly(const CoupledInput& in, CoupledOutput& out);
+  void Engage(const CoupledInput& in, double time_s);
+  void MoveHandle(const Pose& X_to, Sums& sums, CoupledOutput& out);
+  bool Follow(const CoupledInput& in, int max_substeps, TickObserver* observer, Sums& sums, CoupledOutput& out);
+  double CalcStepShare(const Twist& motion, double time_s) const;
+  void AddUp(double time_s, Sums& sums, CoupledOutput& out);
+  void Move(const Pose& X_next, double share);
+  /// In the springs of the problem's solids from `first` to `end`, after `share` of the step.
+  double CalcSolidsEnergy(std::size_t first, std::size_t end, double share) const;
+  /// What is stored less what was put in: falls by what is lost to the bone and to the steps.
+  double CalcBalance(const CoupledOutput& out) const {
+    return coupling_mJ + contact_mJ - out.hand_mJ - out.spindle_mJ + out.damping_mJ;
+  }
+  void Reserve(double lost_mJ) { reserve_mJ = std::clamp(reserve_mJ + lost_mJ, 0.0, kMostReserve_mJ); }
+  void Publish(const Sums& sums, CoupledOutput& out) const;
+
+  Bone bone;
+  CoupledParams params;
+  BoneField field;
+  double h;
+  bool is_disc;
+  ToolShape shape;
+  Coupling coupling;
+  Edge edge;
+  Faces faces;
+  Cutter cutter;
+  PacedCutter paced;
+  Clearance clearance;
+  StepProblem problem;
+  SlabGuide slab;
+  PassedPath path;
+  EffectPlan effects;
+  StepSolver solver;
+  Fidelity fidelity = Fidelity::kFull;  // asked for
+  double blend = 1;                     // falls and rises with time; 0: the slab's law alone
+  double looked_share = 1;              // of the forces that come from looking at the bone; the rest is the slab's
+  Vec3 f_cut_T{0};                      // of the last sub-step
+  double teeth = 0;                     // likewise
+
+  bool at_start = true;         // no tick with a turning spindle yet
+  Pose X_WT;                    // the tool
+  Pose X_WH;                    // last good handle pose
+  Twist u{};                    // of the last sub-step, to start the next from
+  double coupling_mJ = 0;       // in the coupling's springs at the end of the last tick
+  double contact_mJ = 0;        // in the contact's springs,
+  double guide_mJ = 0;          // of it, in the slab's guide,
+  double effects_mJ = 0;        // of it, in springs of effects
+  std::size_t first_guide = 0;  // of the problem's solids
+  std::size_t first_of_effects = 0;
+  CoupledOutput last;  // what the last tick gave
+  std::array<double, 256> taken_out_mm3{};
+  std::unique_ptr<LeafHistory> history;
+  double reserve_mJ = 0;  // lost so far and not given back: what a push-out may take (push_out.h)
+};
+
+}  // namespace kerf

@@ -1,0 +1,318 @@
+#include "kerf/simulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "bone/grid/piece_removal.h"
+#include "cut/contact/edge.h"
+#include "cut/effects/plan.h"
+#include "cut/removal/paced_cutter.h"
+#include "cut/tool/shape.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr int kMaxSubsteps = 4096;
+constexpr int kSpareLeaves = 4096;
+constexpr double kNoFaces_mm = 1e3;  // the flats of a tool that follows its path meet nothing
+
+/// The tool frame's axes; the force is on the tool and acts at its origin: tooth forces point there.
+struct EdgeLoad {
+  Vec3 f_T_N{0};
+  Vec3 tau_T_Nmm{0};         // about the origin, of effects
+  double thrust_sum_N = 0;   // sum of the magnitudes
+  double engaged_teeth = 0;  // a real number; those that move outwards
+  double E_sum_MPa = 0;      // sums over the engaged teeth; divide by engaged_teeth for the mean
+  double bite_sum_mm = 0;
+  std::array<double, 256> thrust_by_region_N{};  // sums to thrust_sum_N
+};
+
+}  // namespace
+
+struct Simulation::State {
+  State(Bone the_bone, const SimulationParams& the_params, const Pose& X_WT_start)
+      : bone(std::move(the_bone)),
+        params(the_params),
+        shape(MakeToolShape(params.tool, params.rim_samples_per_pitch, kNoFaces_mm, 0, 0)),
+        field(bone, kSpareLeaves),
+        edge(field, bone, params.tool, shape, Vec3(0)),
+        cutter(field, params.tool, CutWith::kWholeTool),
+        paced(cutter, params.tool, shape.reach_mm, field.voxel_mm(), params.carve_interval_ticks),
+        effects(params.effects, {bone, field, params.tool, shape, edge, nullptr, Vec3(0), field.p_WF_mm()}),
+        X_WT(Local(X_WT_start)) {
+    met.law = MakeToothForce(params.law, params.tool);
+    met.cutting.reserve(shape.edge.size());
+    met.solids.reserve(effects.capacity().solids);
+    met.frictions.reserve(effects.capacity().frictions);
+    angle_between_points = glm::length(shape.edge[1].e_T - shape.edge[0].e_T);
+  }
+
+  /// Within the tick all poses are those of the field's frame F, which stands for W.
+  Pose Local(const Pose& X) const { return {X.R_AB, X.p_AB - field.p_WF_mm()}; }
+  TickOutput Repeat() const;
+  void CutRest(const Pose& X_to);
+  // Not inlined, so that its loop compiles the same whatever else is in the tick (tools/off_is_free).
+  [[gnu::noinline]] EdgeLoad CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s);
+  void AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s, EdgeLoad& load);
+
+  Bone bone;
+  SimulationParams params;
+  ToolShape shape;
+  BoneField field;
+  Edge edge;
+  StepProblem met;              // what the teeth meet
+  double angle_between_points;  // neighbours on the edge, rad
+  Cutter cutter;
+  PacedCutter paced;
+  EffectPlan effects;
+  Pose X_WT;        // last good pose
+  TickOutput last;  // what the last tick gave
+  std::array<double, 256> taken_out_mm3{};
+};
+
+/// What the last tick gave, of a tick in which nothing happened.
+TickOutput Simulation::State::Repeat() const {
+  TickOutput out = last;
+  out.removed_mm3 = 0;
+  out.status = kTickNoTime;
+  return out;
+}
+
+/// What waits to be removed is removed, up to where the tool is.
+void Simulation::State::CutRest(const Pose& X_to) {
+  while (paced.Flush(X_to).out_of_leaves) {
+    field.Refill(kSpareLeaves);
+    cutter.Refill();
+  }
+}
+
+/// Mean force over many tooth passages while the tool moves with velocity `v_T_mm_per_s`, not turning but about its
+/// spindle. Error: docs/physics.md. Tick-safe.
+EdgeLoad Simulation::State::CalcLoad(const Pose& X, const Vec3& v_T_mm_per_s, double passes_per_s) {
+  met.passes_per_s = passes_per_s;
+  edge.FindTeeth(Probe(field, X), met);
+  EdgeLoad load;
+  const double feed = glm::length(v_T_mm_per_s - Vec3(0, 0, shape.edge_is_ring ? v_T_mm_per_s.z : 0));
+  if (!(feed > 0)) return load;
+  const double inv_change = 1 / (feed * angle_between_points);
+  for (std::size_t i = 0; i < met.cutting.size(); ++i) {
+    const CuttingPoint& point = met.cutting[i];
+    const double outwards = glm::dot(Vec3(point.row[0], point.row[1], point.row[2]), v_T_mm_per_s);
+    const double along = glm::dot(Vec3(point.along[0], point.along[1], point.along[2]), v_T_mm_per_s);
+    const double speed = std::max(0.0, outwards);
+    // Where the outward half of the edge ends within what the point stands for, a part of that.
+    const double outward = std::clamp(0.5 + outwards * inv_change, 0.0, 1.0);
+    const double teeth = outward * point.teeth;
+    const double force = point.teeth * met.MeanToothForce(point, outwards, along).radial_N;
+    load.f_T_N -= force * point.FindOutwards(outwards, along);
+    load.thrust_sum_N += force;
+    load.thrust_by_region_N[static_cast<std::size_t>(edge.met()[i].region)] += force;
+    load.engaged_teeth += teeth;
+    load.E_sum_MPa += teeth * edge.met()[i].E_MPa;
+    load.bite_sum_mm += teeth * speed / passes_per_s;
+  }
+  return load;
+}
+
+/// What effects add at the tool's motion, and what they see of it. Tick-safe.
+void Simulation::State::AddEffects(const Pose& X_a, const Pose& X_b, const Vec3& v_T_mm_per_s, double rpm, double dt_s,
+                                   EdgeLoad& load) {
+  met.tau_s = dt_s;
+  met.solids.clear();
+  met.frictions.clear();
+  const Twist u{v_T_mm_per_s.x, v_T_mm_per_s.y, v_T_mm_per_s.z, 0, 0, 0};
+  effects.Engage({X_a, Probe(field, X_a), edge, nullptr, rpm, true}, met);
+  Twist sum{};
+  for (const SolidPoint& p : met.solids) {
+    AddTo(sum, -p.stiffness_N_per_mm * std::max(0.0, p.depth_mm + dt_s * Dot(p.row, u)), p.row);
+  }
+  for (const FrictionPoint& p : met.frictions) {
+    const double a = Dot(p.row_a, u) + p.slip_a_mm_per_s;
+    const double b = Dot(p.row_b, u) + p.slip_b_mm_per_s;
+    const double factor = p.limit_N / std::sqrt(a * a + b * b + met.creep_mm_per_s * met.creep_mm_per_s);
+    AddTo(sum, -factor * a, p.row_a);
+    AddTo(sum, -factor * b, p.row_b);
+  }
+  load.f_T_N += Vec3(sum[0], sum[1], sum[2]);
+  load.tau_T_Nmm += Vec3(sum[3], sum[4], sum[5]);
+  if (!effects.wants_solved()) return;
+  EffectSolved solved{X_a, X_b, edge, nullptr, met, u, 1, dt_s, rpm, {}};
+  effects.Solved(solved);
+}
+
+Simulation::Simulation(Bone bone, const SimulationParams& params, const Pose& X_WT_start) {
+  Validate(params.tool);
+  if (params.rim_samples_per_pitch < 1 || params.rim_samples_per_pitch > 256) {
+    throw Error("rim_samples_per_pitch is out of range; valid range 1 to 256");
+  }
+  if (params.substeps < 1 || params.substeps > 64) throw Error("substeps is out of range; valid range 1 to 64");
+  if (params.carve_interval_ticks < 1 || params.carve_interval_ticks > 64) {
+    throw Error("carve_interval_ticks is out of range; valid range 1 to 64");
+  }
+  if (!IsValid(X_WT_start)) throw Error("the tool's start pose is not finite or its quaternion is not of unit length");
+  if (!IsInWorld(X_WT_start.p_AB)) {
+    throw Error(fmt::format("the tool's start lies beyond {} mm from the world's origin", kWorldReach_mm));
+  }
+  state_ = std::make_unique<State>(std::move(bone), params, X_WT_start);
+}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+
+const EffectPlan& Simulation::effects() const {
+  return state_->effects;
+}
+EffectPlan& Simulation::effects() {
+  return state_->effects;
+}
+const Bone& Simulation::bone() const {
+  state_->CutRest(state_->X_WT);
+  state_->field.Settle();
+  return state_->bone;
+}
+Bone Simulation::TakeBone() && {
+  state_->CutRest(state_->X_WT);
+  state_->field.Settle();
+  return std::move(state_->bone);
+}
+std::array<double, 256> Simulation::CalcRemovedByRegion() {
+  state_->CutRest(state_->X_WT);
+  std::array<double, 256> mm3 = state_->cutter.CalcRemovedByRegion();
+  for (std::size_t id = 0; id < mm3.size(); ++id) mm3[id] -= state_->taken_out_mm3[id];
+  return mm3;
+}
+bool Simulation::IsClearOf(const Box3& bounds_W) const {
+  const State& s = *state_;
+  return IsToolClearOf(bounds_W, s.X_WT.p_AB + s.field.p_WF_mm(), s.shape.reach_mm, s.field.voxel_mm());
+}
+bool Simulation::Replace(const std::array<int, 3>& index, const float* from, const float* to) {
+  return state_->cutter.Replace(state_->field.FromWorld(index), from, to);
+}
+void Simulation::AddTakenOut(const std::array<double, 256>& mm3, double sign) {
+  for (std::size_t id = 0; id < mm3.size(); ++id) state_->taken_out_mm3[id] += sign * mm3[id];
+}
+void Simulation::Refill() {
+  state_->field.Refill(kSpareLeaves);
+  state_->cutter.Refill();
+}
+
+int Simulation::changed_count() const {
+  return static_cast<int>(state_->field.changed().size());
+}
+ChangedLeaf Simulation::changed(int i) const {
+  return state_->field.ReadChanged(i);
+}
+void Simulation::ClearChanged() {
+  state_->field.ClearChanged();
+}
+
+bool Simulation::SetDown(const Pose& X_WT) {
+  if (!IsValid(X_WT) || !IsInWorld(X_WT.p_AB)) return false;
+  state_->CutRest(state_->X_WT);
+  state_->X_WT = state_->Local(X_WT);
+  state_->last = {};
+  state_->effects.Reset();
+  state_->cutter.Lift();
+  return true;
+}
+
+TickOutput Simulation::Tick(const TickInput& in, TickObserver* observer) {
+  State& s = *state_;
+  TickOutput out;
+  const auto enter = [observer](TickStage stage) {
+    if (observer) observer->Enter(stage);
+  };
+
+  // 1 accept
+  enter(TickStage::kAccept);
+  if (!IsValid(in.X_WT) || !IsInWorld(in.X_WT.p_AB) || !std::isfinite(in.rpm) || !(in.dt_s >= 0) ||
+      !std::isfinite(in.dt_s)) {
+    s.last = {};
+    out.status = kTickBadPose;
+    enter(TickStage::kEnd);
+    return out;
+  }
+  if (in.dt_s < kLeastTick_s) {
+    enter(TickStage::kEnd);
+    return s.Repeat();
+  }
+  const Pose X_to = s.Local(in.X_WT);
+  const Pose X_from = std::exchange(s.X_WT, X_to);
+  EffectBegin begin{in.dt_s, in.rpm, in.rpm};
+  s.effects.Begin(begin);
+  const double passes_per_s = s.shape.passes_per_turn * std::abs(begin.rpm) / 60;
+  if (passes_per_s == 0) {
+    s.CutRest(X_from);
+    out.status = kTickSpindleStopped;
+    EffectEnd end{in.dt_s, in.rpm, 0, s.X_WT, true, 0, 0, 0};
+    s.effects.End(end);
+    s.last = out;
+    enter(TickStage::kEnd);
+    return out;
+  }
+  double substeps = std::max<double>(s.params.substeps, CountSubsteps(X_from, X_to, s.params.tool, s.field.voxel_mm()));
+  if (substeps > kMaxSubsteps) {
+    out.status |= kTickSubstepsLimited;
+    substeps = kMaxSubsteps;
+  }
+
+  s.paced.BeginTick();
+  // 2 engage and 3 remove, in turn, so that each sub-step meets the bone that the one before has left
+  const double dt_s = in.dt_s / substeps;
+  const Vec3 p_TG_mm = CalcGrip(s.params.tool);
+  double E_sum_MPa = 0;
+  double bite_sum_mm = 0;
+  std::array<double, 256> thrust_by_region_N{};
+  Pose X_a = X_from;
+  for (int i = 1; i <= static_cast<int>(substeps); ++i) {
+    const Pose X_b = i == static_cast<int>(substeps) ? X_to : Interpolate(X_from, X_to, i / substeps);
+    enter(TickStage::kEngage);
+    const Vec3 v_T = X_a.InverseVector(X_b.p_AB - X_a.p_AB) / dt_s;
+    EdgeLoad load = s.CalcLoad(X_a, v_T, passes_per_s);
+    if (s.effects.wants_steps()) s.AddEffects(X_a, X_b, v_T, begin.rpm, dt_s, load);
+    out.f_T_W_N += X_a.Vector(load.f_T_N);
+    out.tau_TG_W_Nmm += X_a.Vector(load.tau_T_Nmm + glm::cross(-p_TG_mm, load.f_T_N));
+    out.thrust_sum_N += load.thrust_sum_N;
+    out.engaged_teeth += load.engaged_teeth;
+    E_sum_MPa += load.E_sum_MPa;
+    bite_sum_mm += load.bite_sum_mm;
+    for (std::size_t id = 0; id < thrust_by_region_N.size(); ++id) {
+      thrust_by_region_N[id] += load.thrust_by_region_N[id];
+    }
+    enter(TickStage::kRemove);
+    Cutter::Result cut = s.paced.Cut(X_a, X_b);
+    out.removed_mm3 += cut.removed_mm3;
+    while (cut.out_of_leaves) {
+      Refill();
+      cut = s.paced.Cut(X_a, X_b);
+      out.removed_mm3 += cut.removed_mm3;
+    }
+    X_a = X_b;
+  }
+
+  // 4 publish: means over the tick
+  enter(TickStage::kPublish);
+  if (out.engaged_teeth > 0) {
+    out.mean_E_MPa = E_sum_MPa / out.engaged_teeth;
+    out.mean_bite_mm = bite_sum_mm / out.engaged_teeth;
+    const auto main = std::max_element(thrust_by_region_N.begin(), thrust_by_region_N.end());
+    if (*main > 0) out.main_region = static_cast<int>(main - thrust_by_region_N.begin());
+  }
+  out.f_T_W_N /= substeps;
+  out.tau_TG_W_Nmm /= substeps;
+  out.thrust_sum_N /= substeps;
+  out.engaged_teeth /= substeps;
+  EffectEnd end{in.dt_s,           in.rpm,           begin.rpm,      s.X_WT, out.engaged_teeth == 0,
+                out.engaged_teeth, out.thrust_sum_N, out.removed_mm3};
+  s.effects.End(end);
+  if (end.f_more_W_N != Vec3(0)) out.f_T_W_N += end.f_more_W_N;
+  s.last = out;
+  enter(TickStage::kEnd);
+  return out;
+}
+
+}  // namespace kerf

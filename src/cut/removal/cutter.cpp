@@ -1,0 +1,247 @@
+#include "cut/removal/cutter.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "bone/grid/piece_removal.h"
+#include "cut/removal/edge_leaves.h"
+#include "cut/removal/ledger.h"
+#include "cut/removal/sweep.h"
+#include "cut/tool/shape.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kAll = std::numeric_limits<double>::infinity();
+// Wherever a slot as wide as a voxel lies, phi interpolated at its middle is not below 0 in any orientation: the mean
+// distance of a cell's corners from a plane through it, so weighted, is at most half a voxel. The rest is for rounding.
+constexpr double kLeastKerfVoxels = 1.005;
+
+/// The zone in which the tool cuts.
+EdgeZone MakeZone(const Tool& tool, const BoneField& field, CutWith with) {
+  EdgeZone zone;
+  zone.band_mm = field.band_mm();
+  zone.depth_mm = kAll;
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+    zone.radius_mm = disc->radius_mm();
+    zone.half_thickness_mm = 0.5 * CalcKerfWidth(*disc, field.voxel_mm());
+    if (with == CutWith::kEdge) zone.depth_mm = CalcToothSide(zone.radius_mm, field.voxel_mm());
+  } else {
+    zone.ball = true;
+    zone.radius_mm = std::get<BallBurr>(tool).radius_mm();
+  }
+  return zone;
+}
+
+/// What of it a step in the disc's plane, or of a ball, can change: further in the flats are nearer, or all is air.
+EdgeZone MakeEdgeZone(const EdgeZone& zone, double voxel_mm) {
+  EdgeZone edge = zone;
+  const double depth_mm = zone.ball ? zone.band_mm : zone.half_thickness_mm + 0.5 * voxel_mm;
+  if (zone.depth_mm == kAll) edge.depth_mm = depth_mm;
+  return edge;
+}
+
+}  // namespace
+
+struct Cutter::State {
+  State(BoneField& the_field, const Tool& tool, CutWith with, bool the_whole_voxels, int old_leaves,
+        int the_precision_bits)
+      : field(the_field),
+        h(field.voxel_mm()),
+        zone(MakeZone(tool, field, with)),
+        whole_voxels(the_whole_voxels),
+        precision_bits(the_precision_bits),
+        leaves(field, MakeEdgeZone(zone, h)),
+        ledger(field, old_leaves) {}
+
+  void CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only, Result& result);
+  void CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result);
+  bool FlanksMoved(const Pose& X) const;
+  void CountInMm3(Result& result) const { result.removed_mm3 *= h * h * h; }
+
+  BoneField& field;
+  double h;
+  EdgeZone zone;
+  bool whole_voxels;
+  int precision_bits;
+  EdgeLeaves leaves;
+  Ledger ledger;
+  std::optional<Pose> X_last;    // where the last cut ended, if nothing was left out
+  std::optional<Pose> X_flanks;  // where all that cuts was last looked at
+  Effort effort;
+  std::array<float, BoneField::kLeafVoxels> values;
+};
+
+double CalcKerfWidth(const DiscSaw& disc, double voxel_mm) {
+  return std::max(disc.thickness_mm, kLeastKerfVoxels * voxel_mm);
+}
+
+Cutter::Cutter(BoneField& field, const Tool& tool, CutWith with, bool whole_voxels, int old_leaves, int precision_bits)
+    : state_(std::make_unique<State>(field, tool, with, whole_voxels, old_leaves, precision_bits)) {}
+Cutter::~Cutter() = default;
+Cutter::Cutter(Cutter&&) noexcept = default;
+Cutter& Cutter::operator=(Cutter&&) noexcept = default;
+
+bool Cutter::Replace(const LeafIndex& leaf, const float* from, const float* to) {
+  State& s = *state_;
+  const BoneField::LeafKind kind = s.field.kind(leaf);
+  const LeafIndex low = s.field.lowest(), high = s.field.highest();
+  if (leaf.x < low.x || leaf.y < low.y || leaf.z < low.z || leaf.x > high.x || leaf.y > high.y || leaf.z > high.z) {
+    return false;
+  }
+  if (kind != BoneField::LeafKind::kOwn && s.field.spare_leaves() == 0) return false;
+  const bool is_pure = kind == BoneField::LeafKind::kInside;
+  if (!s.ledger.IsNoted(leaf)) {
+    if (!is_pure && !s.ledger.HasRoom()) return false;
+    std::copy_n(s.field.Read(leaf), BoneField::kLeafVoxels, s.values.begin());
+    if (s.field.Open(leaf) == nullptr) return false;
+    s.ledger.Note(leaf, is_pure ? nullptr : s.values.data());
+  }
+  float* now = s.field.Open(leaf);
+  if (now == nullptr) return false;
+  for (int i = 0; i < BoneField::kLeafVoxels; ++i) now[i] = ReplaceValue(now[i], from[i], to[i]);
+  return true;
+}
+
+bool Cutter::Swap(const LeafIndex& leaf, float* values) {
+  State& s = *state_;
+  if (s.ledger.IsNoted(leaf)) return s.field.Swap(leaf, values);
+  const bool is_pure = s.field.kind(leaf) == BoneField::LeafKind::kInside;
+  if (!is_pure && !s.ledger.HasRoom()) return false;
+  if (!s.field.Swap(leaf, values)) return false;
+  s.ledger.Note(leaf, is_pure ? nullptr : values);
+  return true;
+}
+
+void Cutter::AddNeed(const LeafIndex& leaf, Need& need) const {
+  const State& s = *state_;
+  const LeafIndex low = s.field.lowest(), high = s.field.highest();
+  if (leaf.x < low.x || leaf.y < low.y || leaf.z < low.z || leaf.x > high.x || leaf.y > high.y || leaf.z > high.z) {
+    need.outside = true;
+    return;
+  }
+  const BoneField::LeafKind kind = s.field.kind(leaf);
+  if (kind != BoneField::LeafKind::kOwn) ++need.spare_leaves;
+  if (kind != BoneField::LeafKind::kInside && !s.ledger.IsNoted(leaf)) ++need.old_leaves;
+}
+
+bool Cutter::HasRoomFor(const Need& need) const {
+  return !need.outside && need.spare_leaves <= state_->field.spare_leaves() &&
+         static_cast<std::size_t>(need.old_leaves) <= state_->ledger.room();
+}
+
+void Cutter::BoneCameBack() {
+  Lift();
+  state_->leaves.Forget();
+}
+
+void Cutter::Lift() {
+  state_->X_last.reset();
+}
+const std::array<double, 256>& Cutter::CalcRemovedByRegion() {
+  return state_->ledger.Account();
+}
+void Cutter::Refill() {
+  state_->ledger.Account();
+}
+std::size_t Cutter::CalcMemoryBytes() const {
+  return sizeof(State) + state_->leaves.CalcMemoryBytes() + state_->ledger.CalcMemoryBytes();
+}
+const Cutter::Effort& Cutter::effort() const {
+  return state_->effort;
+}
+
+/// Whether any point of the flats has moved along the spindle by more than the tolerance.
+bool Cutter::State::FlanksMoved(const Pose& X) const {
+  if (zone.ball) return false;
+  const Vec3 normal = X.Vector({0, 0, 1});
+  const double along = std::abs(glm::dot(normal, X.p_AB - X_flanks->p_AB));
+  const double tilt = glm::length(glm::cross(normal, X_flanks->Vector({0, 0, 1})));
+  return along + tilt * zone.radius_mm > kFlankTolerance * h;
+}
+
+Cutter::Result Cutter::Cut(const Pose& X_from, const Pose& X_to) {
+  State& s = *state_;
+  s.effort = {};
+  Result result;
+  Pose X_a = X_from;
+  Pose X_b = X_to;
+  if (s.zone.ball) X_a.R_AB = X_b.R_AB = Quat(1, 0, 0, 0);  // whatever way it is turned
+  // Where one cut goes on from the last, only what is new is looked at.
+  const bool goes_on = s.X_last && s.X_last->p_AB == X_a.p_AB && s.X_last->R_AB == X_a.R_AB;
+  const bool new_only = goes_on && !s.FlanksMoved(X_b);
+  const double way_mm = glm::length(X_b.p_AB - X_a.p_AB);
+  if (!new_only || way_mm > 0) {
+    // Steps of a caller who heeds CountSubsteps() are always one piece.
+    const double pieces = std::max(1.0, std::ceil(way_mm / (0.25 * s.leaves.slack_mm())));
+    for (double i = 1; i <= pieces; ++i) {
+      Pose X = X_b;
+      if (i < pieces) X.p_AB = X_a.p_AB + (X_b.p_AB - X_a.p_AB) * (1 / (pieces - i + 1));
+      s.CutPiece(s.zone, X_a, X, new_only && i == 1, result);
+      X_a = X;
+    }
+  }
+  if (!new_only) s.X_flanks = X_b;
+  s.X_last = X_b;
+  if (result.out_of_leaves) Lift();
+  s.CountInMm3(result);
+  return result;
+}
+
+Cutter::Result Cutter::CutAround(const Pose& X) {
+  State& s = *state_;
+  s.effort = {};
+  Result result;
+  EdgeZone whole = s.zone;
+  whole.depth_mm = kAll;
+  s.CutPiece(whole, X, X, false, result);
+  Lift();
+  s.CountInMm3(result);
+  return result;
+}
+
+void Cutter::State::CutPiece(const EdgeZone& cuts, const Pose& X_from, const Pose& X_to, bool new_only,
+                             Result& result) {
+  const Sweep sweep(cuts, X_from, X_to, h, kFlankTolerance * h, new_only, whole_voxels, precision_bits);
+  effort.listed_anew |= leaves.Update(X_to, sweep.length_mm, !new_only && cuts.depth_mm == kAll);
+  LeafList& list = leaves.list();
+  effort.listed_leaves += static_cast<int>(list.size());
+  list.ForEachNear(sweep.MakeCull(list.origin_W()), [&](const LeafIndex& leaf) { CutLeaf(sweep, leaf, result); });
+}
+
+void Cutter::State::CutLeaf(const Sweep& sweep, const LeafIndex& leaf, Result& result) {
+  const BoneField::LeafKind kind = field.kind(leaf);
+  if (kind == BoneField::LeafKind::kOutside) return;
+  const Vec3 p_T = sweep.grid.Corner(leaf);
+  const std::array<float, 3> corner_T = {static_cast<float>(p_T.x), static_cast<float>(p_T.y),
+                                         static_cast<float>(p_T.z)};
+  ++effort.leaves;
+  const bool is_pure = kind == BoneField::LeafKind::kInside;
+  const bool is_noted = ledger.IsNoted(leaf);
+  const bool in_place = is_noted && !field.WantsOld(leaf);
+  float* own = field.OwnValues(leaf);
+  CarveLoss loss;
+  if (in_place) {
+    loss = CarveLeaf(sweep.step, corner_T, own);
+  } else {
+    // Into a copy, so that the old values are there to be noted if any has changed.
+    std::copy_n(field.Read(leaf), BoneField::kLeafVoxels, values.begin());
+    loss = CarveLeaf(sweep.step, corner_T, values.data());
+    if (loss.changed > 0 && !is_noted) {
+      if ((is_pure && field.spare_leaves() == 0) || (!is_pure && !ledger.HasRoom())) {
+        result.out_of_leaves = true;
+        return;
+      }
+      ledger.Note(leaf, own);
+    }
+  }
+  effort.rows += loss.rows;
+  effort.changed_voxels += loss.changed;
+  if (loss.changed == 0) return;
+  float* now = field.Write(leaf);
+  if (!in_place) std::copy(values.begin(), values.end(), now);
+  result.removed_mm3 += loss.voxels;
+}
+
+}  // namespace kerf

@@ -1,0 +1,204 @@
+#include "cut/removal/edge_leaves.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kSlackLeaves = 1;        // of a leaf's edge
+constexpr double kShareBeforeNext = 0.7;  // of the slack used up when the next list is begun
+constexpr int kRowsAtOnce = 2;            // of it, in a step
+constexpr double kLeastSlack_mm = 1;      // a tool at 5 mm/s moves so far in 200 ticks
+
+/// How many leaves can lie within `out` of a tool of this size: those inside it grown by a leaf's diagonal.
+std::size_t BoundLeaves(const EdgeZone& zone, double out_mm, double leaf_mm) {
+  const double grown_mm = out_mm + 2 * std::sqrt(3.0) * leaf_mm;
+  const double radius_mm = zone.radius_mm + grown_mm;
+  const double volume_mm3 = zone.ball ? 4 * kPi / 3 * radius_mm * radius_mm * radius_mm
+                                      : kPi * radius_mm * radius_mm * 2 * (zone.half_thickness_mm + grown_mm);
+  return static_cast<std::size_t>(volume_mm3 / (leaf_mm * leaf_mm * leaf_mm)) + 1;
+}
+
+}  // namespace
+
+void LeafList::Reserve(std::size_t leaves) {
+  leaves_.reserve(leaves);
+  near_.resize(leaves / 64 + 1);
+  for (Floats* floats : {&x_, &y_, &z_}) floats->blocks.resize(leaves / 16 + 1);
+}
+
+void LeafList::Clear(const Vec3& origin_W) {
+  origin_W_ = origin_W;
+  leaves_.clear();
+}
+
+void LeafList::Add(const LeafIndex& leaf, const Vec3& middle_W) {
+  const std::size_t i = leaves_.size();
+  if (i == leaves_.capacity()) Reserve(2 * i + 1);  // what was reserved is a bound; better slow than wrong
+  const Vec3 p = middle_W - origin_W_;
+  leaves_.push_back(leaf);
+  x_[i] = static_cast<float>(p.x);
+  y_[i] = static_cast<float>(p.y);
+  z_[i] = static_cast<float>(p.z);
+}
+
+void LeafList::KeepNear(const LeafCull& cull) {
+  std::size_t kept = 0;
+  const auto keep = [&](std::size_t i) {
+    leaves_[kept] = leaves_[i];
+    for (Floats* floats : {&x_, &y_, &z_}) (*floats)[kept] = (*floats)[i];
+    ++kept;
+  };
+  FindLeaves(cull, {x_.data(), y_.data(), z_.data()}, static_cast<int>(leaves_.size()), near_.data());
+  for (std::size_t word = 0; 64 * word < leaves_.size(); ++word) {
+    for (std::uint64_t bits = near_[word]; bits != 0; bits &= bits - 1) {
+      keep(64 * word + static_cast<std::size_t>(std::countr_zero(bits)));
+    }
+  }
+  leaves_.resize(kept);
+}
+
+std::size_t LeafList::CalcMemoryBytes() const {
+  return leaves_.capacity() * sizeof(LeafIndex) + 3 * x_.blocks.capacity() * sizeof(Sixteen) +
+         near_.capacity() * sizeof(std::uint64_t);
+}
+
+EdgeLeaves::EdgeLeaves(const BoneField& field, const EdgeZone& zone)
+    : field_(field), zone_(zone), slack_mm_(std::max(kSlackLeaves * 8 * field.voxel_mm(), kLeastSlack_mm)) {
+  const LeafIndex lowest = field.lowest();
+  const LeafIndex highest = field.highest();
+  const std::size_t in_box = static_cast<std::size_t>(highest.x - lowest.x + 1) *
+                             static_cast<std::size_t>(highest.y - lowest.y + 1) *
+                             static_cast<std::size_t>(highest.z - lowest.z + 1);
+  for (Search* search : {&now_, &next_}) {
+    search->list.Reserve(std::min(BoundLeaves(zone, zone.band_mm + slack_mm_, 8 * field.voxel_mm()), in_box));
+  }
+}
+
+/// Whether a list is good for a step that ends at X_WT, with so much of its slack.
+bool EdgeLeaves::Covers(const Search& search, const Pose& X_WT, double length_mm, bool inner, double share) const {
+  if (!search.begun || (inner && !search.inner)) return false;
+  double moved_mm = glm::length(X_WT.p_AB - search.X_WT.p_AB);
+  if (!zone_.ball) {
+    const double turned = glm::length(X_WT.Vector({0, 0, 1}) - search.X_WT.Vector({0, 0, 1}));
+    moved_mm += turned * (zone_.radius_mm + zone_.half_thickness_mm + zone_.band_mm);
+  }
+  return moved_mm + 2 * length_mm + 0.5 * field_.voxel_mm() <= share * slack_mm_;
+}
+
+bool EdgeLeaves::Update(const Pose& X_WT, double length_mm, bool inner) {
+  const bool good = Covers(now_, X_WT, length_mm, inner, 1);
+  now_.inner_asked = now_.inner_asked || inner;
+  if (good && !next_.begun) {
+    if (Covers(now_, X_WT, length_mm, inner, kShareBeforeNext)) return false;
+    Begin(X_WT, now_.inner_asked, next_);
+  }
+  if (!Covers(next_, X_WT, length_mm, inner, good ? 1 : kShareBeforeNext)) Begin(X_WT, inner, next_);
+  if (!Advance(next_, good ? kRowsAtOnce : std::numeric_limits<int>::max())) return false;
+  std::swap(now_, next_);
+  next_.begun = false;
+  return true;
+}
+
+void EdgeLeaves::Begin(const Pose& X_WT, bool inner, Search& search) const {
+  search.begun = true;
+  search.inner = inner;
+  search.inner_asked = false;
+  search.X_WT = X_WT;
+  search.list.Clear(X_WT.p_AB);
+  // The axis along which the tool is thinnest; for each place on the other two, the stretch along it that is near.
+  search.thin = 2;
+  if (!zone_.ball) {
+    const Vec3 n = glm::abs(X_WT.Vector({0, 0, 1}));
+    search.thin = n.x > n.y && n.x > n.z ? 0 : (n.y > n.z ? 1 : 2);
+  }
+  search.row = Stretch(search, (search.thin + 1) % 3).first;
+}
+
+/// The leaves along one of the grid's axes that the tool may reach.
+std::pair<int, int> EdgeLeaves::Stretch(const Search& search, int axis) const {
+  const Vec3 normal = search.X_WT.Vector({0, 0, 1});
+  const double out_mm = zone_.band_mm + slack_mm_;
+  const double flat = zone_.ball ? 1.0 : std::sqrt(std::max(0.0, 1 - normal[axis] * normal[axis]));
+  const double reach_mm =
+      zone_.radius_mm * flat + out_mm + (zone_.ball ? 0 : zone_.half_thickness_mm * std::abs(normal[axis]));
+  return Clip(axis, search.X_WT.p_AB[axis], reach_mm);
+}
+
+/// The leaves of the bone's box along one axis from middle - half to middle + half.
+std::pair<int, int> EdgeLeaves::Clip(int axis, double middle_mm, double half_mm) const {
+  const LeafIndex low = field_.lowest();
+  const LeafIndex high = field_.highest();
+  const int lowest[3] = {low.x, low.y, low.z};
+  const int highest[3] = {high.x, high.y, high.z};
+  const auto leaf_at = [this](double p_mm) {
+    return static_cast<int>(std::floor(std::clamp(p_mm / (8 * field_.voxel_mm()), -1e9, 1e9)));
+  };
+  return {std::max(lowest[axis], leaf_at(middle_mm - half_mm)), std::min(highest[axis], leaf_at(middle_mm + half_mm))};
+}
+
+/// Goes on for so many rows of columns; true when the list is done.
+bool EdgeLeaves::Advance(Search& search, int rows) const {
+  const int last = Stretch(search, (search.thin + 1) % 3).second;
+  for (; search.row <= last; ++search.row) {
+    if (rows-- == 0) return false;
+    AddRow(search, search.row);
+  }
+  if (search.inner) return true;
+  const double h = field_.voxel_mm();
+  const Pose& X_WT = search.X_WT;
+  search.list.KeepNear(MakeLeafCull(zone_, X_WT, GridInTool(X_WT, h), h, search.list.origin_W(), slack_mm_));
+  return true;
+}
+
+void EdgeLeaves::AddRow(Search& search, int i) const {
+  const double h = field_.voxel_mm();
+  const double leaf_mm = 8 * h;
+  const double out_mm = zone_.band_mm + slack_mm_;
+  const Vec3& centre = search.X_WT.p_AB;
+  const Vec3 normal = search.X_WT.Vector({0, 0, 1});
+  const int thin = search.thin;
+  const int a = (thin + 1) % 3;
+  const int b = (thin + 2) % 3;
+  const auto [first_j, last_j] = Stretch(search, b);
+  const double aslant = zone_.ball ? 0 : std::sqrt(std::max(0.0, 1 - normal[thin] * normal[thin]));
+  for (int j = first_j; j <= last_j; ++j) {
+    double middle_mm = centre[thin];
+    double half_mm = zone_.radius_mm + out_mm;
+    const double off_a_mm = (i + 0.5) * leaf_mm - centre[a];
+    const double off_b_mm = (j + 0.5) * leaf_mm - centre[b];
+    const double off2 = off_a_mm * off_a_mm + off_b_mm * off_b_mm;
+    if (zone_.ball) {
+      const double r_mm = zone_.radius_mm + out_mm + leaf_mm;  // a leaf's column is at most so much nearer
+      if (off2 > r_mm * r_mm) continue;
+      half_mm = std::min(half_mm, std::sqrt(r_mm * r_mm - off2));
+    } else {
+      // Where the column through the leaves' middles meets the disc's plane, and how far the slab about it reaches.
+      const double off_thin_mm = -(normal[a] * off_a_mm + normal[b] * off_b_mm) / normal[thin];
+      const double spread_mm = 0.5 * leaf_mm * (std::abs(normal[a]) + std::abs(normal[b]));
+      middle_mm += off_thin_mm;
+      half_mm = (zone_.half_thickness_mm + out_mm + spread_mm) / std::abs(normal[thin]);
+      // All of the column so far out, or so far inside the rim, that nothing changes there?
+      const double radial_mm = std::sqrt(off2 + off_thin_mm * off_thin_mm);
+      const double reach_mm = (half_mm + leaf_mm) * aslant + leaf_mm;
+      if (radial_mm - reach_mm > zone_.radius_mm + out_mm) continue;
+      if (!search.inner && radial_mm + reach_mm < zone_.radius_mm - zone_.depth_mm - slack_mm_) continue;
+    }
+    const auto [first_k, last_k] = Clip(thin, middle_mm, half_mm);
+    for (int k = first_k; k <= last_k; ++k) {
+      int index[3];
+      index[a] = i;
+      index[b] = j;
+      index[thin] = k;
+      const LeafIndex leaf{index[0], index[1], index[2]};
+      if (field_.kind(leaf) == BoneField::LeafKind::kOutside) continue;
+      search.list.Add(leaf, leaf_mm * Vec3(leaf.x, leaf.y, leaf.z) + 3.5 * h);
+    }
+  }
+}
+
+}  // namespace kerf

@@ -1,0 +1,122 @@
+#include "cut/removal/ledger.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "bone/grid/cell_block.h"
+#include "bone/grid/cell_volume.h"
+
+namespace kerf {
+
+Ledger::Ledger(const BoneField& field, int copies)
+    : field_(field),
+      lowest_(field.lowest()),
+      count_{field.highest().x - lowest_.x + 1, field.highest().y - lowest_.y + 1, field.highest().z - lowest_.z + 1},
+      noted_(
+          static_cast<std::size_t>(count_.x) * static_cast<std::size_t>(count_.y) * static_cast<std::size_t>(count_.z),
+          0),
+      copies_(static_cast<std::size_t>(std::max(copies, 1))) {
+  pure_bone_.fill(static_cast<float>(-field.band_mm()));
+  // Every leaf with bone may be noted once.
+  std::size_t with_bone = 0;
+  for (int x = 0; x < count_.x; ++x) {
+    for (int y = 0; y < count_.y; ++y) {
+      for (int z = 0; z < count_.z; ++z) {
+        with_bone += field.kind({lowest_.x + x, lowest_.y + y, lowest_.z + z}) == BoneField::LeafKind::kOutside ? 0 : 1;
+      }
+    }
+  }
+  entries_.reserve(with_bone);
+}
+
+std::size_t Ledger::Place(const LeafIndex& leaf) const {
+  return (static_cast<std::size_t>(leaf.x - lowest_.x) * static_cast<std::size_t>(count_.y) +
+          static_cast<std::size_t>(leaf.y - lowest_.y)) *
+             static_cast<std::size_t>(count_.z) +
+         static_cast<std::size_t>(leaf.z - lowest_.z);
+}
+
+void Ledger::Note(const LeafIndex& leaf, const float* old_values) {
+  noted_[Place(leaf)] = 1;
+  int copy = -1;
+  if (old_values != nullptr) {
+    copy = static_cast<int>(copies_used_++);
+    std::copy_n(old_values, BoneField::kLeafVoxels, copies_[static_cast<std::size_t>(copy)].begin());
+  }
+  entries_.push_back({leaf, copy});
+}
+
+const std::array<double, 256>& Ledger::Account() {
+  const auto before = [](const LeafIndex& a, const LeafIndex& b) {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  };
+  std::sort(entries_.begin(), entries_.end(), [&](const Entry& a, const Entry& b) { return before(a.leaf, b.leaf); });
+  // Cells belong to the leaf of their lowest corner: a changed leaf or a lower neighbour of one.
+  std::vector<LeafIndex> owners;
+  for (const Entry& entry : entries_) {
+    for (int corner = 0; corner < 8; ++corner) {
+      owners.push_back(
+          {entry.leaf.x - ((corner >> 2) & 1), entry.leaf.y - ((corner >> 1) & 1), entry.leaf.z - (corner & 1)});
+    }
+  }
+  std::sort(owners.begin(), owners.end(), before);
+  owners.erase(std::unique(owners.begin(), owners.end()), owners.end());
+  const auto old_values = [&](const LeafIndex& leaf) -> const float* {
+    const auto found = std::lower_bound(entries_.begin(), entries_.end(), leaf,
+                                        [&](const Entry& entry, const LeafIndex& l) { return before(entry.leaf, l); });
+    if (found == entries_.end() || !(found->leaf == leaf)) return field_.Read(leaf);
+    return found->copy < 0 ? pure_bone_.data() : copies_[static_cast<std::size_t>(found->copy)].data();
+  };
+  for (const LeafIndex& owner : owners) {
+    CellBlock old;
+    CellBlock now;
+    old.LoadLeaves([&](int x, int y, int z) { return old_values({owner.x + x, owner.y + y, owner.z + z}); });
+    now.LoadLeaves([&](int x, int y, int z) { return field_.Read({owner.x + x, owner.y + y, owner.z + z}); });
+    AddLoss(owner, old, now);
+  }
+  for (const Entry& entry : entries_) noted_[Place(entry.leaf)] = 0;
+  entries_.clear();
+  copies_used_ = 0;
+  return removed_mm3_;
+}
+
+void Ledger::AddLoss(const LeafIndex& owner, const CellBlock& old, const CellBlock& now) {
+  // Only a cell that has lost or gained a corner's worth and that the surface passes through before or after has
+  // changed: of its corners one was inside, one is outside now, and one has changed; or, where bone came back, one was
+  // outside and one is inside. Most cells of the band fail that.
+  constexpr int kEdge = CellBlock::kEdge;
+  constexpr int kCount = kEdge * kEdge * kEdge;
+  std::array<std::uint8_t, kCount> flags;
+  for (int i = 0; i < kCount; ++i) {
+    const float was = old.data()[i];
+    const float is = now.data()[i];
+    flags[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(
+        (was < 0 ? 1 : 0) | (is >= 0 ? 2 : 0) | (is != was ? 4 : 0) | (was >= 0 ? 8 : 0) | (is < 0 ? 16 : 0));
+  }
+  for (const int stride : {1, kEdge, kEdge * kEdge}) {
+    for (int i = 0; i + stride < kCount; ++i) {
+      const int beyond = i + stride;
+      auto& flag = flags[static_cast<std::size_t>(i)];
+      flag = static_cast<std::uint8_t>(flag | flags[static_cast<std::size_t>(beyond)]);
+    }
+  }
+  const double h = field_.voxel_mm();
+  for (int x = 0; x < 8; ++x) {
+    for (int y = 0; y < 8; ++y) {
+      for (int z = 0; z < 8; ++z) {
+        const int cell = (x * kEdge + y) * kEdge + z;
+        const unsigned flag = flags[static_cast<std::size_t>(cell)];
+        if ((flag & 7U) != 7U && (flag & 28U) != 28U) continue;
+        const double share = CalcCellShare(old.Corners(x, y, z)) - CalcCellShare(now.Corners(x, y, z));
+        const Vec3 centre = h * (Vec3(8 * owner.x + x, 8 * owner.y + y, 8 * owner.z + z) + 0.5);
+        removed_mm3_[static_cast<std::size_t>(std::clamp(field_.RegionAt(centre), 0, 255))] += share * h * h * h;
+      }
+    }
+  }
+}
+
+std::size_t Ledger::CalcMemoryBytes() const {
+  return noted_.capacity() + entries_.capacity() * sizeof(Entry) + copies_.capacity() * sizeof(Values);
+}
+
+}  // namespace kerf

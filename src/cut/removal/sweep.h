@@ -1,0 +1,141 @@
+// One step of the tool, as the leaves of the bone's grid see it.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "bone/grid/leaf_table.h"
+#include "cut/removal/carve.h"
+#include "kerf/geometry.h"
+
+namespace kerf {
+
+/// The tool's form, and the zone about its edge in which it changes phi; mm.
+struct EdgeZone {
+  bool ball = false;  // else a disc
+  double radius_mm = 0;
+  double half_thickness_mm = 0;  // of a disc
+  double band_mm = 0;            // so far out of the tool
+  double depth_mm = 0;           // and so far inside the edge; infinite where all of the tool cuts
+};
+
+/// What float arithmetic about the tool may be off by, and a little more.
+inline double CalcRounding(const EdgeZone& zone, double voxel_mm) {
+  return 1e-6 * (zone.radius_mm + 16 * voxel_mm) + 1e-4 * voxel_mm;
+}
+
+/// Where the voxels of a grid lie in the tool's frame.
+class GridInTool {
+ public:
+  GridInTool(const Pose& X_WT, double voxel_mm)
+      : origin_T_(X_WT.InversePoint(Vec3(0))),
+        step_T_{X_WT.InverseVector({voxel_mm, 0, 0}), X_WT.InverseVector({0, voxel_mm, 0}),
+                X_WT.InverseVector({0, 0, voxel_mm})} {}
+
+  /// One voxel along axis i of the grid.
+  const Vec3& step_T(int i) const { return step_T_[i]; }
+  /// A leaf's lowest voxel.
+  Vec3 Corner(const LeafIndex& leaf) const {
+    return origin_T_ + (8.0 * leaf.x) * step_T_[0] + (8.0 * leaf.y) * step_T_[1] + (8.0 * leaf.z) * step_T_[2];
+  }
+  /// From a leaf's middle to its outermost voxel along a unit vector, mm.
+  double Extent(const Vec3& e_T) const {
+    return 3.5 * (std::abs(glm::dot(step_T_[0], e_T)) + std::abs(glm::dot(step_T_[1], e_T)) +
+                  std::abs(glm::dot(step_T_[2], e_T)));
+  }
+
+ private:
+  Vec3 origin_T_;
+  Vec3 step_T_[3];
+};
+
+/// Leaves with a voxel within `slack_mm` of the zone; their middles are given from `origin_W` on, along the world's
+/// axes.
+inline LeafCull MakeLeafCull(const EdgeZone& zone, const Pose& X_WT, const GridInTool& grid, double voxel_mm,
+                             const Vec3& origin_W, double slack_mm) {
+  LeafCull cull{};
+  const Vec3 origin_T = X_WT.InversePoint(origin_W);
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3 e(0);
+    e[axis] = 1;
+    const Vec3 axis_W = X_WT.Vector(e);
+    for (int i = 0; i < 3; ++i) {
+      cull.axes[axis][i] = static_cast<float>(axis_W[i]);
+      cull.half_edges[i][axis] = static_cast<float>(3.5 * grid.step_T(i)[axis]);
+    }
+    cull.origin[axis] = static_cast<float>(origin_T[axis]);
+  }
+  cull.half_leaf2 = static_cast<float>(3 * 3.5 * 3.5 * voxel_mm * voxel_mm);
+  cull.behind = 1e9f;
+  const double out_mm = zone.band_mm + slack_mm + CalcRounding(zone, voxel_mm);
+  cull.axial = zone.ball ? 1e9f : static_cast<float>(zone.half_thickness_mm + out_mm + grid.Extent({0, 0, 1}));
+  cull.axial_counts = zone.ball ? 1.0f : 0.0f;
+  cull.inner =
+      static_cast<float>(std::max(zone.radius_mm - zone.depth_mm - slack_mm - CalcRounding(zone, voxel_mm), -1e6));
+  cull.outer = static_cast<float>(zone.radius_mm + out_mm);
+  cull.least = static_cast<float>(1e-3 * voxel_mm);
+  return cull;
+}
+
+/// The sweep from X_from to X_to with the orientation of X_to. Of a disc the part of the way along its spindle is left
+/// to the caller, who keeps it small by sub-steps.
+struct Sweep {
+  Sweep(const EdgeZone& the_zone, const Pose& X_from, const Pose& the_X_to, double the_voxel_mm,
+        double the_flank_slack_mm, bool new_only, bool whole_voxels, int precision_bits)
+      : zone(the_zone),
+        X_to(the_X_to),
+        voxel_mm(the_voxel_mm),
+        flank_slack_mm(the_flank_slack_mm),
+        grid(X_to, voxel_mm) {
+    Vec3 back_T = X_to.InverseVector(X_from.p_AB - X_to.p_AB);
+    if (!zone.ball) back_T.z = 0;
+    length_mm = glm::length(back_T);
+    back = length_mm > 0 ? back_T / length_mm : Vec3(0);
+
+    step.ball = zone.ball;
+    step.whole_voxels = whole_voxels;
+    step.precision_bits = precision_bits;
+    step.new_only = new_only;
+    step.radius = static_cast<float>(zone.radius_mm);
+    step.half_thickness = static_cast<float>(zone.half_thickness_mm);
+    step.edge_depth = static_cast<float>(std::min(zone.depth_mm, 1e6));
+    step.length = static_cast<float>(length_mm);
+    step.flank_slack = static_cast<float>(flank_slack_mm);
+    step.band = static_cast<float>(zone.band_mm);
+    step.voxel = static_cast<float>(voxel_mm);
+    step.rounding = static_cast<float>(CalcRounding(zone, voxel_mm));
+    for (int axis = 0; axis < 3; ++axis) {
+      step.back[axis] = static_cast<float>(back[axis]);
+      for (int i = 0; i < 3; ++i) step.grid[i][axis] = static_cast<float>(grid.step_T(i)[axis]);
+    }
+    step.Prepare();
+  }
+
+  /// The leaves that the step may change.
+  LeafCull MakeCull(const Vec3& origin_W) const {
+    EdgeZone swept = zone;
+    if (step.new_only) {
+      // Further in than this the step before has carved as far: the flats are nearer, or all is air.
+      const double in_mm = zone.ball ? zone.band_mm : zone.half_thickness_mm + flank_slack_mm;
+      swept.depth_mm = std::min(zone.depth_mm, in_mm + length_mm);
+    }
+    LeafCull cull = MakeLeafCull(swept, X_to, grid, voxel_mm, origin_W, length_mm);
+    if (step.new_only) {
+      for (int axis = 0; axis < 3; ++axis) cull.back[axis] = step.back[axis];
+      cull.behind = static_cast<float>(length_mm + grid.Extent(back) + CalcRounding(zone, voxel_mm));
+    }
+    return cull;
+  }
+
+  EdgeZone zone;
+  Pose X_to;
+  double voxel_mm;
+  double flank_slack_mm;
+  GridInTool grid;
+  Vec3 back{0};  // unit, from the end to the start, tool frame; zero when it does not move
+  double length_mm = 0;
+  CarveStep step;
+};
+
+}  // namespace kerf

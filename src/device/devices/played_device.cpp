@@ -1,0 +1,57 @@
+#include "device/devices/played_device.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+// Of a time that is a sum of many.
+constexpr double kSameTime_s = 1e-9;
+
+}  // namespace
+
+PlayedDevice::PlayedDevice(const DeviceProfile& profile, std::vector<PlayedPose> poses)
+    : profile_(profile), poses_(std::move(poses)) {
+  if (poses_.empty()) throw Error("a device that is played needs a pose at least");
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    const PlayedPose& pose = poses_[i];
+    if (!IsValid(pose.sample.X_WH) || !std::isfinite(pose.time_s)) {
+      throw Error(fmt::format("pose {} of those to be played is not valid", i + 1));
+    }
+    if (i > 0 && !(pose.time_s > poses_[i - 1].time_s)) {
+      throw Error(fmt::format("pose {} of those to be played does not come after the one before", i + 1));
+    }
+  }
+}
+
+void PlayedDevice::Elapse(double dt_s) noexcept {
+  if (dt_s > 0 && std::isfinite(dt_s)) time_s_ += dt_s;
+  while (next_ < poses_.size() && poses_[next_].time_s <= time_s_ + kSameTime_s) ++next_;
+}
+
+bool PlayedDevice::Read(DeviceSample& sample) noexcept {
+  if (next_ == 0) {
+    sample = poses_.front().sample;
+    return true;
+  }
+  const PlayedPose& from = poses_[next_ - 1];
+  sample = from.sample;
+  if (next_ == poses_.size() || time_s_ <= from.time_s + kSameTime_s) return true;
+  const PlayedPose& to = poses_[next_];
+  const double share = (time_s_ - from.time_s) / (to.time_s - from.time_s);
+  sample.X_WH.p_AB += share * (to.sample.X_WH.p_AB - from.sample.X_WH.p_AB);
+  sample.X_WH.R_AB = glm::normalize(glm::slerp(from.sample.X_WH.R_AB, to.sample.X_WH.R_AB, share));
+  return true;
+}
+
+bool PlayedDevice::Write(const Vec3& f_H_W_N, const Vec3& /*tau_H_W_Nmm*/) noexcept {
+  f_W_N_ = f_H_W_N;
+  return true;
+}
+
+}  // namespace kerf

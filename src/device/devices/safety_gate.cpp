@@ -1,0 +1,266 @@
+#include "device/devices/safety_gate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "base/core/vectors.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kTick_s = 0.001;
+constexpr double kLongestStep_s = 0.1;
+// From this share of the heat that is allowed on, the limit comes down from the peak.
+constexpr double kWarm = 0.8;
+
+/// From 0 to 1 with no slope at either end; 1.5 at the steepest.
+double CalcSmooth(double x) {
+  x = std::clamp(x, 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
+constexpr double kSteepest = 1.5;
+
+/// Never longer than `most`, however its length is rounded.
+Vec3 Shorten(const Vec3& v, double most) {
+  constexpr double kBelow = 1 - 1e-15;
+  const double length = glm::length(v);
+  if (length <= kBelow * most) return v;
+  if (!(most > 0)) return Vec3{0};
+  return v * (kBelow * most / length);
+}
+
+bool IsStep(double dt_s) {
+  return dt_s > 0 && dt_s <= kLongestStep_s;
+}
+
+/// Without squaring what is too long for it.
+bool IsLonger(const Vec3& v, double most) {
+  return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}) > most || glm::length(v) > most;
+}
+
+}  // namespace
+
+std::string_view Describe(GateReason reason) {
+  switch (reason) {
+    case GateReason::kNone:
+      return "forces are on";
+    case GateReason::kRampIn:
+      return "forces come in";
+    case GateReason::kHeat:
+      return "forces are held down to what the motors bear for long";
+    case GateReason::kWaiting:
+      return "no force: waiting for steady commands";
+    case GateReason::kClock:
+      return "no force: the device's thread stood still";
+    case GateReason::kNotHomed:
+      return "no force: the device has not found its zero yet";
+    case GateReason::kNotEngaged:
+      return "no force: not switched on";
+    case GateReason::kLostSample:
+      return "no force: the device does not answer";
+    case GateReason::kNotFinite:
+      return "no force: the simulation asked for one that is no number";
+    case GateReason::kOverLimit:
+      return "no force: the simulation asked for more than the device can make";
+    case GateReason::kTooSteep:
+      return "no force: the simulation asked for a sudden change";
+    case GateReason::kOutOfSequence:
+      return "no force: commands came in the wrong order";
+    case GateReason::kStale:
+      return "no force: the simulation has stopped asking";
+  }
+  return "";
+}
+
+SafetyGate::SafetyGate(const DeviceProfile& profile, const SafetyGateOptions& options) : options_(options) {
+  const auto is_time = [](double s) { return std::isfinite(s) && s >= kTick_s; };
+  if (!std::isfinite(options.over_limit) || options.over_limit < 1 || !std::isfinite(options.max_slew_per_s) ||
+      options.max_slew_per_s <= 0 || !is_time(options.stale_s) || !is_time(options.lost_s) ||
+      !is_time(options.ramp_out_s) || !is_time(options.good_s) || !is_time(options.ramp_in_s) ||
+      !is_time(options.heat_s) || !(options.unknown_continuous > 0) || options.unknown_continuous > 1) {
+    throw Error(
+        "the safety gate's options must have a limit of 1 or more, a slew above 0, times of 1 ms or more and a "
+        "continuous share above 0 up to 1");
+  }
+  const auto set = [&](Channel& channel, double peak, double continuous) {
+    if (!std::isfinite(peak) || peak < 0 || !std::isfinite(continuous) || continuous < 0) {
+      throw Error("a device's peak and continuous force and torque must be 0 or more");
+    }
+    channel.peak = peak;
+    channel.continuous = continuous > 0 ? std::min(continuous, peak) : options.unknown_continuous * peak;
+  };
+  set(force_, profile.peak_force_N, profile.continuous_force_N);
+  set(torque_, profile.peak_torque_Nmm, profile.continuous_torque_Nmm);
+}
+
+double SafetyGate::max_change_N_per_s() const {
+  return force_.peak * std::max(options_.max_slew_per_s, kSteepest / options_.ramp_out_s);
+}
+
+double SafetyGate::max_change_Nmm_per_s() const {
+  return torque_.peak * std::max(options_.max_slew_per_s, kSteepest / options_.ramp_out_s);
+}
+
+void SafetyGate::NoteBeginning(GateReason reason, bool holds) noexcept {
+  bool& before = holding_[static_cast<std::size_t>(reason)];
+  if (holds && !before) Note(reason);
+  before = holds;
+}
+
+/// The first that is wrong with the device, or kNone.
+GateReason SafetyGate::JudgeState(const GateState& state) noexcept {
+  const bool is_step = IsStep(state.dt_s) && std::isfinite(state.now_s) && (!has_time_ || state.now_s >= last_now_s_);
+  if (std::isfinite(state.now_s)) {
+    has_time_ = true;
+    last_now_s_ = state.now_s;
+  }
+  since_sample_s_ = state.fresh ? 0 : since_sample_s_ + (is_step ? state.dt_s : kLongestStep_s);
+  had_sample_ = had_sample_ || state.fresh;
+  const bool is_lost = !had_sample_ || since_sample_s_ > options_.lost_s;
+  NoteBeginning(GateReason::kClock, !is_step);
+  NoteBeginning(GateReason::kNotHomed, !state.homed);
+  NoteBeginning(GateReason::kNotEngaged, !state.engaged);
+  NoteBeginning(GateReason::kLostSample, is_lost);
+  if (!is_step) return GateReason::kClock;
+  if (is_lost) return GateReason::kLostSample;
+  if (!state.homed) return GateReason::kNotHomed;
+  if (!state.engaged) return GateReason::kNotEngaged;
+  return GateReason::kNone;
+}
+
+/// The first that is wrong with the command, or kNone.
+GateReason SafetyGate::JudgeCommand(const GateCommand& command, double now_s) noexcept {
+  GateReason reason = GateReason::kNone;
+  if (!has_command_ || command.number != number_) {
+    const bool is_later = !has_command_ || command.number > number_;
+    if (!IsFinite(command.f_N) || !IsFinite(command.tau_Nmm) || !std::isfinite(command.made_s)) {
+      reason = GateReason::kNotFinite;
+    } else if (IsLonger(command.f_N, options_.over_limit * force_.peak) ||
+               (torque_.peak > 0 && IsLonger(command.tau_Nmm, options_.over_limit * torque_.peak))) {
+      reason = GateReason::kOverLimit;
+    } else {
+      // Whatever a step's length on the way, one tick's worth of change is always allowed, and no more than that of
+      // the age at which a command is stale.
+      const double since_s = std::clamp(command.made_s - made_s_, kTick_s, std::max(options_.stale_s, kTick_s));
+      const auto is_steep = [&](const Channel& channel, const Vec3& asked) {
+        const double most = channel.peak * options_.max_slew_per_s * since_s;
+        return has_command_ && channel.peak > 0 && IsLonger(asked - channel.asked, most * (1 + 1e-9));
+      };
+      const bool steep = is_steep(force_, command.f_N) || is_steep(torque_, command.tau_Nmm);
+      // What comes next is held against this one, good or not.
+      force_.asked = command.f_N;
+      torque_.asked = torque_.peak > 0 ? command.tau_Nmm : Vec3{0};
+      if (!is_later || (has_command_ && command.made_s < made_s_) || command.made_s > now_s + options_.stale_s) {
+        reason = GateReason::kOutOfSequence;
+      } else if (steep) {
+        reason = GateReason::kTooSteep;
+      }
+      made_s_ = command.made_s;
+    }
+    has_command_ = true;
+    number_ = command.number;
+    command_is_good_ = reason == GateReason::kNone;
+    if (reason != GateReason::kNone) Note(reason);
+  }
+  const bool is_stale = !has_command_ || !(now_s - made_s_ <= options_.stale_s);
+  NoteBeginning(GateReason::kStale, is_stale);
+  if (reason == GateReason::kNone && is_stale) reason = GateReason::kStale;
+  // The same bad one again does not become better.
+  if (reason == GateReason::kNone && !command_is_good_) reason = GateReason::kWaiting;
+  return reason;
+}
+
+/// True when the heat held it down.
+bool SafetyGate::MoveOpen(Channel& channel, double share, double dt_s) const noexcept {
+  const double allowed = channel.continuous * channel.continuous;
+  double most = channel.peak;
+  if (allowed > 0) {
+    const double warm = std::clamp((channel.heat / allowed - kWarm) / (1 - kWarm), 0.0, 1.0);
+    most = channel.peak + warm * (channel.continuous - channel.peak);
+    // And no more than makes it as hot as it may be in one step, which may be long.
+    const double share_of_step = -std::expm1(-dt_s / options_.heat_s);
+    const double square = (allowed - (1 - share_of_step) * channel.heat) / share_of_step;
+    most = std::min(most, std::max(channel.continuous, std::sqrt(std::max(square, 0.0))));
+  }
+  const bool held_down = glm::length(channel.asked) > most;
+  const Vec3 wanted = Shorten(share * Shorten(channel.asked, most), channel.peak);
+  const Vec3 way = wanted - channel.out;
+  channel.out = Shorten(channel.out + Shorten(way, channel.peak * options_.max_slew_per_s * dt_s), channel.peak);
+  return held_down && most < channel.peak;
+}
+
+void SafetyGate::MoveClosed(Channel& channel) const noexcept {
+  const double left = 1 - CalcSmooth(phase_s_ / options_.ramp_out_s);
+  channel.out = left > 0 ? channel.ramp_from * left : Vec3{0};
+}
+
+void SafetyGate::Warm(Channel& channel, double dt_s) const noexcept {
+  const double share = -std::expm1(-dt_s / options_.heat_s);
+  channel.heat += share * (glm::dot(channel.out, channel.out) - channel.heat);
+}
+
+void SafetyGate::Restart() noexcept {
+  for (Channel* channel : {&force_, &torque_}) {
+    channel->asked = channel->out = channel->ramp_from = Vec3{0};
+  }
+  phase_ = Phase::kClosed;
+  phase_s_ = 0;
+  good_s_ = 0;
+  closed_by_ = GateReason::kNone;
+  holding_ = {};
+  has_command_ = command_is_good_ = false;
+  has_time_ = had_sample_ = false;
+  since_sample_s_ = 0;
+}
+
+GateOutput SafetyGate::Step(const GateCommand& command, const GateState& state) noexcept {
+  const GateReason of_state = JudgeState(state);
+  const GateReason of_command = JudgeCommand(command, state.now_s);
+  const GateReason wrong = of_state != GateReason::kNone ? of_state : of_command;
+  const double dt_s = IsStep(state.dt_s) ? state.dt_s : kTick_s;
+  const bool good = wrong == GateReason::kNone;
+
+  if (phase_ == Phase::kOpen && !good) {
+    phase_ = Phase::kClosed;
+    phase_s_ = 0;
+    closed_by_ = wrong;
+    force_.ramp_from = force_.out;
+    torque_.ramp_from = torque_.out;
+    good_s_ = 0;
+    NoteBeginning(GateReason::kRampIn, false);
+    NoteBeginning(GateReason::kHeat, false);
+  }
+  good_s_ = good ? good_s_ + dt_s : 0;
+  phase_s_ += dt_s;
+  if (phase_ == Phase::kClosed && good_s_ >= options_.good_s && phase_s_ >= options_.ramp_out_s) {
+    phase_ = Phase::kOpen;
+    phase_s_ = dt_s;
+  }
+
+  GateOutput output;
+  if (phase_ == Phase::kOpen) {
+    const double share = CalcSmooth(phase_s_ / options_.ramp_in_s);
+    const bool hot_force = MoveOpen(force_, share, dt_s);
+    const bool hot_torque = MoveOpen(torque_, share, dt_s);
+    NoteBeginning(GateReason::kRampIn, share < 1);
+    NoteBeginning(GateReason::kHeat, hot_force || hot_torque);
+    output.open = true;
+    output.reason = GateReason::kNone;
+    if (hot_force || hot_torque) output.reason = GateReason::kHeat;
+    if (share < 1) output.reason = GateReason::kRampIn;
+  } else {
+    MoveClosed(force_);
+    MoveClosed(torque_);
+    output.reason = good ? GateReason::kWaiting : wrong;
+  }
+  NoteBeginning(GateReason::kWaiting, output.reason == GateReason::kWaiting);
+  Warm(force_, dt_s);
+  Warm(torque_, dt_s);
+  output.f_N = force_.out;
+  output.tau_Nmm = torque_.out;
+  return output;
+}
+
+}  // namespace kerf

@@ -1,0 +1,166 @@
+#include "device/devices/servo_round.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+// Noise, and rounds that come in quick succession.
+constexpr double kNoLeap_mm = 3;
+constexpr double kNoLeap_rad = 0.1;
+
+}  // namespace
+
+ServoRound::ServoRound(const DeviceProfile& profile, const DriverTraits& traits, const ServoParams& params)
+    : traits_(traits), params_(params), gate_(profile, params.gate) {
+  if (!(params.silent_s >= 0.002 && params.silent_s <= 10)) {
+    throw Error(fmt::format("silent_s = {} is not within 0.002 to 10", params.silent_s));
+  }
+  if (!(params.leap_mm_per_s >= 100 && params.leap_mm_per_s <= 1e9)) {
+    throw Error(fmt::format("leap_mm_per_s = {} is not within 100 to 1e9", params.leap_mm_per_s));
+  }
+  if (!(params.leap_rad_per_s >= 1 && params.leap_rad_per_s <= 1e9)) {
+    throw Error(fmt::format("leap_rad_per_s = {} is not within 1 to 1e9", params.leap_rad_per_s));
+  }
+  if (!(params.agree_s >= params.silent_s && params.agree_s <= 3600)) {
+    throw Error(fmt::format("agree_s = {} is not within silent_s to 3600", params.agree_s));
+  }
+}
+
+void ServoRound::Open(double now_s) {
+  gate_.Restart();  // nothing is left of what it let through but the heat
+  const std::uint32_t engagements = sample_.engagements;
+  sample_ = {};
+  sample_.engagements = engagements;
+  sample_.state = ServoState::kHoming;
+  heard_at_s_ = now_s;
+  heard_ = false;
+  buttons_before_ = ~0u;
+  f_sent_D_N_ = Vec3{0};
+}
+
+void ServoRound::LetGo() noexcept {
+  gate_.Restart();
+  f_sent_D_N_ = Vec3{0};
+  if (sample_.state == ServoState::kEngaged || sample_.state == ServoState::kSilent) {
+    sample_.state = ServoState::kWaiting;
+  }
+}
+
+ServoState ServoRound::Step(DeviceDriver& driver, double now_s, double dt_s, const ServoCommand& newest,
+                            bool agrees) noexcept {
+  ++counts_.rounds;
+  just_now_ = false;
+  // Whoever served it stood still: nobody looked at the handle meanwhile.
+  if (dt_s > params_.silent_s) BeginSilence();
+  GateState device;
+  device.now_s = now_s;
+  device.dt_s = dt_s;
+  device.homed = sample_.sample.homed && sample_.state != ServoState::kHoming;
+  device.fresh = heard_;
+  device.engaged = sample_.state == ServoState::kEngaged;
+  const GateOutput gated =
+      gate_.Step({newest.sequence, newest.made_at_s, newest.command.f_D_N, newest.command.tau_D_Nmm}, device);
+  f_sent_D_N_ = gated.f_N;
+  counts_.largest_N = std::fmax(counts_.largest_N, glm::length(gated.f_N));
+
+  DriverCommand command = newest.command;
+  command.f_D_N = gated.f_N;
+  command.tau_D_Nmm = gated.tau_Nmm;
+  command.engaged = sample_.state == ServoState::kEngaged;
+  // A field of force around it lets through as much as its middle does.
+  const double asked_N = glm::length(newest.command.f_D_N);
+  const double share = asked_N > 0 && std::isfinite(asked_N) ? std::fmin(glm::length(gated.f_N) / asked_N, 1) : 0;
+  command.stiffness_N_per_mm *= share;
+  command.damping_Ns_per_mm *= share;
+  const RoundEnd end = driver.Exchange(command, told_);
+  heard_ = end == RoundEnd::kSample;
+  Take(end, told_, now_s, agrees);
+  return sample_.state;
+}
+
+void ServoRound::BeginSilence() {
+  if (sample_.state != ServoState::kEngaged) return;
+  sample_.state = ServoState::kSilent;
+  just_now_ = true;
+  ++counts_.silences;
+}
+
+bool ServoRound::IsLeap(const DriverSample& told, double since_s) const {
+  if (traits_.motion != DriverMotion::kPosition) return false;
+  const Pose& before = sample_.sample.X_DH;
+  const double time_s = std::fmax(since_s, 0);
+  const double way_mm = glm::length(told.X_DH.p_AB - before.p_AB);
+  if (!(way_mm <= kNoLeap_mm + params_.leap_mm_per_s * time_s)) return true;
+  if (!traits_.senses_orientation) return false;
+  const Quat turn = told.X_DH.R_AB * glm::conjugate(before.R_AB);
+  const double turn_rad = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w));
+  return !(turn_rad <= kNoLeap_rad + params_.leap_rad_per_s * time_s);
+}
+
+void ServoRound::Take(RoundEnd end, const DriverSample& told, double now_s, bool agrees) {
+  if (end == RoundEnd::kGone) {
+    sample_.state = ServoState::kClosed;
+    return;
+  }
+  if (end != RoundEnd::kSample) {
+    ++(end == RoundEnd::kBadAnswer ? counts_.bad_answers : counts_.no_answers);
+    if (now_s - heard_at_s_ > params_.silent_s) BeginSilence();
+    return;
+  }
+  ++counts_.samples;
+  const double silence_s = now_s - heard_at_s_;
+  if (sample_.state == ServoState::kEngaged && IsLeap(told, silence_s)) {
+    ++counts_.leaps;
+    BeginSilence();
+  }
+  if (sample_.state != ServoState::kSilent || !just_now_) heard_at_s_ = now_s;
+  sample_.sample = told;
+  sample_.at_s = now_s;
+  const bool pressed = (told.buttons & ~buttons_before_) != 0;
+  buttons_before_ = told.buttons;
+  if (!told.homed) {
+    sample_.state = ServoState::kHoming;
+    return;
+  }
+  switch (sample_.state) {
+    case ServoState::kClosed:
+    case ServoState::kHoming:
+      sample_.state = ServoState::kWaiting;
+      break;
+    case ServoState::kWaiting:
+      if (!agrees && !(pressed && params_.button_agrees)) break;
+      sample_.state = ServoState::kEngaged;
+      ++sample_.engagements;
+      break;
+    case ServoState::kSilent:
+      if (just_now_) break;  // so that everybody sees it
+      sample_.state = silence_s > params_.agree_s ? ServoState::kWaiting : ServoState::kEngaged;
+      if (sample_.state == ServoState::kEngaged) ++sample_.engagements;
+      break;
+    case ServoState::kEngaged:
+      break;
+  }
+}
+
+const char* Describe(ServoState state) {
+  switch (state) {
+    case ServoState::kClosed:
+      return "not there";
+    case ServoState::kHoming:
+      return "not homed";
+    case ServoState::kWaiting:
+      return "ready, without force until you agree";
+    case ServoState::kEngaged:
+      return "in the hand";
+    case ServoState::kSilent:
+      return "silent";
+  }
+  return "";
+}
+
+}  // namespace kerf

@@ -1,0 +1,497 @@
+#include "device/drivers/device_servo.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <ctime>
+#include <exception>
+#include <utility>
+
+#include "base/realtime/deadlines.h"
+#include "base/realtime/loop_clock.h"
+#include "base/realtime/realtime.h"
+#include "device/devices/profiles.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kClutchOut_s = 0.05;     // over which the clutch takes the force away
+constexpr double kClutchIn_s = 0.3;       // and gives it back
+constexpr std::uint64_t kTellEvery = 64;  // rounds
+constexpr int kStopRounds = 5;
+constexpr std::int64_t kRemindFirst_ns = 300'000'000;
+constexpr std::int64_t kRemindAgain_ns = 30'000'000'000;
+constexpr int kRefusals = 3;                  // of one just plugged in, whose rules do not hold yet
+constexpr std::uint64_t kGivenUpRounds = 20;  // it was the device that stood still, not this program
+constexpr double kTurning_rad_per_s = 2;      // of a tool that is turned by keys
+
+// Of LetGoOfAll().
+std::atomic<int> servos{0};
+std::atomic<std::uint32_t> let_go_asked{0};
+std::atomic<std::uint32_t> let_go_done{0};
+std::atomic<bool> let_go_for_good{false};
+static_assert(std::atomic<std::uint32_t>::is_always_lock_free);
+constinit thread_local bool is_of_servo = false;
+
+/// Signals come to other threads: a handler that waits for this one must not run on it. What nobody can help: a fault
+/// of this thread's own ends the program at once, blocked or not, with no handler, and the device keeps its last force
+/// until it ends that itself. abort() here does come to a handler, on this thread: LetGoOfAll() does not wait for it.
+void BlockSignals() {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+}
+
+DeviceProfile LimitByTable(DeviceProfile profile) {
+  for (const DeviceProfile& known : DeviceProfiles()) {
+    if (known.name != profile.name) continue;
+    profile.peak_force_N = std::min(profile.peak_force_N, known.peak_force_N);
+    profile.peak_torque_Nmm = std::min(profile.peak_torque_Nmm, known.peak_torque_Nmm);
+  }
+  return profile;
+}
+
+double Now_s() {
+  MonotonicClock clock;
+  return 1e-9 * static_cast<double>(clock.Now());
+}
+
+int FindButton(const DriverTraits& traits, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    const auto found = std::find(traits.buttons.begin(), traits.buttons.end(), name);
+    if (found != traits.buttons.end()) return static_cast<int>(found - traits.buttons.begin());
+  }
+  return -1;
+}
+
+WorkspaceParams MakeWorkspace(const DeviceServoOptions& options, const DriverTraits& traits, const Vec3& p_TC_mm) {
+  const Quat R_WD = options.left_handed ? MirrorForLeftHand(options.R_WD) : options.R_WD;
+  return {options.motion_scale, R_WD, p_TC_mm, traits.senses_orientation};
+}
+
+}  // namespace
+
+std::string DescribeHoming(const DriverTraits& traits) {
+  return traits.homing.empty() ? "switch its motors on, and home it if its own program asks you to" : traits.homing;
+}
+
+DeviceServo::DeviceServo(std::string name, Open open, const DeviceServoOptions& options,
+                         const std::function<bool(const std::string& doing, double share)>& show)
+    : name_(std::move(name)), open_(std::move(open)), options_(options), workspace_({}) {
+  driver_ = open_();
+  driver_->Start(show);
+  traits_ = driver_->traits();
+  profile_ = ScaleProfile(LimitedProfile(), options.motion_scale);
+  workspace_ = Workspace(MakeWorkspace(options_, traits_, Vec3{0}));
+  orientation_.Publish(workspace_.params().R_WD);
+  clutch_bit_ = FindButton(traits_, {"clutch", "centre"});
+  if (clutch_bit_ < 0 && !traits_.buttons.empty()) clutch_bit_ = 0;
+  spindle_bit_ = FindButton(traits_, {"spindle", "forward"});
+  if (spindle_bit_ < 0 && traits_.buttons.size() > 1) spindle_bit_ = clutch_bit_ == 1 ? 0 : 1;
+  right_bit_ = FindButton(traits_, {"right", "plus"});
+  left_bit_ = FindButton(traits_, {"left", "minus"});
+  round_.emplace(LimitedProfile(), traits_, options.servo);
+  ++servos;
+  thread_ = std::thread([this] {
+    Run();
+    --servos;
+  });
+}
+
+DeviceServo::~DeviceServo() {
+  stop_.store(true);
+  if (thread_.joinable()) thread_.join();
+}
+
+/// What the table knows of a device of that name, it makes no more, whatever it says of itself. The safety gate and all
+/// who ask what the device can do go by the same.
+DeviceProfile DeviceServo::LimitedProfile() const {
+  return options_.own_figures ? driver_->profile() : LimitByTable(driver_->profile());
+}
+
+std::vector<std::string> DeviceServo::TakeMessages() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(messages_, {});
+}
+
+void DeviceServo::Say(std::string message) {
+  const std::lock_guard lock(mutex_);
+  messages_.push_back(fmt::format("{}: {}", name_, std::move(message)));
+}
+
+void DeviceServo::SayState(ServoState before, ServoState now) {
+  const bool again = round_->sample().engagements > 0;
+  switch (now) {
+    case ServoState::kHoming:
+      break;  // RemindOfHoming()
+    case ServoState::kWaiting:
+      if (HasToldZero(traits_)) Say(traits_.homing);
+      if (again && traits_.makes_force) {
+        Say(fmt::format("is there again; {}agree here, to have force again",
+                        traits_.buttons.empty() ? "" : "press a button on it, or "));
+      }
+      break;
+    case ServoState::kEngaged:
+      if (!traits_.makes_force) {
+        Say("moves the tool");
+      } else if (before == ServoState::kSilent) {
+        Say("answers again; the force comes back slowly");
+      } else if (again) {
+        Say("in the hand; the force comes on slowly");
+      }
+      break;
+    case ServoState::kSilent:
+      if (std::exchange(leaps_, round_->counts().leaps) != round_->counts().leaps) {
+        Say("told a leap that no hand makes: no force for a moment, and the tool stays where it was");
+      } else {
+        Say("does not answer: no force. If that lasts, see to its power and its cable");
+      }
+      break;
+    case ServoState::kClosed:
+      Say("is gone: no force, and the tool stands still. Plug it in, or start it, again to go on");
+      break;
+  }
+}
+
+/// A device that is homed already says so in its first answers.
+void DeviceServo::RemindOfHoming(ServoState state, std::int64_t now_ns) {
+  if (state != ServoState::kHoming) {
+    homing_since_ns_ = -1;
+    return;
+  }
+  if (homing_since_ns_ < 0) homing_since_ns_ = now_ns + kRemindFirst_ns;
+  if (now_ns < homing_since_ns_) return;
+  homing_since_ns_ = now_ns + kRemindAgain_ns;
+  Say(fmt::format("{}; there is no force before that", DescribeHoming(traits_)));
+}
+
+bool DeviceServo::LetGoOfAll(int timeout_ms, bool for_good) noexcept {
+  const std::uint32_t before = let_go_done.load();
+  const int all = servos.load();
+  if (all == 0) return true;
+  if (for_good) let_go_for_good.store(true);
+  ++let_go_asked;
+  const auto others = static_cast<std::uint32_t>(is_of_servo ? all - 1 : all);
+  const timespec millisecond{.tv_sec = 0, .tv_nsec = 1'000'000};
+  for (int waited = 0; let_go_done.load() - before < others; ++waited) {
+    if (waited >= timeout_ms) return false;
+    nanosleep(&millisecond, nullptr);
+  }
+  return !is_of_servo;
+}
+
+void DeviceServo::LetGoIfAsked(std::uint32_t& seen) {
+  const std::uint32_t asked = let_go_asked.load();
+  if (asked == seen) return;
+  seen = asked;
+  round_->LetGo();
+  agrees_.store(false);
+  if (driver_) MakeNoForce();
+  ++let_go_done;
+}
+
+/// False: somebody reads them just now, with no priority, and a thread that makes force has no time to wait for that.
+bool DeviceServo::TellCounts(bool waits) {
+  std::unique_lock lock(mutex_, std::defer_lock);
+  if (waits) {
+    lock.lock();
+  } else if (!lock.try_lock()) {
+    return false;
+  }
+  counts_.rounds = round_->counts();
+  counts_.gate = round_->gate().counts();
+  counts_.closed_by = round_->gate().closed_by();
+  return true;
+}
+
+/// Whoever agreed agreed to that one.
+void DeviceServo::CheckSame() {
+  const DeviceProfile profile = ScaleProfile(LimitedProfile(), options_.motion_scale);
+  const DriverTraits& traits = driver_->traits();
+  if (profile.name == profile_.name && profile.peak_force_N == profile_.peak_force_N &&
+      profile.peak_torque_Nmm == profile_.peak_torque_Nmm && traits.makes_force == traits_.makes_force &&
+      traits.senses_orientation == traits_.senses_orientation && traits.buttons == traits_.buttons) {
+    return;
+  }
+  driver_->Stop();
+  throw Error(fmt::format("has come back as another device ({}); start kerf again to use it", profile.name));
+}
+
+bool DeviceServo::StartAgain() {
+  try {
+    driver_->Start([this](const std::string&, double) { return !stop_.load(); });
+    CheckSame();
+    return true;
+  } catch (const std::exception& e) {
+    // It is there, and yet: once is enough to know why.
+    if (!stop_.load() && told_failure_ != e.what()) Say(told_failure_ = e.what());
+  }
+  driver_.reset();
+  return false;
+}
+
+bool DeviceServo::Reopen() {
+  try {
+    driver_ = open_();
+    refusals_ = 0;
+  } catch (const DeviceNotThere&) {
+    refusals_ = 0;
+    return false;  // somebody has been told that it is gone
+  } catch (const std::exception& e) {
+    if (++refusals_ >= kRefusals && told_failure_ != e.what()) Say(told_failure_ = e.what());
+    return false;
+  }
+  if (!driver_ || !StartAgain()) return false;
+  told_failure_.clear();
+  round_->Open(Now_s());
+  return true;
+}
+
+/// One that homes tells so when it has lost its place; any other must not be started anew behind its user's back.
+bool DeviceServo::IsGivenUp(std::int64_t now_ns) {
+  const std::uint64_t samples = round_->counts().samples;
+  if (std::exchange(samples_, samples) != samples) {
+    heard_ns_ = now_ns;
+    unanswered_ = 0;
+    return false;
+  }
+  ++unanswered_;
+  return traits_.homes && unanswered_ >= kGivenUpRounds &&
+         1e-9 * static_cast<double>(now_ns - heard_ns_) > options_.given_up_s;
+}
+
+void DeviceServo::MakeNoForce() noexcept {
+  DriverSample sample;
+  for (int i = 0; i < kStopRounds; ++i) driver_->Exchange({}, sample);
+}
+
+/// Something was thrown that nobody foresaw (no memory for a message): as if it had been unplugged, without its force.
+void DeviceServo::TakeFault(const char* why) noexcept {
+  if (driver_) {
+    if (round_->state() != ServoState::kClosed) MakeNoForce();  // else it was only being started
+    driver_->Stop();
+    driver_.reset();
+  }
+  round_->Close();
+  agrees_.store(false);
+  for_loop_.Publish(round_->sample());
+  for_others_.Publish(round_->sample());
+  try {
+    TellCounts(true);
+    if (told_failure_ != why) {
+      Say(fmt::format("has failed ({}): no force, and the tool stands still. It is opened anew", why));
+      told_failure_ = why;
+    }
+  } catch (const std::exception&) {
+    // Nor is there memory to say so.
+    told_failure_.clear();
+  }
+  state_.store(ServoState::kClosed);
+}
+
+void DeviceServo::Run() {
+  BlockSignals();
+  is_of_servo = true;
+  RealtimeGrants grants;
+  if (options_.priority > 0) AskForPriority(options_.priority, grants);
+  round_->Open(Now_s());
+  std::uint32_t let_go_seen = let_go_asked.load();
+  while (!stop_.load()) {
+    try {
+      Serve(let_go_seen);
+    } catch (const std::exception& e) {
+      TakeFault(e.what());
+    } catch (...) {
+      TakeFault("for a reason that nobody knows");
+    }
+  }
+  TellCounts(true);
+  if (!driver_) return;
+  MakeNoForce();
+  driver_->Stop();
+}
+
+/// Until it is to stop; what it throws has left the device as it was.
+void DeviceServo::Serve(std::uint32_t& let_go_seen) {
+  MonotonicClock clock;
+  const auto period_ns = static_cast<std::int64_t>(1e9 / traits_.rate_hz);
+  const auto reopen_ns = static_cast<std::int64_t>(1e9 * options_.reopen_s);
+  Deadlines deadlines(period_ns);
+  const auto begin = [&] {
+    deadlines.Start(clock.Now());
+    unanswered_ = 0;
+    return heard_ns_ = clock.Now();
+  };
+  std::int64_t last_ns = begin();
+  ServoState before = ServoState::kHoming;
+  bool counts_due = false;
+  while (!stop_.load()) {
+    LetGoIfAsked(let_go_seen);
+    if (let_go_for_good.load()) {
+      clock.SleepUntil(clock.Now() + period_ns);
+      last_ns = clock.Now();
+      continue;
+    }
+    if (!driver_) {
+      clock.SleepUntil(clock.Now() + reopen_ns);
+      if (stop_.load() || !Reopen()) continue;
+      agrees_.store(false);  // whatever was said before it was there
+      last_ns = begin();
+    }
+    clock.SleepUntil(deadlines.due_ns());
+    const std::int64_t now_ns = clock.Now();
+    deadlines.Begin(now_ns);
+    commands_.Update();
+    // Whoever agrees in a round without an answer has agreed in the next too.
+    const bool agrees = round_->state() == ServoState::kWaiting && (agrees_.load() || !traits_.makes_force);
+    const double dt_s = 1e-9 * static_cast<double>(now_ns - last_ns);
+    ServoState state = round_->Step(*driver_, 1e-9 * static_cast<double>(now_ns), dt_s, commands_.front(), agrees);
+    const bool given_up = state != ServoState::kClosed && IsGivenUp(now_ns);
+    if (given_up) {
+      round_->Close();
+      state = ServoState::kClosed;
+    }
+    // Nothing that is said while the hand has it, or before it is homed, holds for later.
+    if (state != ServoState::kWaiting) agrees_.store(false);
+    // Nor does what was said to a device that does not answer.
+    if (1e-9 * static_cast<double>(now_ns) - round_->sample().at_s > options_.servo.agree_s) agrees_.store(false);
+    last_ns = now_ns;
+    const std::int64_t end_ns = clock.Now();
+    round_times_.Add(end_ns - now_ns);
+    for_loop_.Publish(round_->sample());
+    for_others_.Publish(round_->sample());
+    // Before the state: who sees that has these.
+    counts_due = counts_due || state != before || round_->counts().rounds % kTellEvery == 0;
+    if (counts_due) counts_due = !TellCounts(state == ServoState::kClosed);
+    state_.store(state);
+    if (given_up) {
+      Say("has not answered for long, and is started anew: no force, and the tool stands still. See to its power");
+    } else if (state != before) {
+      SayState(before, state);
+    }
+    RemindOfHoming(state, now_ns);
+    before = state;
+    if (state == ServoState::kClosed) {
+      if (given_up) driver_->Stop();
+      driver_.reset();
+      continue;
+    }
+    deadlines.End(clock.Now());
+  }
+}
+
+void DeviceServo::SetTool(const Pose& X_WT, const ServedTool& tool) {
+  X_WT_ = X_WT;
+  tool_ = tool;
+  workspace_ = Workspace(MakeWorkspace(options_, traits_, tool.p_TC_mm));
+  engagements_ = 0;  // the handle holds it anew
+  held_ = false;
+  clutched_ = false;
+  share_ = 0;
+  R_WT_wanted_.reset();
+  tool_orientation_.Update();
+  orientation_.Update();
+  has_orientation_ = !options_.told_orientation;
+}
+
+void DeviceServo::SetToolOrientation(const Quat& R_WT) {
+  tool_orientation_.Publish(R_WT);
+}
+
+void DeviceServo::SetOrientation(const Quat& R_WD) {
+  orientation_.Publish(R_WD);
+}
+
+void DeviceServo::TurnTool() {
+  if (tool_orientation_.Update()) R_WT_wanted_ = tool_orientation_.front();
+  if (traits_.senses_orientation || !R_WT_wanted_) return;
+  const Quat turn = *R_WT_wanted_ * glm::conjugate(X_WT_.R_AB);
+  const double angle = 2 * std::atan2(std::hypot(turn.x, turn.y, turn.z), std::abs(turn.w));
+  if (!(angle > 1e-6)) return;
+  const double share = std::min(1.0, kTurning_rad_per_s * dt_s_ / angle);
+  Pose X_WT = X_WT_;
+  X_WT.R_AB = glm::normalize(glm::slerp(X_WT_.R_AB, *R_WT_wanted_, share));
+  X_WT.p_AB = X_WT_.Point(tool_.p_TC_mm) - X_WT.R_AB * tool_.p_TC_mm;
+  workspace_.Anchor(X_DH_, X_WT);
+  X_WT_ = X_WT;
+}
+
+void DeviceServo::Elapse(double dt_s) noexcept {
+  dt_s_ = std::clamp(dt_s, 0.0, 0.1);
+  const bool on = held_ && !clutched_;
+  share_ = std::clamp(share_ + (on ? dt_s_ / kClutchIn_s : -dt_s_ / kClutchOut_s), 0.0, 1.0);
+}
+
+bool DeviceServo::Read(DeviceSample& sample) noexcept {
+  for_loop_.Update();
+  const ServoSample& newest = for_loop_.front();
+  X_DH_ = newest.sample.X_DH;
+  sample.X_WH = X_WT_;
+  sample.buttons = newest.sample.buttons;
+  if (options_.left_handed && right_bit_ >= 0 && left_bit_ >= 0) {
+    sample.buttons = ExchangeButtons(sample.buttons, right_bit_, left_bit_);
+  }
+  if (!has_orientation_) has_orientation_ = orientation_.Update();
+  if (!has_orientation_ || newest.state != ServoState::kEngaged || Now_s() - newest.at_s > options_.old_s) {
+    held_ = false;
+    share_ = 0;
+    return false;
+  }
+  const bool clutched = IsClutched(newest.sample.buttons);
+  if (!held_ || newest.engagements != engagements_ || (clutched_ && !clutched)) {
+    orientation_.Update();
+    workspace_.Anchor(X_DH_, X_WT_, orientation_.front());
+    engagements_ = newest.engagements;
+  }
+  held_ = true;
+  clutched_ = clutched;
+  if (!clutched) {
+    X_WT_ = workspace_.CalcToolPose(X_DH_);
+    TurnTool();
+  }
+  sample.X_WH = X_WT_;
+  return true;
+}
+
+bool DeviceServo::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept {
+  ServoCommand command;
+  command.sequence = ++sequence_;
+  command.made_at_s = Now_s();
+  if (held_) {
+    DriverCommand& asked = command.command;
+    asked.f_D_N = share_ * workspace_.ToDevice(f_H_W_N);
+    asked.tau_D_Nmm = share_ * workspace_.ToDevice(tau_H_W_Nmm);
+    asked.p_D_mm = X_DH_.p_AB;
+    // The coupling's damper is in the force already: as a damping of the field the far side would make it again.
+    asked.stiffness_N_per_mm = share_ * options_.motion_scale * tool_.stiffness_N_per_mm;
+  }
+  commands_.Publish(command);
+  return true;
+}
+
+std::array<double, 6> DeviceServo::ReadDeflection() noexcept {
+  for_loop_.Update();
+  const ServoSample& newest = for_loop_.front();
+  const bool holds = newest.state == ServoState::kEngaged && Now_s() - newest.at_s <= options_.old_s;
+  return holds ? newest.sample.deflection : std::array<double, 6>{};
+}
+
+ServoSample DeviceServo::TakeSample() {
+  const std::lock_guard lock(reading_);
+  for_others_.Update();
+  return for_others_.front();
+}
+
+void DeviceServo::Command(const DriverCommand& command) {
+  commands_.Publish({++sequence_, Now_s(), command});
+}
+
+DeviceServo::Counts DeviceServo::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+}  // namespace kerf

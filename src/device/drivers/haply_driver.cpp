@@ -1,0 +1,259 @@
+#include "device/drivers/haply_driver.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket.hpp>
+#include <chrono>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "device/devices/profiles.h"
+#include "device/drivers/udp_link.h"
+#include "kerf/error.h"
+
+namespace kerf {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kLate = std::chrono::milliseconds(5);
+constexpr int kSendBytes = 8192;
+constexpr int kMostMessages = 64;  // in a row
+
+/// The WebSocket, with an end to each wait: what is under way goes on in the next call.
+class HaplyDriver::Line {
+ public:
+  Line() : stream_(context_) {
+    stream_.read_message_max(256 << 10);
+    stream_.text(true);
+    received_.reserve(64 << 10);
+  }
+  ~Line() {
+    beast::error_code ignored;
+    stream_.next_layer().close(ignored);
+    // What was under way ends now, while its buffers are still there.
+    context_.restart();
+    context_.run_for(std::chrono::seconds(1));
+  }
+  Line(const Line&) = delete;
+  Line& operator=(const Line&) = delete;
+
+  /// The error, or that the time was up.
+  beast::error_code Connect(const asio::ip::tcp::endpoint& to, std::chrono::milliseconds most) {
+    const auto end = Clock::now() + most;
+    std::optional<beast::error_code> error;
+    stream_.next_layer().async_connect(to, [&error](beast::error_code e) { error = e; });
+    if (!RunUntil(end, [&error] { return error.has_value(); })) return Abandon();
+    if (*error) return *error;
+    beast::error_code ignored;
+    stream_.next_layer().set_option(asio::ip::tcp::no_delay(true), ignored);
+    // That a service takes nothing is noticed when what holds the forces for it is full: here that is little.
+    stream_.next_layer().set_option(asio::socket_base::send_buffer_size(kSendBytes), ignored);
+    error.reset();
+    stream_.async_handshake(fmt::format("localhost:{}", to.port()), "/", [&error](beast::error_code e) { error = e; });
+    if (!RunUntil(end, [&error] { return error.has_value(); })) return Abandon();
+    return *error;
+  }
+
+  /// Begins to send. False while an earlier text is on its way, or when the line is broken: nothing then.
+  bool Send(std::string text) {
+    if (sending_ || error_) return false;
+    sending_ = true;
+    sent_ = std::move(text);
+    stream_.async_write(asio::buffer(sent_), [this](beast::error_code e, std::size_t) {
+      sending_ = false;
+      if (e) error_ = e;
+    });
+    return true;
+  }
+
+  /// The newest message that has come; none when the time is up or the line is broken. Where the time is up already,
+  /// what is there.
+  std::optional<std::string> Receive(Clock::time_point end) {
+    std::optional<std::string> newest;
+    for (int i = 0; i < kMostMessages; ++i) {
+      BeginReading();
+      const auto until = newest ? Clock::now() : end;
+      if (!RunUntil(until, [this] { return !reading_ || error_; })) break;
+      if (error_) break;
+      newest = beast::buffers_to_string(received_.data());
+      received_.consume(received_.size());
+    }
+    return newest;
+  }
+
+  void Flush(Clock::time_point end) {
+    RunUntil(end, [this] { return !sending_ || error_; });
+  }
+
+  bool broken() const { return error_.failed(); }
+  bool sending() const { return sending_; }
+
+ private:
+  void BeginReading() {
+    if (reading_ || error_) return;
+    reading_ = true;
+    stream_.async_read(received_, [this](beast::error_code e, std::size_t) {
+      reading_ = false;
+      if (e) error_ = e;
+    });
+  }
+
+  template <typename Done>
+  bool RunUntil(Clock::time_point end, const Done& done) {
+    context_.restart();
+    // What is there already is taken also where no time is left, but a service that never stops sending is not.
+    const Clock::time_point last = std::max(end, Clock::now()) + kLate;
+    while (!done()) {
+      if (context_.poll_one() > 0) {
+        if (Clock::now() > last) break;
+        continue;
+      }
+      if (context_.stopped() || context_.run_one_until(end) == 0) break;
+    }
+    return done();
+  }
+
+  beast::error_code Abandon() {
+    beast::error_code ignored;
+    stream_.next_layer().close(ignored);
+    context_.restart();
+    context_.run_for(std::chrono::seconds(1));  // handlers that point to what ends here
+    return asio::error::timed_out;
+  }
+
+  asio::io_context context_;
+  beast::websocket::stream<asio::ip::tcp::socket> stream_;
+  beast::flat_buffer received_;
+  std::string sent_;
+  bool sending_ = false;
+  bool reading_ = false;
+  beast::error_code error_;
+};
+
+HaplyDriver::HaplyDriver(const HaplyOptions& options) : options_(options), profile_(FindDeviceProfile("inverse3")) {
+  if (!IsLoopbackAddress(options.address)) {
+    throw Error(
+        fmt::format("the Haply service is spoken to on this machine only (127.x.x.x), not at {}", options.address));
+  }
+  if (options.port == 0) throw Error("the Haply service's port must be 1 to 65535");
+  if (options.timeout_ms < 1 || options.timeout_ms > 1000) throw Error("timeout_ms of Haply must be 1 to 1000");
+  if (options.start_timeout_ms < 1 || options.start_timeout_ms > 60'000) {
+    throw Error("start_timeout_ms of Haply must be 1 to 60000");
+  }
+  traits_.timeout_ms = options.timeout_ms;
+}
+
+HaplyDriver::~HaplyDriver() {
+  HaplyDriver::Stop();
+}
+
+void HaplyDriver::Start(const std::function<bool(const std::string& doing, double share)>& show) {
+  const auto tell = [&show](const std::string& doing, double share) {
+    if (show && !show(doing, share)) throw Error("starting the device was broken off");
+  };
+  const std::string where = fmt::format("ws://{}:{}", options_.address, options_.port);
+  Stop();
+  tell(fmt::format("connecting to the Haply service at {}", where), 0);
+  const std::chrono::milliseconds most(options_.start_timeout_ms);
+  auto line = std::make_unique<Line>();
+  const asio::ip::tcp::endpoint to(asio::ip::make_address(options_.address), options_.port);
+  if (const beast::error_code error = line->Connect(to, most)) {
+    throw Error(error == asio::error::connection_refused
+                    ? fmt::format("no Haply service listens at {}; install and start Haply's Inverse Service", where)
+                    : fmt::format("the Haply service at {} can't be reached: {}", where, error.message()));
+  }
+  tell("waiting for the list of devices", 0.5);
+  const auto end = Clock::now() + most;
+  bool spoke = false;
+  bool good = false;
+  bool listed = false;
+  while (!listed && !line->broken() && Clock::now() < end) {
+    const std::optional<std::string> text = line->Receive(end);
+    if (!text) break;
+    spoke = true;
+    const HaplyReading reading = ReadHaplyMessage(*text, options_.device_id, state_);
+    good = good || reading != HaplyReading::kBad;
+    listed = reading == HaplyReading::kOk;
+  }
+  if (!spoke) throw Error(fmt::format("the Haply service at {} says nothing; start it anew", where));
+  if (!good) {
+    throw Error(fmt::format("what listens at {} does not speak the JSON of Haply's Inverse Service 3.1", where));
+  }
+  if (!listed) {
+    throw Error(options_.device_id.empty()
+                    ? "the Haply service lists no Inverse3; plug it in, switch it on, and look whether Haply's own "
+                      "program sees it"
+                    : fmt::format("the Haply service lists no Inverse3 with the id {}", options_.device_id));
+  }
+  p_H_middle_mm_ = options_.p_H_middle_mm.value_or(state_.p_H_mm);
+  traits_.senses_orientation = state_.R_H_grip.has_value();
+  traits_.buttons.clear();
+  if (traits_.senses_orientation) traits_.buttons = {"a", "b", "c"};
+  without_ = 0;
+  line_ = std::move(line);
+  tell("ready", 1);
+}
+
+RoundEnd HaplyDriver::Take(const std::string& text, DriverSample& sample) {
+  const HaplyReading reading = ReadHaplyMessage(text, state_.id, state_);
+  if (reading == HaplyReading::kBad) return RoundEnd::kBadAnswer;
+  if (reading == HaplyReading::kNoDevice) {
+    if (++without_ < kMostWithout) return RoundEnd::kNoAnswer;
+    line_.reset();
+    return RoundEnd::kGone;
+  }
+  without_ = 0;
+  if (traits_.senses_orientation && !state_.R_H_grip) return RoundEnd::kNoAnswer;
+  sample = DriverSample{};
+  sample.X_DH.p_AB = HaplyToFrameD(state_.p_H_mm - p_H_middle_mm_);
+  if (traits_.senses_orientation && state_.R_H_grip) sample.X_DH.R_AB = HaplyToFrameD(*state_.R_H_grip);
+  sample.buttons = state_.buttons;
+  return RoundEnd::kSample;
+}
+
+RoundEnd HaplyDriver::Exchange(const DriverCommand& command, DriverSample& sample) noexcept {
+  if (!line_) return RoundEnd::kGone;
+  try {
+    Vec3 f_D_N = command.f_D_N;
+    const double force_N = glm::length(f_D_N);
+    if (!std::isfinite(force_N)) f_D_N = Vec3{0};
+    if (force_N > profile_.peak_force_N) f_D_N *= profile_.peak_force_N / force_N;
+    // What is there before the force goes out does not answer it: taken for the answer, once late, each round would
+    // tell where the handle was in the one before, for good. It is news where no other comes.
+    const std::optional<std::string> late = line_->Receive(Clock::now());
+    const bool begun = line_->Send(WriteHaplyForce(state_.id, FrameDToHaply(f_D_N)));
+    const auto end = Clock::now() + std::chrono::milliseconds(options_.timeout_ms);
+    const std::optional<std::string> text = line_->Receive(end);
+    // A service that tells but does not take what it is told has no answer: its device has an older force.
+    const bool gone_out = begun && !line_->sending();
+    if (gone_out && (text || late)) return Take(text ? *text : *late, sample);
+    if (!line_->broken()) return RoundEnd::kNoAnswer;
+  } catch (const std::exception&) {
+    // Out of memory, or an error of the line that Boost throws: as good as gone.
+  }
+  line_.reset();
+  return RoundEnd::kGone;
+}
+
+void HaplyDriver::Stop() noexcept {
+  if (!line_) return;
+  try {
+    const auto end = Clock::now() + std::chrono::milliseconds(100);
+    line_->Flush(end);
+    line_->Send(WriteHaplyForce(state_.id, Vec3{0}));
+    line_->Flush(end);
+  } catch (const std::exception&) {
+    // The service cuts the force when the connection ends.
+  }
+  line_.reset();
+}
+
+}  // namespace kerf

@@ -1,0 +1,56 @@
+#include "device/drivers/wooden_config.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/files/files.h"
+#include "base/toml/faults.h"
+#include "base/toml/table_reader.h"
+#include "base/toml/toml_document.h"
+#include "device/devices/hid/wooden_driver.h"
+#include "device/devices/hid/wooden_kinematics.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kMaxBytes = 64 << 10;
+
+void CheckEach(TableReader& reader, const char* key, const Vec3& values, double least) {
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(values[i]) >= least) continue;
+    reader.Fault(key, fmt::format("{}[{}] = {} is too near to 0; it must be {} or more, or {} or less", key, i,
+                                  values[i], least, -least));
+  }
+}
+
+}  // namespace
+
+WoodenParams ParseWoodenConfig(const std::string& text, const std::string& file) {
+  const TomlNode root = ParseToml(text, file);
+  Faults faults(file);
+  TableReader reader(root, "the file", faults);
+  WoodenParams params;
+  Describe(params, reader);
+  reader.Finish();
+  CheckEach(reader, "counts_per_turn", params.counts_per_turn, 1);
+  CheckEach(reader, "gear", params.gear, 0.1);
+  for (int i = 0; i < 3; ++i) {
+    const double counts = std::abs(params.counts_per_turn[i] * params.gear[i]);
+    if (counts <= kWoodenMostCountsPerTurn) continue;
+    reader.Fault("gear", fmt::format("gear[{}] makes {:.0f} counts a turn of the joint, with counts_per_turn; it may "
+                                     "make at most {:.0f}, as the reports have 16 bits",
+                                     i, counts, kWoodenMostCountsPerTurn));
+  }
+  if (faults.empty() && !FindWoodenAngles(params, Vec3{0})) {
+    reader.Fault("middle_mm", "the arm can't reach middle_mm; check base_mm, upper_arm_mm and forearm_mm");
+  }
+  faults.ThrowIfAny();
+  return params;
+}
+
+WoodenParams ReadWoodenConfig(const std::string& path) {
+  return ParseWoodenConfig(ReadTextFile(path, kMaxBytes), path);
+}
+
+}  // namespace kerf

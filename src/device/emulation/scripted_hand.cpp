@@ -1,0 +1,92 @@
+#include "device/emulation/scripted_hand.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kHomeLeg_s = 0.75;  // out, stay, in, back
+constexpr double kSwell_s = 1;
+constexpr double kLongestStep_s = 0.01;
+
+/// 0 to 1 with minimum jerk.
+double Ease(double share) {
+  const double s = std::clamp(share, 0.0, 1.0);
+  return s * s * s * (10 - 15 * s + 6 * s * s);
+}
+
+ScriptedHandOptions Check(const ScriptedHandOptions& options) {
+  if (!(options.radius_mm > 0) || !(options.radius_mm <= 1000)) {
+    throw Error("a hand's way must be between 0 and 1000 mm wide");
+  }
+  if (!(options.period_s > 0) || !(options.period_s <= 1000)) throw Error("a hand's period must be 0 to 1000 s");
+  return options;
+}
+
+SimulatedDeviceOptions MakeExact() {
+  SimulatedDeviceOptions options;
+  options.quantise = false;  // that is the encoders' part
+  return options;
+}
+
+}  // namespace
+
+ScriptedHand::ScriptedHand(const DeviceProfile& profile, const HandModel& hand, const ScriptedHandOptions& options)
+    : options_(Check(options)), device_(profile, hand, Pose{}, MakeExact()) {}
+
+void ScriptedHand::Home() {
+  begun_ = true;
+  if (!homing()) home_s_ = 0;
+}
+
+Vec3 ScriptedHand::CalcWanted() const {
+  Vec3 p_D_mm{0};
+  const double turned = 2 * std::numbers::pi * way_s_ / options_.period_s;
+  const double radius_mm = options_.radius_mm * Ease(way_s_ / kSwell_s);
+  if (options_.way == HandWay::kCircle) p_D_mm = radius_mm * Vec3(std::cos(turned), std::sin(turned), 0);
+  if (options_.way == HandWay::kLine) p_D_mm = radius_mm * Vec3(std::sin(turned), 0, 0);
+  if (!homing()) return p_D_mm;
+  const double leg = home_s_ / kHomeLeg_s;
+  const double z_mm = options_.home_out_mm * Ease(leg) + (options_.home_in_mm - options_.home_out_mm) * Ease(leg - 2) -
+                      options_.home_in_mm * Ease(leg - 3);
+  // Into the axis with the way out and off it with the way back: far out there is not much room.
+  const double off = 1 - Ease(2 * leg) + Ease(2 * leg - 7);
+  return off * p_D_mm + Vec3(0, 0, z_mm);
+}
+
+void ScriptedHand::Move(double dt_s, const Vec3& f_D_N, const Vec3& tau_D_Nmm) {
+  if (!(dt_s > 0)) return;
+  device_.Write(f_D_N, tau_D_Nmm);
+  while (dt_s > 0) {
+    const double step_s = std::min(dt_s, kLongestStep_s);
+    dt_s -= step_s;
+    const Vec3 before = CalcWanted();
+    if (homing()) {
+      home_s_ += step_s;
+      if (home_s_ >= 4 * kHomeLeg_s) home_s_ = -1;
+    } else if (begun_) {
+      way_s_ += step_s;
+    }
+    Intention intention;
+    intention.X_WH.p_AB = CalcWanted();
+    intention.v_W_mm_per_s = (intention.X_WH.p_AB - before) / step_s;
+    device_.SetIntention(intention);
+    device_.Elapse(step_s);
+  }
+  DeviceSample sample;
+  if (device_.Read(sample)) X_DH_ = sample.X_WH;
+}
+
+std::uint32_t ScriptedHand::buttons() const {
+  std::uint32_t pressed = 0;
+  for (const HandPress& press : options_.presses) {
+    if (begun_ && !homing() && way_s_ >= press.from_s && way_s_ < press.to_s) pressed |= press.buttons;
+  }
+  return pressed;
+}
+
+}  // namespace kerf

@@ -1,0 +1,169 @@
+#include "experiment/bench/cut_cases.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
+#include "bone/models/mandible.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+// ---- tools held in the cut's frame B -------------------------------------------------------------------------------
+
+/// A disc that stands across y, its middle at p_B.
+Pose HoldDisc(const Vec3& p_B) {
+  return {glm::angleAxis(-0.5 * kPi, Vec3(1, 0, 0)), p_B};
+}
+/// A burr upright.
+Pose HoldBall(const Vec3& p_B) {
+  return {Quat(1, 0, 0, 0), p_B};
+}
+
+}  // namespace
+
+CutCase MakeDiscCut(double voxel_mm) {
+  CutCase cut;
+  cut.name = fmt::format("disc-{}", voxel_mm);
+  cut.title = fmt::format("disc 22 x 0.25 mm, 8 mm deep, tilted, 5 mm/s, {} mm voxels", voxel_mm);
+  cut.tool = DiscSaw{};
+  cut.X_WB = {glm::angleAxis(0.5, glm::normalize(Vec3(1, 2, 0.5))), {0.3, -0.1, 0.2}};
+  BlockParams block;
+  block.size_mm = {46, 4, 12};
+  block.X_WB = cut.X_WB;
+  block.voxel_mm = voxel_mm;
+  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  cut.X_BT_start = HoldDisc({-34.5, 0, 3});
+  cut.warm_up_mm = 14;
+  cut.measured_mm = 26;
+  cut.baseline = BenchBaseline::kOpenVdb;
+  // Across one wall of the kerf and its floor.
+  cut.dense_offset_B = {0, 0.1, -10.8};
+  cut.dense_edge_mm = 28 * voxel_mm;
+  cut.spare_leaves = voxel_mm < 0.08 ? 16384 : 4096;
+  return cut;
+}
+
+CutCase MakeHandCut() {
+  CutCase cut = MakeDiscCut(0.1);
+  cut.name = "disc-0.1-hand";
+  cut.title = "the same by a trembling hand, through a coupling of 4 N/mm";
+  // The tool lags behind, and the thrust lifts it out a little.
+  cut.by_hand = true;
+  cut.flat_top = false;
+  cut.baseline = BenchBaseline::kNone;
+  cut.dense_edge_mm = 0;
+  return cut;
+}
+
+CutCase MakeBuriedCut() {
+  CutCase cut = MakeDiscCut(0.1);
+  cut.name = "disc-0.1-buried";
+  cut.title = "the same disc buried whole, begun inside the bone";
+  BlockParams block;
+  block.size_mm = {46, 4, 24};
+  block.X_WB = cut.X_WB;
+  block.voxel_mm = 0.1;
+  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  cut.X_BT_start = HoldDisc({-11.5, 0, -12});
+  cut.flat_top = false;  // its rear rim cuts as well, out of what the disc stood in
+  cut.warm_up_mm = 1;
+  cut.measured_mm = 20;
+  cut.baseline = BenchBaseline::kNone;
+  cut.dense_edge_mm = 0;
+  cut.spare_leaves = 16384;
+  return cut;
+}
+
+CutCase MakeThickDiscCut() {
+  CutCase cut = MakeDiscCut(0.2);
+  cut.name = "thick-disc-0.2";
+  cut.title = "disc r = 10 mm, 1 mm thick, 5 mm deep, 10 mm/s, 0.2 mm voxels";
+  cut.tool = DiscSaw{.diameter_mm = 20, .thickness_mm = 1};
+  cut.feed_mm_per_s = 10;
+  cut.X_BT_start = HoldDisc({-34, 0, 5});
+  cut.warm_up_mm = 14;
+  cut.baseline = BenchBaseline::kNone;
+  cut.dense_offset_B = {0, 0.5, -9.8};
+  return cut;
+}
+
+CutCase MakeBallCut(double voxel_mm, double feed_mm_per_s, bool whole) {
+  CutCase cut;
+  cut.name = fmt::format("ball-{}", voxel_mm) + (feed_mm_per_s == 10 ? "" : fmt::format("-{}mm/s", feed_mm_per_s));
+  cut.title = fmt::format("ball r = 3 mm, 2 mm deep, {} mm/s, {} mm voxels{}", feed_mm_per_s, voxel_mm,
+                          whole ? ", 256^3" : fmt::format(" (r = {:.0f} voxels)", 3 / voxel_mm));
+  cut.tool = BallBurr{.diameter_mm = 6};
+  cut.rpm = 30000;
+  cut.feed_mm_per_s = feed_mm_per_s;
+  BlockParams block;
+  block.size_mm = whole ? Vec3(250 * voxel_mm) : Vec3(50, 10, 7);
+  block.voxel_mm = voxel_mm;
+  // An array of 256^3 also holds the three voxels of the band on each side.
+  if (whole) cut.X_WB.p_AB = voxel_mm * Vec3(127.5, 127.5, 252.5);
+  block.X_WB = cut.X_WB;
+  cut.make_bone = [block] { return MakeBlock(block, DefaultMandibleTable()); };
+  cut.X_BT_start = HoldBall({-29, 0, 1});
+  cut.warm_up_mm = 7;
+  cut.measured_mm = feed_mm_per_s < 2 ? 5 : 25;
+  if (whole && feed_mm_per_s == 10) {
+    cut.baseline = BenchBaseline::kDense;
+    cut.dense_all = true;
+  } else {
+    cut.dense_offset_B = {0, 0, -2.5};
+    cut.dense_edge_mm = 28 * voxel_mm;
+  }
+  return cut;
+}
+
+CutCase MakeMandibleCut(bool whole) {
+  MandibleParams params;
+  const MandibleShape shape(params);
+  const MandibleLandmarks& marks = shape.landmarks();
+  CutCase cut;
+  cut.name = whole ? "mandible" : "mandible-block";
+  cut.title = fmt::format("disc 22 x 0.25 mm up through the body of {}, 5 mm/s, {} mm voxels",
+                          whole ? "a whole mandible" : "a block of that mandible", params.voxel_mm);
+  cut.tool = DiscSaw{};
+  // x up, y along the body, z outwards.
+  const Vec3 up(0, 0, 1);
+  const Vec3 out = glm::normalize(marks.first_molar_out - glm::dot(marks.first_molar_out, up) * up);
+  cut.X_WB = {glm::normalize(glm::quat_cast(glm::dmat3(up, glm::cross(out, up), out))), marks.first_molar};
+  cut.X_BT_start = HoldDisc({-params.canal_to_base_mm - 0.5 * params.canal_diameter_mm - 12.5, 0, 0});
+  cut.warm_up_mm = 6;
+  cut.measured_mm = 20;
+  cut.flat_top = false;
+  if (whole) {
+    cut.make_bone = [params] { return MakeMandible(params, DefaultMandibleTable()); };
+  } else {
+    cut.make_bone = [params, middle = marks.first_molar] {
+      const MandibleShape parent(params);
+      const auto box = [middle](const Vec3& p_W) {
+        const Vec3 q = glm::abs(p_W - middle) - Vec3(16);
+        return glm::length(glm::max(q, Vec3(0))) + std::min(std::max({q.x, q.y, q.z}), 0.0);
+      };
+      SolidField solid;
+      solid.value = [&](const Vec3& p_W) { return std::max(parent.Value(p_W), box(p_W)); };
+      solid.classify = [&](const Vec3& p_W, double radius_mm) {
+        if (box(p_W) > radius_mm) return BlockClass::kOutside;
+        const BlockClass of_parent = parent.Classify(p_W, radius_mm);
+        if (of_parent == BlockClass::kInside && box(p_W) > -radius_mm) return BlockClass::kMixed;
+        return of_parent;
+      };
+      solid.region = [&](const Vec3& p_W) { return parent.RegionAt(p_W); };
+      solid.is_distance = false;
+      return MakeBone(solid, Box3{middle - 18.0, middle + 18.0}, {params.voxel_mm, params.voxel_mm, {}},
+                      DefaultMandibleTable());
+    };
+  }
+  return cut;
+}
+
+}  // namespace kerf

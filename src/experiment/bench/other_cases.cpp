@@ -1,0 +1,118 @@
+#include "experiment/bench/other_cases.h"
+
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "base/files/memory.h"
+#include "bone/grid/grids.h"
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
+#include "bone/models/mandible.h"
+#include "experiment/bench/cut_cases.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kAbove_mm = 5;
+
+/// The saw `kAbove_mm` over the plane z = 0 at its nearest, on a circle of 10 mm radius at 40 mm/s, turning with it.
+Pose Hover(const DiscSaw& saw, double tilt, double t_s) {
+  const double angle = 4 * t_s;
+  const double lowest = saw.radius_mm() * std::sin(tilt) + 0.5 * saw.thickness_mm * std::cos(tilt);
+  return {glm::angleAxis(angle, Vec3(0, 0, 1)) * glm::angleAxis(tilt, Vec3(1, 0, 0)),
+          {10 * std::cos(angle), 10 * std::sin(angle), kAbove_mm + lowest}};
+}
+
+struct Footprint {
+  double level_set_MB = 0;
+  double bone_MB = 0;  // with the regions
+  double simulation_MB = 0;
+  double resident_MB = 0;  // what the program's memory grew by
+};
+
+Footprint Weigh(const std::function<Bone()>& make_bone) {
+  const std::size_t before = ReadResidentBytes();
+  Bone bone = make_bone();
+  Footprint footprint;
+  footprint.level_set_MB = 1e-6 * static_cast<double>(bone.grids().phi->memUsage());
+  footprint.bone_MB = 1e-6 * static_cast<double>(bone.CalcMemoryBytes());
+  Pose above;
+  above.p_AB = bone.CalcBounds().upper + Vec3(50);
+  const CoupledSimulation simulation(std::move(bone), CoupledParams{}, above);
+  footprint.simulation_MB = 1e-6 * static_cast<double>(simulation.CalcMemoryBytes());
+  footprint.resident_MB = 1e-6 * (static_cast<double>(ReadResidentBytes()) - static_cast<double>(before));
+  return footprint;
+}
+
+}  // namespace
+
+BenchResult RunIdle(const BenchOptions& options) {
+  BenchResult result;
+  result.name = "idle";
+  result.title = "disc 22 x 0.25 mm, 5 mm from a block: flat, on edge, in between; 40 mm/s, 0.1 mm voxels";
+  if (options.progress) options.progress("idle: bone", 0);
+  BlockParams block;
+  block.size_mm = {46, 46, 4};
+  block.voxel_mm = 0.1;
+  CoupledParams params;
+  const auto saw = std::get<DiscSaw>(params.tool);
+  TickTimer timer;
+  double asleep = 0;
+  StageClock clock;
+  CoupledSimulation simulation(MakeBlock(block, DefaultMandibleTable()), params, Hover(saw, 0, 0));
+  const PinnedToCore pinned(options.core, options.realtime);
+  const int in_turn = (options.ticks + 2) / 3;
+  for (const bool with_stages : {false, true}) {
+    for (const double tilt : {0.0, 0.5 * kPi, 0.25 * kPi}) {
+      simulation.SetDown(Hover(saw, tilt, 0));
+      for (int i = -100; i < in_turn; ++i) {  // a hundred to warm up
+        CoupledInput in;
+        in.X_WH = Hover(saw, tilt, 0.001 * i);
+        if (with_stages || i < 0) {
+          simulation.Tick(in, with_stages ? &clock : nullptr);
+          if (with_stages) clock.FinishTick();
+          continue;
+        }
+        CoupledOutput out;
+        timer.Time([&] { out = simulation.Tick(in); });
+        asleep += out.status & kCoupledAsleep ? 1 : 0;
+      }
+    }
+  }
+  timer.Finish(result);
+  result.figures.push_back({"ticks asleep", "%", 100 * asleep / static_cast<double>(result.times.count)});
+  const auto means = clock.CalcMeans_us();
+  result.stages_us.assign(means.begin(), means.end());
+  return result;
+}
+
+BenchResult RunMemory(const BenchOptions& options) {
+  BenchResult result;
+  result.name = "memory";
+  result.title = "bone and simulation in memory: whole mandible at 0.1 mm; block of 256^3 voxels";
+  if (options.progress) options.progress("memory: block", 0);
+  const Footprint block = Weigh(MakeBallCut(0.2, 10, true).make_bone);
+  if (options.progress) options.progress("memory: mandible", 0.2);
+  MandibleParams params;
+  params.voxel_mm = 0.1;
+  const Footprint mandible = Weigh([&params] { return MakeMandible(params, DefaultMandibleTable()); });
+  const double dense_MB = 1e-6 * sizeof(float) * 256 * 256 * 256;
+  for (const auto& [name, footprint] : {std::pair{"mandible", mandible}, std::pair{"block", block}}) {
+    const auto add = [&, bone = std::string(name)](const char* what, double MB) {
+      result.figures.push_back({bone + ": " + what, "MB", MB});
+    };
+    add("level set", footprint.level_set_MB);
+    add("level set and regions", footprint.bone_MB);
+    add("simulation beside them", footprint.simulation_MB);
+    add("resident memory grew by", footprint.resident_MB);
+  }
+  result.figures.push_back({"block: dense float array", "MB", dense_MB});
+  result.targets = {{"mandible, all of it", "MB", 600, mandible.bone_MB + mandible.simulation_MB},
+                    {"mandible, resident", "MB", 600, mandible.resident_MB},
+                    {"block, level set and regions / dense array", "", 0.25, block.bone_MB / dense_MB}};
+  return result;
+}
+
+}  // namespace kerf

@@ -1,0 +1,273 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <numeric>
+#include <utility>
+
+#include "experiment/bench/cut_case.h"
+#include "experiment/bench/dense_bone.h"
+#include "experiment/bench/vdb_cut.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kTick_s = 0.001;
+constexpr double kPi = 3.14159265358979323846;
+
+/// Stiff enough that the tool is where it is led, as the peers' is: some hundredths of a millimetre off.
+CouplingParams MakeStiffCoupling() {
+  CouplingParams coupling;
+  coupling.stiffness_N_per_mm = 1000;
+  coupling.torsion_Nmm_per_rad = 1e7;
+  coupling.max_force_N = 1e4;
+  coupling.max_torque_Nmm = 1e6;
+  return coupling;
+}
+
+/// Area of the tool's outline below a plane, across the feed, mm^2: its middle is `height_mm` above it.
+double CalcSection(const Tool& tool, double height_mm) {
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+    return disc->thickness_mm * std::clamp(disc->radius_mm() - height_mm, 0.0, 2 * disc->radius_mm());
+  }
+  const double r = CalcReach(tool);
+  const double h = std::clamp(height_mm, -r, r);
+  return r * r * std::acos(h / r) - h * std::sqrt(r * r - h * h);
+}
+
+/// As a large desktop device holds a tool.
+CouplingParams MakeDeviceCoupling() {
+  CouplingParams coupling;
+  coupling.stiffness_N_per_mm = 4;
+  coupling.torsion_Nmm_per_rad = 5000;
+  coupling.max_force_N = 40;
+  return coupling;
+}
+
+/// A tremor of 9 Hz: 0.1 mm along the spindle, which the feed has none of, and 0.5 degrees of tilt about the feed.
+constexpr double kTremor_Hz = 9;
+constexpr double kTremor_mm = 0.1;
+constexpr double kTremor_rad = 0.5 * kPi / 180;
+
+double Sum(const std::array<double, 256>& by_region) {
+  return std::accumulate(by_region.begin(), by_region.end(), 0.0);
+}
+
+/// One pass along the cut, tick by tick.
+class Pass {
+ public:
+  Pass(const CutCase& cut, Bone bone, bool without_effects)
+      : cut_(cut), simulation_(std::move(bone), MakeParams(cut, without_effects), HandlePose(cut, 0)) {}
+
+  static int CountTicks(const CutCase& cut, double way_mm) {
+    return static_cast<int>(std::lround(way_mm / cut.feed_mm_per_s / kTick_s));
+  }
+  static Pose HandlePose(const CutCase& cut, int tick) {
+    const Vec3 p_B = cut.X_BT_start.p_AB + cut.feed_mm_per_s * kTick_s * tick * cut.direction_B;
+    Pose X_WH{cut.X_WB.R_AB * cut.X_BT_start.R_AB, cut.X_WB.Point(p_B)};
+    if (cut.by_hand) {
+      const double wave = std::sin(2 * kPi * kTremor_Hz * kTick_s * tick);
+      X_WH.p_AB += X_WH.Vector({0, 0, kTremor_mm * wave});
+      X_WH.R_AB = glm::normalize(glm::angleAxis(kTremor_rad * wave, cut.X_WB.Vector(cut.direction_B)) * X_WH.R_AB);
+    }
+    return X_WH;
+  }
+
+  CoupledOutput Tick(TickObserver* observer) {
+    CoupledInput in;
+    in.X_WH = HandlePose(cut_, ++tick_);
+    in.v_H_W_mm_per_s = cut_.X_WB.Vector(cut_.feed_mm_per_s * cut_.direction_B);
+    in.dt_s = kTick_s;
+    in.rpm = cut_.rpm;
+    const CoupledOutput out = simulation_.Tick(in, observer);
+    // Others read the changed leaves and clear them between ticks; so does this.
+    simulation_.ClearChanged();
+    return out;
+  }
+
+  CoupledSimulation& simulation() { return simulation_; }
+
+ private:
+  static CoupledParams MakeParams(const CutCase& cut, bool without_effects) {
+    CoupledParams params;
+    if (without_effects) params.effects.clear();
+    params.tool = cut.tool;
+    params.coupling = cut.by_hand ? MakeDeviceCoupling() : MakeStiffCoupling();
+    params.spare_leaves = cut.spare_leaves;
+    return params;
+  }
+
+  const CutCase& cut_;
+  CoupledSimulation simulation_;
+  int tick_ = 0;
+};
+
+/// What the first pass leaves behind for the comparisons.
+struct Trace {
+  std::vector<Pose> X_WT;  // at the start and after each tick
+  double swept_mm3 = 0;    // in the measured ticks, by the closed form
+  double removed_mm3 = 0;  // the same, of the bone
+  double occupancy_mm3 = 0;
+  double force_N = 0;  // mean
+  double substeps = 0;
+  int most_iterations = 0;
+  int limited_ticks = 0;  // with sub-steps, iterations or leaves used up, or the force limited
+  std::uint32_t status = 0;
+};
+
+void Follow(const CutCase& cut, const CoupledOutput& out, Trace& trace) {
+  const Pose& before = trace.X_WT.back();
+  const double height = 0.5 * (cut.X_WB.InversePoint(before.p_AB).z + cut.X_WB.InversePoint(out.X_WT.p_AB).z);
+  const double way = glm::dot(cut.X_WB.Vector(cut.direction_B), out.X_WT.p_AB - before.p_AB);
+  trace.swept_mm3 += CalcSection(cut.tool, height) * way;
+  trace.occupancy_mm3 += out.removed_mm3;
+  trace.force_N += glm::length(out.f_H_W_N);
+  trace.substeps += out.substeps;
+  trace.most_iterations = std::max(trace.most_iterations, out.iterations);
+  constexpr std::uint32_t kLimits =
+      kCoupledSubstepsUsedUp | kCoupledIterationsUsedUp | kCoupledForceLimited | kCoupledLeavesUsedUp;
+  if (out.status & kLimits) ++trace.limited_ticks;
+  trace.status |= out.status;
+}
+
+/// The tool's way cut into a dense copy of the bone, timed where the fast path was.
+void CompareWithDense(const CutCase& cut, const Bone& fresh, const Bone& after, const Trace& trace, int warm_up_ticks,
+                      BenchResult& result) {
+  Box3 box_W = fresh.CalcBounds().Grown(fresh.band_mm());
+  if (!cut.dense_all) {
+    const std::size_t half_way = (static_cast<std::size_t>(warm_up_ticks) + trace.X_WT.size()) / 2;
+    const Vec3 middle_W = trace.X_WT[half_way].p_AB + cut.X_WB.Vector(cut.dense_offset_B);
+    box_W = {middle_W - 0.5 * cut.dense_edge_mm, middle_W + 0.5 * cut.dense_edge_mm};
+  }
+  DenseBone dense(fresh, box_W);
+  const double before_mm3 = dense.CalcOccupancy_mm3();
+  std::vector<double> times_us;
+  for (std::size_t i = 1; i < trace.X_WT.size(); ++i) {
+    const std::int64_t start = ReadClock_ns();
+    dense.Cut(cut.tool, trace.X_WT[i - 1], trace.X_WT[i]);
+    if (static_cast<int>(i) > warm_up_ticks) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start));
+  }
+  if (cut.baseline == BenchBaseline::kDense) {
+    result.baseline = {"dense array, brute force", CalcPercentiles(std::move(times_us))};
+  }
+  const DenseDifference difference = dense.Compare(after, 0.5 * fresh.voxel_mm());
+  const double gone_mm3 = before_mm3 - dense.CalcOccupancy_mm3();
+  result.figures.push_back(
+      {"phi against dense at the surface, at most", "voxels", difference.max_phi_mm / fresh.voxel_mm()});
+  result.figures.push_back({"removed against dense", "%", gone_mm3 > 0 ? -100 * difference.volume_mm3 / gone_mm3 : 0});
+}
+
+void TimeOpenVdb(const CutCase& cut, const Bone& bone, const Pose& X_WT, const BenchOptions& options,
+                 BenchResult& result) {
+  VdbCut vdb(bone);
+  const Vec3 step_W = cut.feed_mm_per_s * kTick_s * cut.X_WB.Vector(cut.direction_B);
+  std::vector<double> times_us;
+  // The first tick finds cold caches, which is not the library's fault.
+  for (int i = 0; i <= options.baseline_ticks; ++i) {
+    const Pose X{X_WT.R_AB, X_WT.p_AB + static_cast<double>(i) * step_W};
+    const std::int64_t start = ReadClock_ns();
+    vdb.Cut(cut.tool, X);
+    if (i > 0) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start));
+  }
+  result.baseline = {"OpenVDB: a new level set of the tool, csgDifference", CalcPercentiles(std::move(times_us))};
+}
+
+}  // namespace
+
+const BenchFigure* BenchResult::Find(const std::string& figure) const {
+  for (const BenchFigure& f : figures) {
+    if (f.what == figure) return &f;
+  }
+  return nullptr;
+}
+
+BenchResult RunCut(const CutCase& cut, const BenchOptions& options) {
+  const int warm_up = Pass::CountTicks(cut, cut.warm_up_mm);
+  const int in_pass = std::min(options.ticks, std::max(1, Pass::CountTicks(cut, cut.measured_mm)));
+  const int passes = (options.ticks + in_pass - 1) / in_pass;
+  const auto show = [&](const char* what, double fraction) {
+    if (options.progress) options.progress(fmt::format("{}: {}", cut.name, what), fraction);
+  };
+
+  BenchResult result;
+  result.name = cut.name;
+  result.title = cut.title;
+  show("bone", 0);
+  const Bone fresh = cut.make_bone();
+  const PinnedToCore pinned(options.core, options.realtime);
+
+  TickTimer timer;
+  timer.Reserve(static_cast<std::size_t>(passes) * static_cast<std::size_t>(in_pass));
+  Trace trace;
+  trace.X_WT.push_back(Pass::HandlePose(cut, 0));
+  Bone after;
+  bool same_hash = true;
+  for (int n = 0; n < passes; ++n) {
+    show("ticks", static_cast<double>(n) / (passes + 2));
+    Pass pass(cut, fresh, options.without_effects);
+    for (int i = 0; i < warm_up; ++i) {
+      const CoupledOutput out = pass.Tick(nullptr);
+      if (n == 0) trace.X_WT.push_back(out.X_WT);
+    }
+    const double removed_before = n == 0 ? Sum(pass.simulation().CalcRemovedByRegion()) : 0;
+    for (int i = 0; i < in_pass; ++i) {
+      CoupledOutput out;
+      timer.Time([&] { out = pass.Tick(nullptr); });
+      if (n > 0) continue;
+      Follow(cut, out, trace);
+      trace.X_WT.push_back(out.X_WT);
+    }
+    if (n == 0) trace.removed_mm3 = Sum(pass.simulation().CalcRemovedByRegion()) - removed_before;
+    const std::uint64_t hash = pass.simulation().bone().CalcHash();
+    if (n == 0) {
+      result.hash = hash;
+      result.figures.push_back(
+          {"memory of the simulation", "MB", 1e-6 * static_cast<double>(pass.simulation().CalcMemoryBytes())});
+      after = std::move(pass.simulation()).TakeBone();
+    }
+    same_hash = same_hash && hash == result.hash;
+  }
+  timer.Finish(result);
+  if (!same_hash) throw Error(fmt::format("the passes of {} gave different bones; this must not be", cut.name));
+
+  // The times of the stages cost time themselves: a pass of its own.
+  {
+    show("stages", static_cast<double>(passes) / (passes + 2));
+    Pass pass(cut, fresh, options.without_effects);
+    for (int i = 0; i < warm_up; ++i) pass.Tick(nullptr);
+    StageClock clock;
+    for (int i = 0; i < std::min(in_pass, 2000); ++i) {
+      pass.Tick(&clock);
+      clock.FinishTick();
+    }
+    const auto means = clock.CalcMeans_us();
+    result.stages_us.assign(means.begin(), means.end());
+  }
+
+  const double ticks = in_pass;
+  const Vec3 way_W = trace.X_WT.back().p_AB - trace.X_WT[static_cast<std::size_t>(warm_up)].p_AB;
+  const double feed = glm::dot(cut.X_WB.Vector(cut.direction_B), way_W) / (ticks * kTick_s);
+  result.figures.push_back({"feed of the tool", "mm/s", feed});
+  result.figures.push_back({"force on the hand, mean", "N", trace.force_N / ticks});
+  result.figures.push_back({"removed", "mm3", trace.removed_mm3});
+  if (cut.flat_top) {
+    result.figures.push_back({"removed less swept", "%", 100 * (trace.removed_mm3 / trace.swept_mm3 - 1)});
+    result.figures.push_back(
+        {"removed by occupancy less swept", "%", 100 * (trace.occupancy_mm3 / trace.swept_mm3 - 1)});
+  }
+  result.figures.push_back({"sub-steps, mean", "", trace.substeps / ticks});
+  result.figures.push_back({"iterations, most", "", static_cast<double>(trace.most_iterations)});
+  result.figures.push_back({"ticks at a limit", "", static_cast<double>(trace.limited_ticks)});
+  if (std::abs(feed / cut.feed_mm_per_s - 1) > 0.02) {
+    result.note = fmt::format("the tool fed at {:.3g} mm/s, not at {:.3g}", feed, cut.feed_mm_per_s);
+  }
+
+  show("baseline", static_cast<double>(passes + 1) / (passes + 2));
+  if (cut.baseline == BenchBaseline::kOpenVdb) TimeOpenVdb(cut, after, trace.X_WT.back(), options, result);
+  if (cut.dense_all || cut.dense_edge_mm > 0) CompareWithDense(cut, fresh, after, trace, warm_up, result);
+  return result;
+}
+
+}  // namespace kerf

@@ -1,0 +1,148 @@
+#include "experiment/bench/tick_cases.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "base/core/nearest_name.h"
+#include "experiment/bench/cut_cases.h"
+#include "experiment/bench/other_cases.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+struct Entry {
+  std::string name;
+  std::function<BenchResult(const BenchOptions&)> run;
+};
+
+BenchTarget AtMost(const char* what, double limit, const char* unit, double measured) {
+  return {what, unit, limit, measured, false};
+}
+BenchTarget AtLeast(const char* what, double limit, const char* unit, double measured) {
+  return {what, unit, limit, measured, true};
+}
+
+double TimesFaster(const BenchResult& r) {
+  return r.baseline && r.times.p50_us > 0 ? r.baseline->times.p50_us / r.times.p50_us : 0;
+}
+
+/// Limits of the median (0: none) and the 99th percentile, us, and of how many times faster than the baseline.
+Entry Cut(const CutCase& cut, double p50_us, double p99_us, double times_faster) {
+  return {cut.name, [=](const BenchOptions& options) {
+            BenchResult r = RunCut(cut, options);
+            if (p50_us > 0) r.targets.push_back(AtMost("p50", p50_us, "us", r.times.p50_us));
+            if (p99_us > 0) r.targets.push_back(AtMost("p99", p99_us, "us", r.times.p99_us));
+            if (times_faster > 0) r.targets.push_back(AtLeast("times faster", times_faster, "", TimesFaster(r)));
+            return r;
+          }};
+}
+
+/// The same, and what the ball removes is what it sweeps: to one layer of voxels along its outline in the bone.
+Entry BallCut(double voxel_mm, double feed_mm_per_s, bool whole, double p50_us, double p99_us) {
+  const Entry cut = Cut(MakeBallCut(voxel_mm, feed_mm_per_s, whole), p50_us, p99_us, 0);
+  return {
+      cut.name, [=](const BenchOptions& options) {
+        BenchResult r = cut.run(options);
+        const double half_angle = std::acos(1.0 / 3);
+        const double outline_mm = 2 * 3 * half_angle;
+        const double section_mm2 = 9 * half_angle - std::sqrt(8.0);
+        const double off = std::abs(r.Find("removed less swept")->value);
+        r.targets.push_back(AtMost("removed off from swept by", 100 * outline_mm * voxel_mm / section_mm2, "%", off));
+        return r;
+      }};
+}
+
+const std::vector<Entry>& Entries() {
+  static const std::vector<Entry> entries = {
+      Cut(MakeDiscCut(0.1), 50, 100, 100),
+      Cut(MakeHandCut(), 50, 100, 0),
+      Cut(MakeBuriedCut(), 0, 0, 0),
+      Cut(MakeDiscCut(0.2), 0, 60, 0),
+      Cut(MakeDiscCut(0.05), 0, 250, 0),
+      BallCut(0.2, 10, true, 50, 150),
+      BallCut(0.2, 5, true, 50, 150),
+      BallCut(0.2, 1, true, 50, 150),
+      BallCut(0.1, 10, false, 0, 500),
+      BallCut(0.3, 10, false, 0, 0),
+      Cut(MakeThickDiscCut(), 0, 300, 0),
+      // Made when it runs: the names alone, which the program's help asks for, must not take a tenth of a second.
+      {"mandible-block", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(false), options); }},
+      {"mandible", [](const BenchOptions& options) { return RunCut(MakeMandibleCut(true), options); }},
+      {"idle",
+       [](const BenchOptions& options) {
+         BenchResult r = RunIdle(options);
+         r.targets.push_back(AtMost("p99", 2, "us", r.times.p99_us));
+         return r;
+       }},
+      {"memory", RunMemory},
+  };
+  return entries;
+}
+
+BenchResult* Find(std::vector<BenchResult>& results, const std::string& name) {
+  const auto found = std::find_if(results.begin(), results.end(), [&](const BenchResult& r) { return r.name == name; });
+  return found == results.end() ? nullptr : &*found;
+}
+
+/// Where both ran: the bone's size does not count.
+void CompareMandibles(std::vector<BenchResult>& results) {
+  const BenchResult* block = Find(results, "mandible-block");
+  BenchResult* whole = Find(results, "mandible");
+  if (!block || !whole) return;
+  const double ratio = whole->times.p50_us / block->times.p50_us;
+  whole->targets.push_back(AtMost("p50 / that of the block, either way up", 1.2, "", std::max(ratio, 1 / ratio)));
+}
+
+/// Where several ran: the same volume goes whatever the voxels.
+void CompareGrids(std::vector<BenchResult>& results) {
+  double least = 1e300;
+  double most = 0;
+  int count = 0;
+  for (const char* name : {"ball-0.1", "ball-0.2", "ball-0.3"}) {
+    if (const BenchResult* r = Find(results, name)) {
+      least = std::min(least, r->Find("removed")->value);
+      most = std::max(most, r->Find("removed")->value);
+      ++count;
+    }
+  }
+  BenchResult* middle = Find(results, "ball-0.2");
+  if (!middle || count < 2) return;
+  middle->targets.push_back(AtMost("volume on the other grids off by", 2, "%", 100 * (most / least - 1)));
+}
+
+}  // namespace
+
+std::vector<std::string> NamesOfTickCases() {
+  std::vector<std::string> names;
+  for (const Entry& entry : Entries()) names.push_back(entry.name);
+  return names;
+}
+
+void CheckTickCases(const std::vector<std::string>& names) {
+  const std::vector<std::string> known = NamesOfTickCases();
+  for (const std::string& name : names) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+    const std::string nearest = FindNearestName(name, known);
+    throw Error(fmt::format("there is no case \"{}\"{}; the cases are {}", name,
+                            nearest.empty() ? "" : fmt::format("; the nearest is \"{}\"", nearest),
+                            fmt::join(known, ", ")));
+  }
+}
+
+std::vector<BenchResult> RunTickCases(const std::vector<std::string>& names, const BenchOptions& options) {
+  CheckTickCases(names);
+  std::vector<BenchResult> results;
+  for (const Entry& entry : Entries()) {
+    if (!names.empty() && std::find(names.begin(), names.end(), entry.name) == names.end()) continue;
+    results.push_back(entry.run(options));
+  }
+  CompareMandibles(results);
+  CompareGrids(results);
+  return results;
+}
+
+}  // namespace kerf

@@ -1,0 +1,211 @@
+#include "experiment/bench/tick_report.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "experiment/bench/times_json.h"
+#include "kerf/version.h"
+
+namespace kerf {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Three figures, no exponent.
+std::string Show(double value) {
+  const double size = std::abs(value);
+  if (size >= 100 || value == 0) return fmt::format("{:.0f}", value);
+  if (size >= 10) return fmt::format("{:.1f}", value);
+  if (size >= 1) return fmt::format("{:.2f}", value);
+  if (size >= 0.001) return fmt::format("{:.3f}", value);
+  return fmt::format("{:.1e}", value);
+}
+
+std::string WithUnit(double value, const std::string& unit) {
+  return Show(value) + (unit.empty() ? "" : " " + unit);
+}
+
+double TimesFaster(const BenchResult& r) {
+  return r.times.p50_us > 0 ? r.baseline->times.p50_us / r.times.p50_us : 0;
+}
+
+/// The errors beside the speed.
+std::string ShowErrors(const BenchResult& r) {
+  std::vector<std::string> errors;
+  if (const BenchFigure* f = r.Find("removed less swept")) {
+    errors.push_back(fmt::format("volume {:+.3f} %, by occupancy {:+.3f} %", f->value,
+                                 r.Find("removed by occupancy less swept")->value));
+  }
+  if (const BenchFigure* f = r.Find("phi against dense at the surface, at most")) {
+    errors.push_back(fmt::format("phi {} voxels from dense", Show(f->value)));
+  }
+  return fmt::format("{}", fmt::join(errors, "; "));
+}
+
+bool IsOfTime(const BenchTarget& target) {
+  return target.unit == "us";
+}
+
+/// The limits on the tick's time.
+std::string ShowTimeLimits(const BenchResult& r) {
+  std::vector<std::string> limits;
+  for (const BenchTarget& t : r.targets) {
+    if (IsOfTime(t)) limits.push_back(fmt::format("{} {}{}", t.what, Show(t.limit), t.met() ? "" : " **missed**"));
+  }
+  return fmt::format("{}", fmt::join(limits, ", "));
+}
+
+std::string ShowOtherTargets(const BenchResult& r) {
+  std::string text;
+  for (const BenchTarget& t : r.targets) {
+    if (IsOfTime(t)) continue;
+    text += fmt::format("- {}: {} {}, {} {}{}\n", r.name, t.what, WithUnit(t.measured, t.unit),
+                        t.at_least ? "at least" : "at most", WithUnit(t.limit, t.unit), t.met() ? "" : " **missed**");
+  }
+  return text;
+}
+
+std::string DescribeRun(const TickReport& report) {
+  return fmt::format("{}, core {}{}, {}; load {:.1f} before the run; commit {}", report.machine.cpu, report.core,
+                     report.realtime ? " in real time" : "", report.vector_width, report.machine.load, CommitString());
+}
+
+ordered_json ResultJson(const BenchResult& r) {
+  ordered_json json = {{"name", r.name}, {"title", r.title}};
+  json["tick"] = r.times.count > 0 ? TimesJson(r.times) : ordered_json(nullptr);
+  json["undisturbed"] = r.times.count > 0 ? TimesJson(r.undisturbed) : ordered_json(nullptr);
+  json["baseline"] = nullptr;
+  if (r.baseline) {
+    json["baseline"] = {{"what", r.baseline->what}};
+    json["baseline"].update(TimesJson(r.baseline->times));
+    json["baseline"]["times_faster"] = RoundedJson(TimesFaster(r));
+  }
+  json["stages_mean_us"] = ordered_json::object();
+  for (std::size_t i = 0; i < r.stages_us.size(); ++i)
+    json["stages_mean_us"][NameOfStage(i)] = RoundedJson(r.stages_us[i]);
+  json["figures"] = ordered_json::array();
+  for (const BenchFigure& f : r.figures) {
+    json["figures"].push_back({{"what", f.what}, {"value", RoundedJson(f.value)}, {"unit", f.unit}});
+  }
+  json["targets"] = ordered_json::array();
+  for (const BenchTarget& t : r.targets) {
+    json["targets"].push_back({{"what", t.what},
+                               {t.at_least ? "at_least" : "at_most", RoundedJson(t.limit)},
+                               {"measured", RoundedJson(t.measured)},
+                               {"unit", t.unit},
+                               {"met", t.met()}});
+  }
+  json["bone_hash"] = r.hash != 0 ? ordered_json(fmt::format("{:016x}", r.hash)) : ordered_json(nullptr);
+  json["note"] = r.note;
+  return json;
+}
+
+// Quoted, not measured again: another machine, and only like that of a kerf's run by being a shared AMD EPYC.
+constexpr const char* kPeers =
+    "Peers on the block of 256^3, ball r = 3 mm, 10 mm/s, p50/p99 (measured elsewhere, on 2 shared cores of an AMD "
+    "EPYC): CHAI3D 136/279 us, removes 3 % of what it sweeps; AMBF 133/269 us, 32 %; iMSTK 364/591 us, 104 %. At "
+    "r = 30 voxels: CHAI3D 944/2852 us, AMBF 938/2830 us. Disc r = 10 mm: iMSTK 4298/9783 us.";
+
+}  // namespace
+
+std::vector<std::string> FindTickDoubts(const TickReport& report) {
+  std::vector<std::string> doubts;
+  if (report.machine.load > 0.5 && !report.realtime) {
+    doubts.push_back(fmt::format(
+        "the machine was busy before the run (load {:.1f} on {} cores); the slowest ticks are others' doing",
+        report.machine.load, report.machine.cores));
+  }
+  for (const BenchResult& r : report.results) {
+    if (!r.note.empty()) doubts.push_back(fmt::format("{}: {}", r.name, r.note));
+  }
+  return doubts;
+}
+
+std::string FormatTickTable(const TickReport& report) {
+  std::string text = fmt::format("{}\n{:<15} {:>6} {:>8} {:>8} {:>8} {:>8} {:>10} {:>7}  {}\n", DescribeRun(report),
+                                 "case", "ticks", "p50 us", "p99 us", "p99.9", "max", "baseline", "faster", "bone");
+  for (const BenchResult& r : report.results) {
+    text += fmt::format("{:<15} {:>6} {:>8} {:>8} {:>8} {:>8} {:>10} {:>7}  {}\n", r.name, r.times.count,
+                        Show(r.times.p50_us), Show(r.times.p99_us), Show(r.times.p999_us), Show(r.times.max_us),
+                        r.baseline ? Show(r.baseline->times.p50_us) : "-", r.baseline ? Show(TimesFaster(r)) : "-",
+                        r.hash ? fmt::format("{:016x}", r.hash) : "-");
+  }
+  text += "\n";
+  for (const BenchResult& r : report.results) {
+    text += fmt::format("{}: {}\n", r.name, r.title);
+    if (r.undisturbed.count < r.times.count) {
+      text += fmt::format("  others took the core in {} ticks; of the rest p50 {} us, p99 {} us, max {} us\n",
+                          r.times.count - r.undisturbed.count, Show(r.undisturbed.p50_us), Show(r.undisturbed.p99_us),
+                          Show(r.undisturbed.max_us));
+    }
+    if (r.baseline) text += fmt::format("  baseline: {}, {} ticks\n", r.baseline->what, r.baseline->times.count);
+    for (const BenchTarget& t : r.targets) {
+      text += fmt::format("  {:<7} {} {} {}: {}\n", t.met() ? "met" : "MISSED", t.what,
+                          t.at_least ? "at least" : "at most", WithUnit(t.limit, t.unit), Show(t.measured));
+    }
+    for (const BenchFigure& f : r.figures) text += fmt::format("  {}: {}\n", f.what, WithUnit(f.value, f.unit));
+    if (!r.stages_us.empty()) {
+      text += "  stages, mean us:";
+      for (std::size_t i = 0; i < r.stages_us.size(); ++i) {
+        text += fmt::format(" {} {}", NameOfStage(i), Show(r.stages_us[i]));
+      }
+      text += "\n";
+    }
+  }
+  return text;
+}
+
+std::string FormatTickMarkdown(const TickReport& report) {
+  std::string text =
+      "| case | what | tick: p50 / p99 / p99.9 / max us | at most us | baseline | error | bone |\n"
+      "|---|---|---|---|---|---|---|\n";
+  for (const BenchResult& r : report.results) {
+    text += fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", r.name, r.title,
+                        r.times.count > 0 ? fmt::format("{} / {} / {} / {}", Show(r.times.p50_us), Show(r.times.p99_us),
+                                                        Show(r.times.p999_us), Show(r.times.max_us))
+                                          : "",
+                        ShowTimeLimits(r),
+                        r.baseline ? fmt::format("{} times faster than {} us ({})", Show(TimesFaster(r)),
+                                                 Show(r.baseline->times.p50_us), r.baseline->what)
+                                   : "",
+                        ShowErrors(r), r.hash != 0 ? fmt::format("`{:016x}`", r.hash) : "");
+  }
+  text += "\n";
+  for (const BenchResult& r : report.results) text += ShowOtherTargets(r);
+  text += fmt::format(
+      "\n{}. error: volume removed less volume swept, by the exact volume of the level set and by occupancy of voxels; "
+      "largest difference of phi near the surface from brute force. bone: hash of the bone after the cut. {}\n\n",
+      DescribeRun(report), kPeers);
+  text += "Where the time goes, mean us of a tick (timing the stages adds a little):\n\n| case |";
+  for (std::size_t i = 0; i < StageClock::kStages; ++i) text += fmt::format(" {} |", NameOfStage(i));
+  text += "\n|---|";
+  for (std::size_t i = 0; i < StageClock::kStages; ++i) text += "---|";
+  text += "\n";
+  for (const BenchResult& r : report.results) {
+    if (r.stages_us.empty()) continue;
+    text += fmt::format("| {} |", r.name);
+    for (const double us : r.stages_us) text += fmt::format(" {} |", Show(us));
+    text += "\n";
+  }
+  return text;
+}
+
+std::string FormatTickJson(const TickReport& report) {
+  ordered_json json;
+  json["kerf"] = VersionString();
+  json["commit"] = CommitString();
+  json["compiler"] = CompilerString();
+  json["machine"] = {
+      {"cpu", report.machine.cpu}, {"cores", report.machine.cores}, {"load_before", RoundedJson(report.machine.load)},
+      {"core", report.core},       {"realtime", report.realtime},   {"vector_width", report.vector_width}};
+  json["ticks_asked_for"] = report.ticks;
+  json["cases"] = ordered_json::array();
+  for (const BenchResult& r : report.results) json["cases"].push_back(ResultJson(r));
+  json["peers"] = kPeers;
+  json["warnings"] = FindTickDoubts(report);
+  return json.dump(2) + "\n";
+}
+
+}  // namespace kerf

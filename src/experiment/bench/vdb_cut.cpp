@@ -1,0 +1,96 @@
+#include "experiment/bench/vdb_cut.h"
+
+#include <openvdb/tools/Composite.h>
+#include <openvdb/tools/SignedFloodFill.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/vec3.hpp>
+
+#include "bone/grid/grids.h"
+
+namespace kerf {
+namespace {
+
+using openvdb::Coord;
+using openvdb::FloatGrid;
+using Leaf = FloatGrid::TreeType::LeafNodeType;
+
+constexpr int kLeafEdge = 8;
+
+/// Distance to the tool where it stands, in single precision; p in the tool frame.
+struct ToolDistance {
+  explicit ToolDistance(const Tool& tool) : radius(static_cast<float>(CalcReach(tool))) {
+    if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+      is_disc = true;
+      radius = static_cast<float>(disc->radius_mm());
+      half_thickness = static_cast<float>(0.5 * disc->thickness_mm);
+    }
+  }
+  float operator()(const glm::vec3& p) const {
+    if (!is_disc) return std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z) - radius;
+    const float radial = std::sqrt(p.x * p.x + p.y * p.y) - radius;
+    const float axial = std::abs(p.z) - half_thickness;
+    if (radial > 0 && axial > 0) return std::sqrt(radial * radial + axial * axial);
+    return std::max(radial, axial);
+  }
+  bool is_disc = false;
+  float radius;
+  float half_thickness = 0;
+};
+
+FloatGrid::Ptr MakeToolGrid(const Tool& tool, const Pose& X_WT, double voxel_mm) {
+  FloatGrid::Ptr grid = MakePhiGrid(voxel_mm);
+  const float band = grid->background();
+  const double leaf_mm = kLeafEdge * voxel_mm;
+  const double reach = CalcReach(tool) + static_cast<double>(band);
+  const ToolDistance distance(tool);
+  // From the middle of a leaf's voxels to its furthest voxel.
+  const auto half_diagonal = static_cast<float>(0.5 * std::sqrt(3.0) * (kLeafEdge - 1) * voxel_mm);
+  // A step along the grid's axes, and from a leaf's lowest voxel to its middle, in the tool frame.
+  const glm::vec3 dx(voxel_mm * X_WT.InverseVector({1, 0, 0}));
+  const glm::vec3 dy(voxel_mm * X_WT.InverseVector({0, 1, 0}));
+  const glm::vec3 dz(voxel_mm * X_WT.InverseVector({0, 0, 1}));
+  const glm::vec3 to_middle = 0.5f * (kLeafEdge - 1) * (dx + dy + dz);
+  const auto first = glm::floor((X_WT.p_AB - reach) / leaf_mm);
+  const auto last = glm::floor((X_WT.p_AB + reach) / leaf_mm);
+  for (int x = static_cast<int>(first.x); x <= static_cast<int>(last.x); ++x) {
+    for (int y = static_cast<int>(first.y); y <= static_cast<int>(last.y); ++y) {
+      for (int z = static_cast<int>(first.z); z <= static_cast<int>(last.z); ++z) {
+        const glm::vec3 corner(X_WT.InversePoint(leaf_mm * Vec3(x, y, z)));
+        if (std::abs(distance(corner + to_middle)) > band + half_diagonal) continue;
+        auto* leaf = new Leaf(Coord(kLeafEdge * x, kLeafEdge * y, kLeafEdge * z), band, false);
+        float* values = leaf->buffer().data();
+        for (int i = 0; i < kLeafEdge; ++i) {
+          for (int j = 0; j < kLeafEdge; ++j) {
+            const glm::vec3 row = corner + static_cast<float>(i) * dx + static_cast<float>(j) * dy;
+            for (int k = 0; k < kLeafEdge; ++k) {
+              *values++ = std::clamp(distance(row + static_cast<float>(k) * dz), -band, band);
+            }
+          }
+        }
+        values = leaf->buffer().data();
+        for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+          if (std::abs(values[i]) < band) leaf->setValueOn(i);
+        }
+        grid->tree().addLeaf(leaf);
+      }
+    }
+  }
+  openvdb::tools::signedFloodFill(grid->tree());
+  return grid;
+}
+
+}  // namespace
+
+VdbCut::VdbCut(Bone bone) : bone_(std::move(bone)) {}
+VdbCut::~VdbCut() = default;
+
+void VdbCut::Cut(const Tool& tool, const Pose& X_WT) {
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const FloatGrid::Ptr tool_grid = MakeToolGrid(tool, X_WT, bone_.voxel_mm());
+  openvdb::tools::csgDifference(*bone_.grids().phi, *tool_grid, /*prune=*/false);
+}
+
+}  // namespace kerf

@@ -1,0 +1,228 @@
+#include "experiment/draw_bench/view_bench.h"
+
+#include <vtkRenderWindow.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "bone/material/region_table.h"
+#include "bone/models/mandible.h"
+#include "experiment/bench/cut_cases.h"
+#include "kerf/error.h"
+#include "kerf/simulation.h"
+#include "view/live/surface_worker.h"
+#include "view/live/viewport.h"
+#include "view/picture/offscreen.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kTick_s = 0.001;
+constexpr int kTicksPerFrame = 16;
+
+double Now_ms() {
+  return 1e-6 * static_cast<double>(ReadClock_ns());
+}
+
+double Percentile95(std::vector<double> times_us) {
+  if (times_us.empty()) return 0;
+  std::sort(times_us.begin(), times_us.end());
+  const auto rank = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(times_us.size())));
+  return times_us[std::max<std::size_t>(1, rank) - 1];
+}
+
+void Check(const ViewBenchOptions& o) {
+  if (!(o.voxel_mm >= 0.1 && o.voxel_mm <= 1)) throw Error("the voxels are to be 0.1 to 1 mm wide");
+  if (o.width < 320 || o.width > 4096 || o.height < 240 || o.height > 4096) {
+    throw Error("the picture is to be 320 x 240 to 4096 x 4096 pixels");
+  }
+  if (!(o.scale >= 1 && o.scale <= 4)) throw Error("the display's scale is to be 1 to 4");
+  if (o.frames < 5 || o.frames > 100'000) throw Error("5 to 100000 frames of each view are drawn");
+  if (!(o.cut_mm >= 1 && o.cut_mm <= 40)) throw Error("the cut is to be 1 to 40 mm long");
+}
+
+// Panels as full as they get in a session.
+HudState MakeHud(const std::vector<PlotPoint>& force, const Pose& X_WT) {
+  HudState hud;
+  hud.force = force;
+  hud.now_s = force.empty() ? 0 : force.back().time_s;
+  hud.values.force_N = force.empty() ? 0 : force.back().force_N;
+  hud.values.depth_mm = X_WT.p_AB.z;
+  hud.values.feed_mm_per_s = 5;
+  hud.values.rpm = 7500;
+  hud.status.spindle_on = true;
+  hud.status.saw = "disc 22 x 0.25 mm, 24 teeth";
+  hud.status.mode = "Rehearse";
+  hud.status.recording_s = hud.now_s;
+  hud.status.right = "F1 help";
+  return hud;
+}
+
+struct Cut {
+  CutCase cut;
+  double ticks_done = 0;
+
+  Pose At(double tick) const {
+    const Vec3 p_B = cut.X_BT_start.p_AB + cut.feed_mm_per_s * kTick_s * tick * cut.direction_B;
+    return {cut.X_WB.R_AB * cut.X_BT_start.R_AB, cut.X_WB.Point(p_B)};
+  }
+};
+
+ViewFrames DrawFrames(const std::string& name, const ViewBenchOptions& options, vtkRenderWindow& window, Viewport& view,
+                      const std::function<void(int)>& before) {
+  ViewFrames frames;
+  frames.view = name;
+  std::vector<double> times_us;
+  for (int i = -2; i < options.frames; ++i) {
+    if (options.progress && i >= 0) options.progress("frames, " + name, 1.0 * i / options.frames);
+    before(i);
+    const std::int64_t start_ns = ReadClock_ns();
+    view.Render();
+    window.WaitForCompletion();
+    if (i >= 0) times_us.push_back(1e-3 * static_cast<double>(ReadClock_ns() - start_ns));
+  }
+  frames.p95_us = Percentile95(times_us);
+  frames.times = CalcPercentiles(std::move(times_us));
+  frames.triangles = view.stats().triangles;
+  frames.chunks = view.stats().drawn;
+  frames.step = view.stats().step;
+  return frames;
+}
+
+}  // namespace
+
+ViewReport RunViewBench(const ViewBenchOptions& options) {
+  Check(options);
+  ViewReport report;
+  report.options = options;
+  report.machine = LookAtMachine();
+  const auto tell = [&](const char* what, double fraction) {
+    if (options.progress) options.progress(what, fraction);
+  };
+
+  // ---- until the first picture
+  tell("bone", 0);
+  double start_ms = Now_ms();
+  const auto lap = [&] {
+    const double now_ms = Now_ms();
+    const double took_ms = now_ms - start_ms;
+    start_ms = now_ms;
+    return took_ms;
+  };
+  MandibleParams mandible;
+  mandible.voxel_mm = options.voxel_mm;
+  const Bone bone = MakeMandible(mandible, DefaultMandibleTable());
+  report.bone_ms = lap();
+  tell("first picture", 0);
+  OffscreenWindow offscreen(options.width, options.height);
+  vtkRenderWindow& window = offscreen.window();
+  Viewport view(window);
+  view.Resize(options.width, options.height, options.scale);
+  report.window_ms = lap();
+  SurfaceWorker worker(bone);
+  worker.WaitFirst();
+  report.meshing_ms = lap();
+  view.BeginBone(bone.materials(), worker.origin_W(), worker.bounds_W(), bone.voxel_mm());
+  const auto fetch = [&] {
+    for (auto meshes = worker.Fetch(256); !meshes.empty(); meshes = worker.Fetch(256)) {
+      for (const ChunkMesh& mesh : meshes) view.SetChunk(mesh);
+    }
+  };
+  fetch();
+  report.upload_ms = lap();
+  view.camera().Look(View::kThreeQuarter);
+  view.FitAll();
+  view.Render();
+  window.WaitForCompletion();
+  report.first_frame_ms = lap();
+  report.renderer = view.renderer_name();
+  worker.WaitIdle();
+  report.refining_ms = lap();
+  fetch();
+
+  // ---- a cut, frame by frame
+  Cut cut{MakeMandibleCut(false), 0};
+  SimulationParams params;
+  params.tool = cut.cut.tool;
+  view.SetTool(cut.cut.tool);
+  Simulation simulation(bone, params, cut.At(0));
+  BoneChunks chunks{Bone(bone)};
+  const std::size_t before_bytes = chunks.CalcMemoryBytes();
+  std::vector<double> remesh_us, upload_us, both_us, undisturbed_us;
+  std::vector<PlotPoint> force;
+  const double mm_per_tick = cut.cut.feed_mm_per_s * kTick_s;
+  const int first_tick = static_cast<int>(0.6 * cut.cut.warm_up_mm / mm_per_tick);
+  const int ticks = static_cast<int>(options.cut_mm / mm_per_tick);
+  simulation.SetDown(cut.At(first_tick));
+  LeafMessage message;
+  ChunkMesh mesh;
+  for (int tick = 1; tick <= ticks; ++tick) {
+    TickInput in;
+    in.X_WT = cut.At(first_tick + tick);
+    in.dt_s = kTick_s;
+    in.rpm = cut.cut.rpm;
+    const TickOutput out = simulation.Tick(in);
+    force.push_back({kTick_s * tick, glm::length(out.f_T_W_N)});
+    if (tick % kTicksPerFrame != 0) continue;
+    tell("cut", 1.0 * tick / ticks);
+    for (int i = 0; i < simulation.changed_count(); ++i) {
+      const ChangedLeaf leaf = simulation.changed(i);
+      message.index = leaf.index;
+      std::copy_n(leaf.values, 512, message.values.begin());
+      chunks.Take(message);
+      worker.Offer(message);
+      ++report.cut_leaves;
+    }
+    simulation.ClearChanged();
+    simulation.Refill();
+    for (;;) {
+      const long interruptions = CountInterruptions();
+      const std::int64_t t0_ns = ReadClock_ns();
+      if (!chunks.Next(mesh)) break;
+      const std::int64_t t1_ns = ReadClock_ns();
+      view.SetChunk(mesh);
+      const std::int64_t t2_ns = ReadClock_ns();
+      remesh_us.push_back(1e-3 * static_cast<double>(t1_ns - t0_ns));
+      upload_us.push_back(1e-3 * static_cast<double>(t2_ns - t1_ns));
+      both_us.push_back(1e-3 * static_cast<double>(t2_ns - t0_ns));
+      if (CountInterruptions() == interruptions) undisturbed_us.push_back(both_us.back());
+    }
+  }
+  report.remesh = CalcPercentiles(std::move(remesh_us));
+  report.upload = CalcPercentiles(std::move(upload_us));
+  report.both = CalcPercentiles(std::move(both_us));
+  report.undisturbed = CalcPercentiles(std::move(undisturbed_us));
+  report.uncut_MB = 1e-6 * (static_cast<double>(chunks.CalcMemoryBytes()) - static_cast<double>(before_bytes));
+  report.bone_hash = chunks.bone().CalcHash();
+  worker.WaitIdle();
+  fetch();
+
+  // ---- frames
+  const Pose X_WT = cut.At(first_tick + ticks);
+  const auto move = [&](int i) {
+    Pose moved = X_WT;
+    moved.p_AB.z += 0.01 * (i % 50);
+    view.SetToolPose(moved, 7500, 0.1 * i);
+    view.SetForce(ForceArrow{moved.p_AB, Vec3{0.2, 0.1, 2}});
+    HudState hud = MakeHud(force, moved);
+    hud.values.force_N = 2 + 0.01 * (i % 50);
+    view.SetHud(hud);
+  };
+  report.frames.push_back(DrawFrames("whole bone", options, window, view, move));
+  report.frames.push_back(DrawFrames("whole bone, turning", options, window, view, [&](int i) {
+    move(i);
+    view.camera().Orbit(3, 0);
+  }));
+  view.set_translucent(true);
+  report.frames.push_back(DrawFrames("whole bone, translucent", options, window, view, move));
+  view.set_translucent(false);
+  view.camera().set_target_W(X_WT.p_AB);
+  view.camera().set_height_mm(40);
+  report.frames.push_back(DrawFrames("at the cut, 40 mm", options, window, view, move));
+  report.chunks = view.stats().chunks;
+  report.surface_MB = 1e-6 * static_cast<double>(view.stats().surface_bytes);
+  return report;
+}
+
+}  // namespace kerf

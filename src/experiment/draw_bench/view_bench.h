@@ -1,0 +1,68 @@
+// What drawing costs: `kerf bench view`.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "experiment/bench/measure.h"
+
+namespace kerf {
+
+struct ViewBenchOptions {
+  double voxel_mm = 0.1;  // of the mandible, 0.1 to 1
+  int width = 1280;       // 320 to 4096 pixels
+  int height = 720;       // 240 to 4096
+  double scale = 1;       // 1 to 4
+  int frames = 100;       // of each view, 5 to 100000
+  double cut_mm = 12;     // how far the disc goes through the bone, 1 to 40
+  std::function<void(const std::string& what, double fraction)> progress;
+};
+
+/// Of one way of looking.
+struct ViewFrames {
+  std::string view;
+  Percentiles times;  // of frames, until the driver has done them
+  double p95_us = 0;
+  std::size_t triangles = 0;
+  std::size_t chunks = 0;
+  int step = 1;  // voxels a cell, of uncut chunks
+};
+
+struct ViewReport {
+  ViewBenchOptions options;
+  MachineState machine;
+  std::string renderer;  // the driver's name
+  // Until the first picture, ms.
+  double bone_ms = 0;
+  double window_ms = 0;
+  double meshing_ms = 0;  // of the coarse step
+  double upload_ms = 0;
+  double first_frame_ms = 0;
+  double refining_ms = 0;  // all finer steps, afterwards
+  // A chunk that the saw has changed.
+  Percentiles remesh;
+  Percentiles upload;
+  Percentiles both;
+  Percentiles undisturbed;  // of both, where the system did not take the core away meanwhile
+  std::size_t cut_leaves = 0;
+  std::vector<ViewFrames> frames;
+  std::size_t chunks = 0;
+  double surface_MB = 0;  // on the graphics card, all steps
+  double uncut_MB = 0;    // of leaves as they were, kept to tell what was cut
+  std::uint64_t bone_hash = 0;
+
+  double first_picture_ms() const { return bone_ms + window_ms + meshing_ms + upload_ms + first_frame_ms; }
+};
+
+/// A disc through the body of the default mandible, drawn without a display. Throws Error for a value out of range, and
+/// where nothing can be drawn.
+ViewReport RunViewBench(const ViewBenchOptions& options);
+
+std::string FormatViewTable(const ViewReport& report);
+std::string FormatViewMarkdown(const ViewReport& report);
+std::string FormatViewJson(const ViewReport& report);
+
+}  // namespace kerf

@@ -1,0 +1,525 @@
+#include "experiment/effect_costs/effect_costs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <iterator>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "base/core/hash.h"
+#include "cut/effects/plan.h"
+#include "device/devices/simulated_device.h"
+#include "experiment/bench/measure.h"
+#include "kerf/error.h"
+#include "loop/haptics/haptic_step.h"
+#include "session/run/hand_motion.h"
+#include "session/run/loop_setup.h"
+#include "session/run/make_bone.h"
+#include "session/scene/path.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kFollowed_s = 6;    // of the cut, from the first contact on
+constexpr double kPatience_s = 120;  // for it
+constexpr std::size_t kBlock = 100;  // ticks of the one, then of the other
+constexpr std::size_t kLift = 8;     // out of the cut so many times as fast as in
+constexpr std::size_t kRefill = 1024;
+constexpr double kHover_mm = 5;
+constexpr double kSwing_mm = 2;
+constexpr double kSwing_Hz = 3;  // 38 mm/s
+constexpr double kSwing_s = 1;
+constexpr double kPi = 3.14159265358979323846;
+
+struct Step {
+  Pose X_W;  // of the handle, or of the tool that is led
+  Vec3 v_W_mm_per_s{0};
+  Vec3 w_W_rad_per_s{0};
+};
+
+/// What every measurement does again.
+struct Way {
+  Bone bone;
+  bool by_hand = true;
+  CoupledParams held;
+  SimulationParams led;
+  Pose X_WT_start;
+  double dt_s = 0.001;
+  double rpm = 0;
+  std::vector<Step> steps;
+  std::vector<Step> hover;  // from the start into the air and back
+  std::size_t begin = 0;    // of the steps, the measured ones
+  std::size_t end = 0;
+  double mean_teeth = 0;
+};
+
+/// Times of ticks that several passes do again.
+class RepeatedTimes {
+ public:
+  explicit RepeatedTimes(std::size_t ticks) : best_us_(ticks, 1e300) { all_us_.reserve(ticks); }
+
+  template <typename Work>
+  void Time(std::size_t tick, Work&& work) {
+    const long interruptions = CountInterruptions();
+    const std::int64_t start = ReadClock_ns();
+    work();
+    const double us = 1e-3 * static_cast<double>(ReadClock_ns() - start);
+    best_us_[tick] = std::min(best_us_[tick], us);
+    if (CountInterruptions() == interruptions) {
+      all_us_.push_back(us);
+    } else {
+      ++disturbed_;
+    }
+  }
+  Percentiles CalcBest() const { return CalcPercentiles(best_us_); }
+  Percentiles CalcAll() const { return CalcPercentiles(all_us_); }
+  std::size_t disturbed() const { return disturbed_; }
+
+ private:
+  std::vector<double> best_us_;
+  std::vector<double> all_us_;
+  std::size_t disturbed_ = 0;
+};
+
+/// A simulation with some effects.
+class Subject {
+ public:
+  Subject(const Way& way, const EffectChoices& effects) : way_(way) {
+    if (way.by_hand) {
+      CoupledParams params = way.held;
+      params.effects = effects;
+      held_ = std::make_unique<CoupledSimulation>(way.bone, params, way.X_WT_start);
+    } else {
+      SimulationParams params = way.led;
+      params.effects = effects;
+      led_ = std::make_unique<Simulation>(way.bone, params, way.X_WT_start);
+    }
+  }
+
+  /// What is timed.
+  void Tick(const Step& step) {
+    if (held_) {
+      out_ = held_->Tick({step.X_W, step.v_W_mm_per_s, step.w_W_rad_per_s, way_.dt_s, way_.rpm});
+    } else {
+      led_out_ = led_->Tick({step.X_W, way_.dt_s, way_.rpm});
+    }
+  }
+  /// Between ticks.
+  void Note() {
+    if (held_) {
+      held_->ClearChanged();
+      Mix(out_.f_H_W_N);
+      Mix(out_.X_WT.p_AB);
+    } else {
+      if (++ticks_ % kRefill == 0) led_->Refill();
+      Mix(led_out_.f_T_W_N);
+    }
+  }
+  void Go(const Step& step) {
+    Tick(step);
+    Note();
+  }
+  void GoTimed(const Step& step, std::size_t tick, RepeatedTimes& times) {
+    times.Time(tick, [&] { Tick(step); });
+    Note();
+  }
+
+  double engaged_teeth() const { return held_ ? out_.engaged_teeth : led_out_.engaged_teeth; }
+  std::uint64_t force_hash() const { return hash_; }
+  std::uint64_t CalcBoneHash() const { return held_ ? held_->bone().CalcHash() : led_->bone().CalcHash(); }
+  const EffectPlan& effects() const { return held_ ? std::as_const(*held_).effects() : std::as_const(*led_).effects(); }
+  double CalcMemoryMB() const {
+    return 1e-6 * static_cast<double>(held_ ? held_->CalcMemoryBytes() : effects().CalcMemoryBytes());
+  }
+  CoupledSimulation& held() { return *held_; }
+
+ private:
+  void Mix(const Vec3& v) {
+    for (int axis = 0; axis < 3; ++axis) hash_ = MixHash(hash_ ^ std::bit_cast<std::uint64_t>(v[axis]));
+  }
+
+  const Way& way_;
+  std::unique_ptr<CoupledSimulation> held_;
+  std::unique_ptr<Simulation> led_;
+  CoupledOutput out_;
+  TickOutput led_out_;
+  std::uint64_t hash_ = 0;
+  std::size_t ticks_ = 0;
+};
+
+void CheckStop(const EffectCostOptions& options) {
+  if (options.stop != nullptr && options.stop->load()) throw Error("ended before the costs were measured");
+}
+
+/// Follows the cut with the scene's own effects, as `kerf loop` or `kerf run` does, until there is enough of it.
+class Scout {
+ public:
+  Scout(Way& way, const EffectCostOptions& options) : way_(way), options_(options) {}
+
+  void Go(const Scene& scene) {
+    Subject subject(way_, scene.effects);
+    if (way_.by_hand) {
+      FollowHand(scene, subject);
+    } else {
+      FollowPath(scene, subject);
+    }
+    Choose(scene);
+  }
+
+ private:
+  bool IsEnough() {
+    if (steps_ % 256 == 0) CheckStop(options_);
+    ++steps_;
+    const double followed_s = way_.dt_s * static_cast<double>(steps_ - first_);
+    return touched_ ? followed_s > kFollowed_s : way_.dt_s * static_cast<double>(steps_) > kPatience_s;
+  }
+  void Keep(const Step& step, double teeth) {
+    way_.steps.push_back(step);
+    teeth_.push_back(teeth);
+    if (!touched_ && teeth > 0) {
+      touched_ = true;
+      first_ = steps_;
+    }
+  }
+
+  void FollowHand(const Scene& scene, Subject& subject) {
+    const LoopSetup setup = MakeLoopSetup(scene);
+    const Vec3 p_TC_mm = way_.held.coupling.p_TC_mm;
+    SimulatedDeviceOptions device_options;
+    device_options.p_TC_mm = p_TC_mm;
+    SimulatedDevice device(setup.profile, setup.hand, way_.X_WT_start, device_options);
+    HandMotion motion(device, MakePath(scene), scene.hand, p_TC_mm,
+                      way_.held.coupling.stiffness_N_per_mm * setup.force_scale);
+    HapticStep haptics(subject.held(), setup.profile, setup.force_map);
+    HapticStepInput in;
+    in.dt_s = way_.dt_s;
+    in.rpm = way_.rpm;
+    while (!IsEnough()) {
+      motion.Advance(way_.dt_s);
+      const HapticStepOutput out = haptics.Step(device, in);
+      subject.held().ClearChanged();
+      Keep({out.sample.X_WH, out.v_H_W_mm_per_s, out.w_H_W_rad_per_s}, out.coupled.engaged_teeth);
+    }
+  }
+  void FollowPath(const Scene& scene, Subject& subject) {
+    const Path path = MakePath(scene);
+    // To the end of the first stroke, and what goes on from it.
+    for (std::size_t segment = 0; segment < path.segments().size(); ++segment) {
+      const PathSegment& stretch = path.segments()[segment];
+      if (segment > 0 && stretch.retract_before) return;
+      for (std::size_t k = 1; k <= path.CountTicks(segment, 1 / way_.dt_s); ++k) {
+        if (IsEnough()) return;
+        const double end_s = std::min(stretch.start_s + static_cast<double>(k) * way_.dt_s, stretch.end_s);
+        const Step step{path.CalcPose(segment, end_s)};
+        subject.Go(step);
+        Keep(step, subject.engaged_teeth());
+      }
+    }
+  }
+
+  /// The stretch in which most teeth are engaged.
+  void Choose(const Scene& scene) {
+    if (!touched_) {
+      throw Error(fmt::format("{}: the tool meets no bone in the first {:.0f} s; there is nothing to measure",
+                              scene.name, way_.dt_s * static_cast<double>(way_.steps.size())));
+    }
+    const std::size_t count =
+        std::min(way_.steps.size(), static_cast<std::size_t>(std::lround(options_.seconds / way_.dt_s)));
+    double sum = 0;
+    double most = -1;
+    for (std::size_t i = 0; i < teeth_.size(); ++i) {
+      sum += teeth_[i];
+      if (i >= count) sum -= teeth_[i - count];
+      if (i + 1 >= count && sum > most) {
+        most = sum;
+        way_.end = i + 1;
+      }
+    }
+    way_.begin = way_.end - count;
+    way_.mean_teeth = most / static_cast<double>(count);
+    way_.steps.resize(way_.end);
+    // The tool comes to rest beyond the start, where it was clear.
+    const Vec3 back = way_.X_WT_start.p_AB - way_.steps[(way_.begin + way_.end) / 2].X_W.p_AB;
+    const Vec3 away = glm::length(back) > 1e-6 ? glm::normalize(back) : Vec3(0, 0, 1);
+    const auto ticks = static_cast<std::size_t>(std::lround(kSwing_s / way_.dt_s));
+    const auto out = ticks / 4;
+    const auto place = [&](double mm) {
+      Step step{way_.X_WT_start};
+      step.X_W.p_AB += mm * away;
+      return step;
+    };
+    for (std::size_t i = 0; i < out; ++i) {
+      way_.hover.push_back(place(kHover_mm * static_cast<double>(i) / static_cast<double>(out)));
+    }
+    for (std::size_t i = 0; i < ticks; ++i) {
+      const double t_s = way_.dt_s * static_cast<double>(i);
+      way_.hover.push_back(place(kHover_mm + kSwing_mm * std::sin(2 * kPi * kSwing_Hz * t_s)));
+    }
+    for (std::size_t i = 0; i < out; ++i) {
+      way_.hover.push_back(place(kHover_mm * (1 - static_cast<double>(i) / static_cast<double>(out))));
+    }
+  }
+
+  Way& way_;
+  const EffectCostOptions& options_;
+  std::vector<double> teeth_;
+  std::size_t steps_ = 0;
+  std::size_t first_ = 0;
+  bool touched_ = false;
+};
+
+/// Both sides of a comparison, in turn.
+class Pair {
+ public:
+  Pair(const Way& way, const EffectChoices& without, const EffectChoices& with)
+      : way_(way), choices_{without, with}, sides_{Side(way), Side(way)} {}
+
+  void Pass(const EffectCostOptions& options) {
+    std::array<std::unique_ptr<Subject>, 2> subjects;
+    for (std::size_t i = 0; i < 2; ++i) subjects[i] = std::make_unique<Subject>(way_, choices_[i]);
+    Hover(subjects, &Side::air, options);
+    for (const auto& subject : subjects) {
+      for (std::size_t k = 0; k < way_.begin; ++k) {
+        subject->Go(way_.steps[k]);
+        if (k % 256 == 0) CheckStop(options);
+      }
+    }
+    InTurn(way_.begin, way_.end, options, [&](std::size_t i, std::size_t k) {
+      subjects[i]->GoTimed(way_.steps[k], k - way_.begin, sides_[i].cutting);
+    });
+    for (std::size_t i = 0; i < 2; ++i) {
+      const std::uint64_t force_hash = subjects[i]->force_hash();
+      const std::uint64_t bone_hash = subjects[i]->CalcBoneHash();
+      if (passes_ > 0 && (force_hash != sides_[i].force_hash || bone_hash != sides_[i].bone_hash)) {
+        throw Error("two passes through the cut gave different results; this must not be");
+      }
+      sides_[i].force_hash = force_hash;
+      sides_[i].bone_hash = bone_hash;
+    }
+    ++passes_;
+    by_effect_.clear();
+    for (const EffectPlan::Entry& entry : subjects[1]->effects().entries()) {
+      by_effect_.emplace_back(entry.info->name, 1e-6 * static_cast<double>(entry.effect->CalcMemoryBytes()));
+    }
+    simulation_MB_ = subjects[1]->CalcMemoryMB();
+    for (const auto& subject : subjects) LiftOut(*subject);
+    Hover(subjects, &Side::air_after, options);
+  }
+
+  void Finish(EffectCost& cost) const {
+    const std::array<TickCosts*, 2> into{&cost.without_it, &cost.with_it};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Side& side = sides_[i];
+      into[i]->cutting = side.cutting.CalcBest();
+      into[i]->all = side.cutting.CalcAll();
+      into[i]->disturbed = side.cutting.disturbed();
+      into[i]->air = side.air.CalcBest();
+      into[i]->air_after = side.air_after.CalcBest();
+      into[i]->bone_hash = side.bone_hash;
+      into[i]->force_hash = side.force_hash;
+    }
+  }
+  double MemoryOf(const std::string& name) const {
+    double MB = 0;
+    for (const auto& [effect, of_it_MB] : by_effect_) {
+      if (name == effect) MB = of_it_MB;
+    }
+    return MB;
+  }
+  double simulation_MB() const { return simulation_MB_; }
+
+ private:
+  struct Side {
+    explicit Side(const Way& way) : cutting(way.end - way.begin), air(CountAir(way)), air_after(CountAir(way)) {}
+    RepeatedTimes cutting, air, air_after;
+    std::uint64_t bone_hash = 0;
+    std::uint64_t force_hash = 0;
+  };
+  using Subjects = std::array<std::unique_ptr<Subject>, 2>;
+
+  // Of the hover: out and back are not timed.
+  static std::size_t CountEdge(const Way& way) { return way.hover.size() / 6; }
+  static std::size_t CountAir(const Way& way) { return way.hover.size() - 2 * CountEdge(way); }
+
+  /// Blocks of the one and of the other; who begins takes turns too.
+  template <typename Work>
+  void InTurn(std::size_t begin, std::size_t end, const EffectCostOptions& options, Work&& work) {
+    std::size_t first = 0;
+    for (std::size_t at = begin; at < end; at += kBlock) {
+      for (const std::size_t i : {first, 1 - first}) {
+        for (std::size_t k = at; k < std::min(at + kBlock, end); ++k) work(i, k);
+      }
+      first = 1 - first;
+      CheckStop(options);
+    }
+  }
+  void Hover(Subjects& subjects, RepeatedTimes Side::*timer, const EffectCostOptions& options) {
+    const std::size_t edge = CountEdge(way_);
+    const std::size_t last = way_.hover.size() - edge;
+    for (const auto& subject : subjects) {
+      for (std::size_t k = 0; k < edge; ++k) subject->Go(way_.hover[k]);
+    }
+    InTurn(edge, last, options,
+           [&](std::size_t i, std::size_t k) { subjects[i]->GoTimed(way_.hover[k], k - edge, sides_[i].*timer); });
+    for (const auto& subject : subjects) {
+      for (std::size_t k = last; k < way_.hover.size(); ++k) subject->Go(way_.hover[k]);
+    }
+  }
+  void LiftOut(Subject& subject) const {
+    Vec3 p_before = way_.steps[way_.end - 1].X_W.p_AB;
+    for (std::size_t k = way_.end; k > 0; k -= std::min(k, kLift)) {
+      Step step{way_.steps[k - 1].X_W};
+      step.v_W_mm_per_s = (step.X_W.p_AB - p_before) / way_.dt_s;
+      p_before = step.X_W.p_AB;
+      subject.Go(step);
+    }
+  }
+
+  const Way& way_;
+  std::array<EffectChoices, 2> choices_;
+  std::array<Side, 2> sides_;
+  std::vector<std::pair<std::string, double>> by_effect_;
+  double simulation_MB_ = 0;
+  int passes_ = 0;
+};
+
+Way MakeWay(const Scene& scene, const EffectCostOptions& options, const std::function<void(double)>& progress) {
+  Way way;
+  way.by_hand = options.by_hand;
+  way.bone = MakeSceneBone(scene, progress);
+  way.X_WT_start = MakePath(scene).CalcPose(0, 0);
+  way.rpm = scene.tool.rpm;
+  if (options.by_hand) {
+    way.held = MakeCoupledParams(scene);
+    way.held.coupling = MakeLoopSetup(scene).fitted.coupling;
+    way.held.spare_leaves = CountSpareLeaves(way.bone);
+    way.dt_s = 1 / scene.loop.rate_hz;
+  } else {
+    way.led = MakeSimulationParams(scene);
+    way.dt_s = 1 / scene.simulation.rate_hz;
+  }
+  return way;
+}
+
+/// The effects that are to be measured, and why the others are not.
+struct Asked {
+  EffectChoices choices;  // in the registry's order
+  std::vector<std::string> why;
+  std::vector<EffectLeftOut> left_out;
+};
+
+/// Those that it needs, and what they need, in the order of `choices`.
+EffectChoices TakeNeeded(const EffectInfo& info, const EffectChoices& choices) {
+  std::set<std::string> names(info.needs.begin(), info.needs.end());
+  for (auto choice = choices.rbegin(); choice != choices.rend(); ++choice) {
+    const auto& needs = choice->info().needs;
+    if (names.contains(choice->name())) names.insert(needs.begin(), needs.end());
+  }
+  EffectChoices needed;
+  std::copy_if(choices.begin(), choices.end(), std::back_inserter(needed),
+               [&](const EffectChoice& choice) { return names.contains(choice.name()); });
+  return needed;
+}
+
+Asked Ask(const Scene& scene, const EffectCostOptions& options, const Way& way) {
+  Asked asked;
+  for (const EffectInfo* info : Effects()) {
+    const EffectChoice* named = FindChoice(scene.effects, info->name);
+    if (named == nullptr && !options.all) {
+      asked.left_out.push_back({info->name, "the scene does not name it"});
+      continue;
+    }
+    if (info->tool == EffectTool::kInHand && !options.by_hand) {
+      asked.left_out.push_back({info->name, "it needs a tool in a hand, and 'kerf run' has none"});
+      continue;
+    }
+    const EffectChoice choice = named != nullptr ? *named : EffectChoice(info->name);
+    if (named == nullptr) {
+      // With its presets an effect may not fit the scene.
+      try {
+        EffectChoices alone = TakeNeeded(*info, asked.choices);
+        alone.push_back(choice);
+        const Subject probe(way, alone);
+      } catch (const Error& e) {
+        asked.left_out.push_back({info->name, e.what()});
+        continue;
+      }
+    }
+    asked.choices.push_back(choice);
+    asked.why.emplace_back(named != nullptr ? "the scene names it" : "asked for, with its presets");
+  }
+  return asked;
+}
+
+}  // namespace
+
+EffectCosts MeasureEffects(const Scene& scene, const EffectCostOptions& options) {
+  if (scene.simulation.mode == SceneMode::kSlab) {
+    throw Error("[simulation] mode = \"slab\" has no effects; set mode = \"voxel\" for 'kerf effects'");
+  }
+  if (!(options.seconds >= 0.1 && options.seconds <= 60)) {
+    throw Error(fmt::format("{:g} s of a cut can't be measured; give 0.1 to 60", options.seconds));
+  }
+  const auto show = [&](const std::string& stage, double fraction) {
+    if (options.progress) options.progress(stage, fraction);
+  };
+  EffectCosts costs;
+  costs.scene = scene.name;
+  costs.title = scene.title;
+  costs.machine = LookAtMachine();
+  costs.core = options.core;
+  costs.realtime = options.realtime;
+  costs.by_hand = options.by_hand;
+  costs.passes = std::max(1, options.passes);
+
+  Way way = MakeWay(scene, options, [&](double f) { show("making the bone", f); });
+  const Asked asked = Ask(scene, options, way);
+  costs.left_out = asked.left_out;
+  std::unique_ptr<PinnedToCore> pinned;
+  if (options.core) pinned = std::make_unique<PinnedToCore>(*options.core, options.realtime);
+  show("measuring", 0);
+  Scout(way, options).Go(scene);
+  costs.voxel_mm = way.bone.voxel_mm();
+  costs.rate_hz = 1 / way.dt_s;
+  costs.begin_s = way.dt_s * static_cast<double>(way.begin);
+  costs.seconds = way.dt_s * static_cast<double>(way.end - way.begin);
+  costs.mean_teeth = way.mean_teeth;
+  costs.bone_MB = 1e-6 * static_cast<double>(way.bone.CalcMemoryBytes());
+
+  const std::size_t one_by_one = options.together_only ? 0 : asked.choices.size();
+  const double work = static_cast<double>((one_by_one + 1) * static_cast<std::size_t>(costs.passes));
+  double done = 0;
+  const auto measure = [&](const EffectChoices& without, const EffectChoices& with, EffectCost& cost) {
+    Pair pair(way, without, with);
+    for (int n = 0; n < costs.passes; ++n) {
+      pair.Pass(options);
+      show("measuring", ++done / work);
+    }
+    pair.Finish(cost);
+    return pair;
+  };
+  for (std::size_t i = 0; i < one_by_one; ++i) {
+    const EffectChoice& choice = asked.choices[i];
+    EffectCost cost;
+    cost.name = choice.name();
+    cost.why = asked.why[i];
+    const EffectChoices without = TakeNeeded(choice.info(), asked.choices);
+    for (const EffectChoice& needed : without) cost.with.emplace_back(needed.name());
+    EffectChoices with = without;
+    with.push_back(choice);
+    cost.memory_MB = measure(without, with, cost).MemoryOf(cost.name);
+    costs.effects.push_back(cost);
+  }
+  costs.together.name = "all";
+  const Pair all = measure({}, asked.choices, costs.together);
+  costs.simulation_MB = all.simulation_MB();
+  for (const EffectChoice& choice : asked.choices) costs.together.memory_MB += all.MemoryOf(choice.name());
+  return costs;
+}
+
+}  // namespace kerf

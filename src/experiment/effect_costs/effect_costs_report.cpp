@@ -1,0 +1,309 @@
+// What was measured of the effects, for people, programs and the README.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/core/csv.h"
+#include "base/files/markdown_text.h"
+#include "effect_costs_csv.h"
+#include "experiment/bench/times_json.h"
+#include "experiment/effect_costs/effect_costs.h"
+#include "kerf/version.h"
+
+namespace kerf {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kMostAsleep_us = 5;
+
+const std::vector<std::string>& KeptColumns() {
+  static const std::vector<std::string> kColumns{"effect", "p50_us", "p99_us", "air_us", "memory_MB"};
+  return kColumns;
+}
+
+double AddedP50(const EffectCost& c) {
+  return c.with_it.cutting.p50_us - c.without_it.cutting.p50_us;
+}
+double AddedP99(const EffectCost& c) {
+  return c.with_it.cutting.p99_us - c.without_it.cutting.p99_us;
+}
+
+/// What a difference of two measurements adds: one below `kNoise_us`, or below nothing at all, is noise.
+constexpr double kNoise_us = 0.05;
+std::string ShowAdded(double us) {
+  return us < kNoise_us ? "0" : fmt::format("+{:.1f}", us);
+}
+std::string SayAdded(double us) {
+  return us < kNoise_us ? "below the noise" : fmt::format("+{:.1f} us", us);
+}
+
+std::string Memory(double MB) {
+  return MB < 0.1 ? fmt::format("{:.1f} kB", 1000 * MB) : fmt::format("{:.2f} MB", MB);
+}
+
+std::string FormatValue(const EffectValue& value) {
+  if (const auto* number = std::get_if<double>(&value)) return fmt::format("{:g}", *number);
+  if (const auto* on = std::get_if<bool>(&value)) return *on ? "true" : "false";
+  if (const auto* v = std::get_if<Vec3>(&value)) return fmt::format("[{:g}, {:g}, {:g}]", v->x, v->y, v->z);
+  return fmt::format("\"{}\"", std::get<std::string>(value));
+}
+ordered_json ValueJson(const EffectValue& value) {
+  if (const auto* number = std::get_if<double>(&value)) return *number;
+  if (const auto* on = std::get_if<bool>(&value)) return *on;
+  if (const auto* v = std::get_if<Vec3>(&value)) return {v->x, v->y, v->z};
+  return std::get<std::string>(value);
+}
+
+std::string FormatRange(const EffectParameter& p) {
+  if (!p.words.empty()) return fmt::format("one of {}", fmt::join(p.words, ", "));
+  if (p.file == EffectFileKind::kSurface) return "a closed surface (.stl, .ply, .obj), relative to the scene";
+  if (p.file == EffectFileKind::kMarkups) return "a .mrk.json file of 3D Slicer, relative to the scene";
+  if (p.preset.index() == EffectValue(0.0).index()) return fmt::format("{:g} to {:g}", p.lower, p.upper);
+  if (std::holds_alternative<Vec3>(p.preset)) return fmt::format("each {:g} to {:g}", p.lower, p.upper);
+  return std::holds_alternative<bool>(p.preset) ? "true or false" : "a text";
+}
+
+std::string FormatNeeds(const EffectInfo& info) {
+  std::string text = info.tool == EffectTool::kInHand ? "a tool in a hand ('kerf loop')" : "";
+  for (const char* needed : info.needs) text += fmt::format("{}the effect {}", text.empty() ? "" : ", ", needed);
+  return text.empty() ? "nothing else" : text;
+}
+
+std::string DescribeMachine(const EffectCosts& c) {
+  return fmt::format("{}{}{}, load {:.1f} before", c.machine.cpu, c.core ? fmt::format(", core {}", *c.core) : "",
+                     c.realtime ? " in real time" : "", c.machine.load);
+}
+std::string DescribeStretch(const EffectCosts& c) {
+  return fmt::format("{:g} s of the cut from {:.2f} s on, {:.1f} teeth engaged, the saw {}; {:g} mm voxels, {} pass{}",
+                     c.seconds, c.begin_s, c.mean_teeth,
+                     c.by_hand ? "held as 'kerf loop' holds it" : "led as 'kerf run' leads it", c.voxel_mm, c.passes,
+                     c.passes == 1 ? "" : "es");
+}
+
+/// "all" at the end, unless it is the same as the only one.
+std::vector<const EffectCost*> Rows(const EffectCosts& c) {
+  std::vector<const EffectCost*> rows;
+  for (const EffectCost& cost : c.effects) rows.push_back(&cost);
+  rows.push_back(&c.together);
+  return rows;
+}
+
+std::string DescribeFit(const EffectCosts& c) {
+  const double p99_us = c.together.with_it.cutting.p99_us;
+  return fmt::format(
+      "{:.1f} kHz (1 / p99 of {:.1f} us; with the slower passes {:.1f} us); at {:g} Hz {:.1f} % of the time",
+      c.fits_kHz(), p99_us, c.together.with_it.all.p99_us, c.rate_hz, 1e-4 * p99_us * c.rate_hz);
+}
+
+ordered_json SideJson(const TickCosts& t) {
+  return {{"cutting", TimesJson(t.cutting)},
+          {"cutting_all_passes", TimesJson(t.all)},
+          {"ticks_left_out", t.disturbed},
+          {"in_the_air", TimesJson(t.air)},
+          {"in_the_air_after_the_cut", TimesJson(t.air_after)},
+          {"bone_hash", fmt::format("{:016x}", t.bone_hash)},
+          {"force_hash", fmt::format("{:016x}", t.force_hash)}};
+}
+ordered_json CostJson(const EffectCost& c) {
+  ordered_json json = {{"name", c.name},
+                       {"why", c.why},
+                       {"with", c.with},
+                       {"adds_p50_us", RoundedJson(AddedP50(c))},
+                       {"adds_p99_us", RoundedJson(AddedP99(c))},
+                       {"memory_MB", RoundedJson(c.memory_MB)},
+                       {"only_observes", c.only_observes()}};
+  json["with_it"] = SideJson(c.with_it);
+  json["without_it"] = SideJson(c.without_it);
+  return json;
+}
+
+}  // namespace
+
+std::vector<KeptCost> KeptEffectCosts() {
+  std::vector<KeptCost> kept;
+  ReadCsv(kEffectCostsCsv, "volumes/effect_costs.csv", KeptColumns(),
+          [&](const std::vector<std::string>& fields, const CsvPlace& place) {
+            const auto number = [&](std::size_t i) {
+              return ParseCsvNumber(fields[i], 0, KeptColumns()[i].c_str(), place);
+            };
+            kept.push_back({fields[0], number(1), number(2), number(3), number(4)});
+          });
+  return kept;
+}
+
+std::string FormatKeptCosts(const EffectCosts& costs) {
+  std::string csv =
+      "# What each effect costs, made by 'kerf effects'.\n"
+      "# p50_us, p99_us: added to a tick in the cut; air_us: whole tick in the air, p50, the larger of before and "
+      "after "
+      "the cut.\n";
+  std::string scene = costs.scene;
+  std::replace_if(
+      scene.begin(), scene.end(), [](char c) { return c < ' ' || c == ',' || c == '"'; }, ' ');  // no cells
+  csv += fmt::format("# {}: {}.\n# {}; kerf {}.\n{}\n", scene, DescribeStretch(costs), DescribeMachine(costs),
+                     CommitString(), fmt::join(KeptColumns(), ","));
+  for (const EffectCost* c : Rows(costs)) {
+    csv += fmt::format("{},{:.2f},{:.2f},{:.2f},{:.4f}\n", c->name, AddedP50(*c), AddedP99(*c),
+                       std::max(c->with_it.air.p50_us, c->with_it.air_after.p50_us), c->memory_MB);
+  }
+  return csv;
+}
+
+std::string FormatEffectCosts(const EffectCosts& c) {
+  std::string text = fmt::format("{}\n", c.title.empty() ? c.scene : c.title);
+  text += fmt::format("  measured  {}\n            {}\n", DescribeStretch(c), DescribeMachine(c));
+  const TickCosts& with = c.together.with_it;
+  if (with.disturbed > 0) {
+    text += fmt::format("            others took the core in {} of {} ticks\n", with.disturbed,
+                        with.disturbed + with.all.count);
+  }
+  text += fmt::format("\n  {:<17} {:>15} {:>15} {:>15} {:>13} {:>10}  changes\n", "us a tick: p50/p99", "without it",
+                      "with it", "adds", "in air p50", "memory");
+  for (const EffectCost* cost : Rows(c)) {
+    const auto both = [](const Percentiles& p) { return fmt::format("{:.1f} / {:.1f}", p.p50_us, p.p99_us); };
+    text += fmt::format("  {:<18} {:>15} {:>15} {:>15} {:>13} {:>10}  {}\n", cost->name, both(cost->without_it.cutting),
+                        both(cost->with_it.cutting),
+                        fmt::format("{} / {}", ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost))),
+                        fmt::format("{:.2f}, {:.2f}", cost->with_it.air.p50_us, cost->with_it.air_after.p50_us),
+                        Memory(cost->memory_MB), cost->only_observes() ? "nothing" : "forces");
+  }
+  text += "  (in air: before the cut, and after it; adds 0: below the noise of the measurement)\n\n";
+  text += fmt::format("  fits into {}\n", DescribeFit(c));
+  text +=
+      fmt::format("  memory    effects {}, {} {}, bone {:.0f} MB\n", Memory(c.together.memory_MB),
+                  c.by_hand ? "with all of the simulation" : "with all effects", Memory(c.simulation_MB), c.bone_MB);
+  for (const EffectCost& cost : c.effects) {
+    text += fmt::format("  on        {}: {}{}\n", cost.name, cost.why,
+                        cost.with.empty() ? "" : fmt::format("; it needs {}", fmt::join(cost.with, ", ")));
+  }
+  for (const EffectLeftOut& left_out : c.left_out)
+    text += fmt::format("  left out  {}: {}\n", left_out.name, left_out.why);
+  return text;
+}
+
+std::string FormatEffectCostsMarkdown(const EffectCosts& c) {
+  std::string text =
+      "| effect | tick without, p50 / p99 us | with | adds | in the air, p50 us: before, after the cut | memory | "
+      "bone, "
+      "forces |\n|---|---|---|---|---|---|---|\n";
+  for (const EffectCost* cost : Rows(c)) {
+    const TickCosts& with = cost->with_it;
+    const TickCosts& without = cost->without_it;
+    text += fmt::format("| {}{} | {:.1f} / {:.1f} | {:.1f} / {:.1f} | {} / {} | {:.2f}, {:.2f}{} | {} | {} |\n",
+                        cost->name, cost->with.empty() ? "" : fmt::format(" (with {})", fmt::join(cost->with, ", ")),
+                        without.cutting.p50_us, without.cutting.p99_us, with.cutting.p50_us, with.cutting.p99_us,
+                        ShowAdded(AddedP50(*cost)), ShowAdded(AddedP99(*cost)), with.air.p50_us, with.air_after.p50_us,
+                        std::max(with.air.p50_us, with.air_after.p50_us) > kMostAsleep_us ? " **above 5**" : "",
+                        Memory(cost->memory_MB),
+                        cost->only_observes() ? "as without, bit for bit"
+                                              : fmt::format("`{:016x}`, `{:016x}`", with.bone_hash, with.force_hash));
+  }
+  text +=
+      fmt::format("\n{}: {}. {}; commit {}. All together fit into {}. Adds 0: below the noise of the measurement.\n",
+                  MarkdownCode(c.scene), DescribeStretch(c), DescribeMachine(c), CommitString(), DescribeFit(c));
+  for (const EffectLeftOut& left_out : c.left_out)
+    text += fmt::format("\nNot on: {}: {}.\n", left_out.name, EscapeMarkdown(left_out.why));
+  return text;
+}
+
+std::string FormatEffectCostsJson(const EffectCosts& c) {
+  ordered_json json = {{"kerf", VersionString()}, {"commit", CommitString()}, {"scene", c.scene}};
+  json["machine"] = {{"cpu", c.machine.cpu},
+                     {"cores", c.machine.cores},
+                     {"load_before", RoundedJson(c.machine.load)},
+                     {"core", c.core ? ordered_json(*c.core) : ordered_json()},
+                     {"realtime", c.realtime}};
+  json["as"] = c.by_hand ? "kerf loop" : "kerf run";
+  json["voxel_mm"] = c.voxel_mm;
+  json["rate_hz"] = RoundedJson(c.rate_hz);
+  json["begin_s"] = RoundedJson(c.begin_s);
+  json["seconds"] = RoundedJson(c.seconds);
+  json["passes"] = c.passes;
+  json["mean_engaged_teeth"] = RoundedJson(c.mean_teeth);
+  json["on"] = ordered_json::array();
+  for (const EffectCost& cost : c.effects) json["on"].push_back(CostJson(cost));
+  json["together"] = CostJson(c.together);
+  json["together"].erase("why");
+  json["together"].erase("with");
+  json["fits_kHz"] = RoundedJson(c.fits_kHz());
+  json["simulation_MB"] = RoundedJson(c.simulation_MB);
+  json["bone_MB"] = RoundedJson(c.bone_MB);
+  json["left_out"] = ordered_json::array();
+  for (const EffectLeftOut& left_out : c.left_out) {
+    json["left_out"].push_back({{"name", left_out.name}, {"why", left_out.why}});
+  }
+  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string FormatEffectList(const EffectInfo* only) {
+  const std::vector<KeptCost> kept = KeptEffectCosts();
+  std::string text;
+  if (only == nullptr) {
+    text =
+        "Effects: what a scene names as [effects.NAME] is simulated, and nothing else. In the order in which a tick "
+        "calls them:\n";
+  }
+  for (const EffectInfo* info : Effects()) {
+    if (only != nullptr && info != only) continue;
+    text += fmt::format("\n{}\n  {}\n", info->name, info->summary);
+    text += fmt::format("  source    {}\n", info->source);
+    text += fmt::format("  needs     {}\n", FormatNeeds(*info));
+    text += fmt::format("  sleeps    {}\n", info->sleeps);
+    std::string cost = "not measured yet";
+    for (const KeptCost& k : kept) {
+      if (k.name != info->name) continue;
+      cost = fmt::format("a tick in the cut: {}, p99 {}; in the air: {:.2f} us for the whole tick; {}",
+                         SayAdded(k.p50_us), SayAdded(k.p99_us), k.air_us, Memory(k.memory_MB));
+    }
+    text += fmt::format("  cost      {}\n", cost);
+    for (const EffectParameter& p : info->parameters) {
+      text += fmt::format("  {:<28} {:<12} {}; {}\n", p.key, FormatValue(p.preset), FormatRange(p), p.meaning);
+    }
+    for (const EffectChannel& channel : info->channels) {
+      text += fmt::format("  gives {:<22} {}\n", channel.name, channel.meaning);
+    }
+  }
+  text +=
+      "\nThe costs were measured on the generic mandible's osteotomy by tools/effects_table; 'kerf effects SCENE' "
+      "measures a scene of yours here and now.\n";
+  return text;
+}
+
+std::string FormatEffectListJson(const EffectInfo* only) {
+  const std::vector<KeptCost> kept = KeptEffectCosts();
+  ordered_json json = ordered_json::array();
+  for (const EffectInfo* info : Effects()) {
+    if (only != nullptr && info != only) continue;
+    ordered_json row = {{"name", info->name},     {"summary", info->summary}, {"source", info->source},
+                        {"reads", info->reads},   {"writes", info->writes},   {"state", info->state},
+                        {"sleeps", info->sleeps}, {"needs", info->needs}};
+    row["needs_hand"] = info->tool == EffectTool::kInHand;
+    row["parameters"] = ordered_json::array();
+    for (const EffectParameter& p : info->parameters) {
+      ordered_json parameter = {{"key", p.key}, {"preset", ValueJson(p.preset)}, {"meaning", p.meaning}};
+      if (std::holds_alternative<double>(p.preset) || std::holds_alternative<Vec3>(p.preset)) {
+        parameter["range"] = {p.lower, p.upper};
+      }
+      if (!p.words.empty()) parameter["words"] = p.words;
+      row["parameters"].push_back(parameter);
+    }
+    row["channels"] = ordered_json::array();
+    for (const EffectChannel& channel : info->channels) {
+      row["channels"].push_back({{"name", channel.name}, {"meaning", channel.meaning}});
+    }
+    row["cost"] = nullptr;
+    for (const KeptCost& k : kept) {
+      if (k.name != info->name) continue;
+      row["cost"] = {{"adds_p50_us", k.p50_us},
+                     {"adds_p99_us", k.p99_us},
+                     {"in_the_air_p50_us", k.air_us},
+                     {"memory_MB", k.memory_MB}};
+    }
+    json.push_back(row);
+  }
+  return ordered_json{{"effects", json}}.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace kerf

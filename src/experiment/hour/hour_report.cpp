@@ -1,0 +1,165 @@
+// What `kerf bench hour` tells: a table, a CSV and a picture.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <functional>
+#include <iterator>
+
+#include "base/files/files.h"
+#include "experiment/hour/hour.h"
+#include "view/picture/image.h"
+#include "view/plot/plot.h"
+
+namespace kerf {
+namespace {
+
+using Figure = std::function<double(const HourMinute&)>;
+
+PlotSeries MakeCurve(const Hour& hour, const std::string& label, const Figure& figure) {
+  PlotSeries series;
+  series.label = label;
+  series.marker = 4;
+  for (const HourMinute& m : hour.minutes) {
+    series.x.push_back(m.minute);
+    series.y.push_back(figure(m));
+  }
+  return series;
+}
+
+PlotSpec MakePanel(const std::string& title, const std::string& y) {
+  PlotSpec spec;
+  spec.width = 1280;
+  spec.height = 330;
+  spec.title = title;
+  spec.x.label = "simulated time (min)";
+  spec.y.label = y;
+  return spec;
+}
+
+void Append(const Image& panel, Image& image) {
+  image.width = panel.width;
+  image.height += panel.height;
+  image.pixels.insert(image.pixels.end(), panel.pixels.begin(), panel.pixels.end());
+}
+
+Image RenderHour(const Hour& hour) {
+  const HourMinute worst = hour.CalcWorst();
+  PlotSpec memory = MakePanel("Memory", "in use (MB)");
+  memory.y.lower = 0;
+  memory.y.upper = 1.25 * worst.resident_MB;
+  const double bone_MB = hour.minutes.front().bone_MB;
+  memory.series = {MakeCurve(hour, "of the whole program", [](const HourMinute& m) { return m.resident_MB; }),
+                   MakeCurve(hour, "without the leaves that were cut into since",
+                             [=](const HourMinute& m) { return m.resident_MB - m.bone_MB + bone_MB; })};
+  PlotSpec times = MakePanel("Ticks that cut, each minute's", "time of a tick (us)");
+  times.y.lower = 0;
+  times.series = {MakeCurve(hour, "p50", [](const HourMinute& m) { return m.tick_p50_us; }),
+                  MakeCurve(hour, "p99", [](const HourMinute& m) { return m.tick_p99_us; })};
+  PlotSpec volume = MakePanel("Removed bone", "volume (mm³)");
+  volume.y.lower = 0;
+  volume.y_right.label = "account less the bone's loss (1e-9 mm³)";
+  volume.series = {MakeCurve(hour, "removed", [](const HourMinute& m) { return m.removed_mm3; }),
+                   MakeCurve(hour, "off by (right)", [](const HourMinute& m) { return 1e9 * m.removed_error_mm3; })};
+  volume.series[1].right_axis = true;
+  PlotSpec rest = MakePanel("At rest in the air, and the energy's account", "largest force (N)");
+  rest.y.lower = -1;
+  rest.y.upper = 1;
+  rest.y_right.label = "energy unaccounted for (1e-9 J)";
+  rest.series = {
+      MakeCurve(hour, "force at rest", [](const HourMinute& m) { return std::max(m.rest_hand_N, m.rest_device_N); }),
+      MakeCurve(hour, "energy (right)", [](const HourMinute& m) { return 1e9 * m.energy_error_J; })};
+  rest.series[1].right_axis = true;
+  Image image;
+  for (const PlotSpec* spec : {&memory, &times, &volume, &rest}) Append(RenderPlot(*spec), image);
+  return image;
+}
+
+}  // namespace
+
+std::string FormatHourCsv(const Hour& hour) {
+  std::string csv =
+      "minute,resident_MB,bone_MB,tick_p50_us,tick_p99_us,cutting_share,engaged_teeth,rest_ticks,rest_hand_N,rest_"
+      "device_N,"
+      "removed_mm3,removed_error_mm3,removed_by_ticks_mm3,energy_J,energy_error_J\n";
+  for (const HourMinute& m : hour.minutes) {
+    fmt::format_to(std::back_inserter(csv),
+                   "{},{:.3f},{:.3f},{:.3f},{:.3f},{:.4f},{:.3f},{},{:g},{:g},{:.9g},{:.3g},{:.9g},{:.9g},{:.3g}\n",
+                   m.minute, m.resident_MB, m.bone_MB, m.tick_p50_us, m.tick_p99_us, m.cutting_share, m.teeth,
+                   m.rest_ticks, m.rest_hand_N, m.rest_device_N, m.removed_mm3, m.removed_error_mm3,
+                   m.removed_by_ticks_mm3, m.energy_J, m.energy_error_J);
+  }
+  return csv;
+}
+
+std::string FormatHourTable(const Hour& hour) {
+  const HourMinute worst = hour.CalcWorst();
+  std::string text = fmt::format(
+      "{}: {} min at {:g} Hz, {} ticks, {:.0f} % of them cut with {:.1f} teeth engaged; {:.0f} s of work\n", hour.scene,
+      worst.minute, hour.rate_hz, hour.loop.counts.ticks, 100 * worst.cutting_share, worst.teeth, hour.loop.wall_s);
+  if (hour.minutes.empty()) return text + "  no whole minute\n";
+  const HourMinute& first = hour.minutes.front();
+  const HourMinute& last = hour.minutes.back();
+  text += fmt::format(
+      "  memory    {:.2f} MB after the first minute, {:.2f} MB at the end; from the second on it moves by {:.2f} MB, "
+      "without the leaves that were cut into by {:.2f} MB\n",
+      first.resident_MB, last.resident_MB, hour.CalcMemoryGrowth_MB(), hour.CalcOtherGrowth_MB());
+  text += fmt::format(
+      "  ticks     p50 {:.1f} us, p99 {:.1f} us in the first minute, {:.1f} and {:.1f} in the last; the last minutes' "
+      "p50 is {:.3f} of the first ones'\n",
+      first.tick_p50_us, first.tick_p99_us, last.tick_p50_us, last.tick_p99_us, hour.CalcTimeRatio());
+  text += fmt::format("  at rest   in {} ticks clear in the air at most {:g} N on the hand, {:g} N on the device\n",
+                      worst.rest_ticks, worst.rest_hand_N, worst.rest_device_N);
+  text += fmt::format(
+      "  removed   {:.3f} mm3 exact, off the bone's loss by at most {:.2g} mm3; the ticks' occupancy adds up to {:.3f} "
+      "mm3\n",
+      last.removed_mm3, std::abs(worst.removed_error_mm3), last.removed_by_ticks_mm3);
+  text += fmt::format("  energy    {:.4f} J put in, at most {:.2g} J unaccounted for\n", last.energy_J,
+                      std::abs(worst.energy_error_J));
+  text +=
+      fmt::format("  faults    {} ticks limited or faulty, {} not finite, {} log rows lost; a copy of the bone is {}\n",
+                  hour.loop.counts.status_ticks, hour.loop.counts.not_finite, hour.loop.counts.samples_lost,
+                  hour.loop.mirror_identical ? "bit-identical" : "NOT the bone");
+  return text;
+}
+
+std::string FormatHourMarkdown(const Hour& hour, const std::string& machine, const std::string& figure) {
+  const HourMinute worst = hour.CalcWorst();
+  std::string text = fmt::format(
+      "{} minutes of simulated time, {} ticks at {:g} Hz; {:.0f} % of the ticks cut, with {:.1f} teeth engaged.\n\n",
+      worst.minute, hour.loop.counts.ticks, hour.rate_hz, 100 * worst.cutting_share, worst.teeth);
+  text +=
+      "| at the end of minute | memory (MB) | of it the bone (MB) | tick that cuts, p50 / p99 (us) | force at rest (N) "
+      "| removed (mm3) | off "
+      "the bone's loss (mm3) | by the ticks' occupancy (mm3) | energy put in (J) | unaccounted for (J) |\n";
+  text += "|---|---|---|---|---|---|---|---|---|---|\n";
+  const std::size_t n = hour.minutes.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const HourMinute& m = hour.minutes[i];
+    const bool shown = i == 0 || i + 1 == n || m.minute % 10 == 0;
+    if (!shown) continue;
+    text += fmt::format(
+        "| {} | {:.2f} | {:.2f} | {:.1f} / {:.1f} | {:g} | {:.2f} | {:.1e} | {:.2f} | {:.4f} | {:.1e} |\n", m.minute,
+        m.resident_MB, m.bone_MB, m.tick_p50_us, m.tick_p99_us, std::max(m.rest_hand_N, m.rest_device_N), m.removed_mm3,
+        m.removed_error_mm3, m.removed_by_ticks_mm3, m.energy_J, m.energy_error_J);
+  }
+  text += fmt::format(
+      "\n- Memory: from the second minute on it grows by {:.2f} MB, as leaves of 8 x 8 x 8 voxels that were pure bone "
+      "are "
+      "cut into, which a reader's copy of the bone must hold (at most the bone's whole box); all else moves by {:.2f} "
+      "MB.\n- Ticks: the p50 of the last {} minutes is {:.3f} of that of the first.\n- Idle force: in {} ticks clear "
+      "in the air at most {:g} N on the hand and {:g} N on the device.\n"
+      "- Removed volume: off by at most {:.1e} mm3 of {:.1f} mm3. Energy: at most {:.1e} J of {:.2f} J unaccounted "
+      "for.\n",
+      hour.CalcMemoryGrowth_MB(), hour.CalcOtherGrowth_MB(), std::min<std::size_t>(kHourWindow_min, n / 2),
+      hour.CalcTimeRatio(), worst.rest_ticks, worst.rest_hand_N, worst.rest_device_N, std::abs(worst.removed_error_mm3),
+      worst.removed_mm3, std::abs(worst.energy_error_J), worst.energy_J);
+  text += fmt::format("\n![An hour of sawing]({})\n\n{}\n", figure, machine);
+  return text;
+}
+
+void WriteHour(const Hour& hour, const std::string& folder) {
+  WriteTextFile(folder + "/hour.csv", FormatHourCsv(hour));
+  if (!hour.minutes.empty()) WritePng(RenderHour(hour), folder + "/hour.png");
+}
+
+}  // namespace kerf

@@ -1,0 +1,309 @@
+#include "experiment/reference/exact_bone.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace kerf {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kBits = 3;  // a group has 2^3 members
+constexpr std::size_t kMembers = std::size_t{1} << kBits;
+constexpr int kLevels = 7;
+constexpr double kBent_mm = 1e-10;  // a way is straight that is no further from a line
+constexpr double kTie_mm = 1e-10;   // groups that are nearer by no more than this are not looked into
+
+/// A disc that went straight in its own plane: a stadium of the disc's thickness, with the hole that all discs on the
+/// way have in common.
+struct Swept {
+  Vec3 a{0};        // centre at the start, in the plane of the middle
+  Vec3 way{0};      // of the centre, in that plane
+  Vec3 n{0, 0, 1};  // the plane's normal
+  double inverse_way2 = 0;
+  double hole_mm = -kInfinity;  // radius; below 0: none
+};
+
+/// Around some of what was swept, in order of time: a stadium about the segment from the first centre to the last.
+struct Group {
+  Vec3 a{0}, b{0};    // the segment
+  double off_mm = 0;  // no centre is further from it
+  Vec3 n{0, 0, 1};
+  double tilt = 0;                                   // the greatest sine between n and a disc's normal
+  double z_lower = kInfinity, z_upper = -kInfinity;  // along n
+  double hole_mm = kInfinity;                        // the smallest
+  Vec3 flat_way{0};                                  // of the segment, across n
+  double inverse_way2 = 0;
+  double reach_mm = 0;  // across n, from the segment
+};
+
+/// 1 / x, and 0 where there is none.
+double Invert(double x) {
+  return x > 0 ? 1 / x : 0;
+}
+
+double CalcDistanceToSegment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 way = b - a;
+  const double t = std::clamp(glm::dot(p - a, way) * Invert(glm::dot(way, way)), 0.0, 1.0);
+  return glm::length(p - a - t * way);
+}
+
+/// Of a plate as far as `along` beyond its faces and `across` beyond its edge, negative inside.
+double CalcPlateDistance(double across, double along) {
+  return across > 0 && along > 0 ? std::sqrt(across * across + along * along) : std::max(across, along);
+}
+
+/// Angle between two planes' normals as a sine.
+double CalcSine(const Vec3& n_a, const Vec3& n_b) {
+  return glm::length(glm::cross(n_a, n_b));
+}
+
+/// The orientation half-way.
+Quat CalcMiddle(const Quat& a, const Quat& b) {
+  const Quat near_b = glm::dot(a, b) < 0 ? -b : b;
+  return glm::normalize(a + near_b);
+}
+
+}  // namespace
+
+struct ExactBone::State {
+  double CalcDistance(const Swept& s, const Vec3& p) const {
+    const Vec3 q = p - s.a;
+    const double z = glm::dot(q, s.n);
+    const Vec3 flat = q - z * s.n;
+    const double t = std::clamp(glm::dot(flat, s.way) * s.inverse_way2, 0.0, 1.0);
+    double across = glm::length(flat - t * s.way) - radius_mm;
+    if (s.hole_mm >= 0) {
+      across = std::max(across, s.hole_mm - std::max(glm::length(flat), glm::length(flat - s.way)));
+    }
+    return CalcPlateDistance(across, std::abs(z) - half_mm);
+  }
+
+  /// No member's signed distance is less: the plate that holds them all is as near or nearer, and as deep or deeper.
+  double CalcBound(const Group& g, const Vec3& p) const {
+    const Vec3 q = p - g.a;
+    const double z = glm::dot(q, g.n);
+    const Vec3 flat = q - z * g.n;
+    const double t = std::clamp(glm::dot(flat, g.flat_way) * g.inverse_way2, 0.0, 1.0);
+    const double across = glm::length(flat - t * g.flat_way) - g.reach_mm;
+    const double bound = CalcPlateDistance(across, std::max(g.z_lower - z, z - g.z_upper));
+    if (!(g.hole_mm > bound)) return bound;
+    return std::max(bound, g.hole_mm - g.off_mm - std::max(glm::length(q), glm::length(p - g.b)));
+  }
+
+  /// The member at `index` is new, or goes further than before.
+  void Include(std::size_t index) {
+    const Swept& s = swept[index];
+    for (int level = 0; level < kLevels; ++level) {
+      const std::size_t at = index >> (kBits * (level + 1));
+      if (at == groups[level].size()) {
+        groups[level].emplace_back();
+        groups[level].back().a = s.a;
+        groups[level].back().n = s.n;
+      }
+      Group& g = groups[level][at];
+      const double sine = CalcSine(s.n, g.n);
+      const double thickness = half_mm + radius_mm * sine;
+      for (const Vec3& centre : {s.a, s.a + s.way}) {
+        const double z = glm::dot(centre - g.a, g.n);
+        g.z_lower = std::min(g.z_lower, z - thickness);
+        g.z_upper = std::max(g.z_upper, z + thickness);
+      }
+      g.hole_mm = std::min(g.hole_mm, s.hole_mm);
+      g.tilt = std::max(g.tilt, sine);
+      g.b = s.a + s.way;
+      g.flat_way = g.b - g.a - glm::dot(g.b - g.a, g.n) * g.n;
+      g.inverse_way2 = Invert(glm::dot(g.flat_way, g.flat_way));
+      g.off_mm = CalcOff(level, at, g);
+      g.reach_mm = radius_mm + half_mm * g.tilt + g.off_mm;
+    }
+  }
+
+  /// The distance to a segment is greatest at the ends of another.
+  double CalcOff(int level, std::size_t at, const Group& g) const {
+    double off_mm = 0;
+    const auto include = [&](const Vec3& a, const Vec3& b, double more_mm) {
+      off_mm = std::max(
+          {off_mm, CalcDistanceToSegment(a, g.a, g.b) + more_mm, CalcDistanceToSegment(b, g.a, g.b) + more_mm});
+    };
+    const std::size_t begin = at << kBits;
+    if (level == 0) {
+      for (std::size_t i = begin; i < std::min(begin + kMembers, swept.size()); ++i) {
+        include(swept[i].a, swept[i].a + swept[i].way, 0);
+      }
+      return off_mm;
+    }
+    const std::vector<Group>& members = groups[level - 1];
+    for (std::size_t i = begin; i < std::min(begin + kMembers, members.size()); ++i) {
+      include(members[i].a, members[i].b, members[i].off_mm);
+    }
+    return off_mm;
+  }
+
+  void Add(const Swept& s) {
+    if (swept.empty() || !Extend(s)) {
+      swept.push_back(s);
+      bent_mm = 0;
+    }
+    Include(swept.size() - 1);
+  }
+
+  /// Straight on in one plane is one stadium. False where it isn't, by more than kBent_mm at any place since it began.
+  bool Extend(const Swept& s) {
+    Swept& last = swept.back();
+    const Vec3 end = last.a + last.way;
+    if (s.hole_mm != last.hole_mm || !(glm::dot(s.way, last.way) > 0)) return false;
+    const Vec3 way = s.a + s.way - last.a;
+    const double z_mm = std::abs(glm::dot(way, last.n)) + std::abs(glm::dot(s.a - last.a, last.n));
+    const double bent = bent_mm + glm::length(s.a - end) + z_mm + radius_mm * CalcSine(s.n, last.n) +
+                        CalcDistanceToSegment(end, last.a, last.a + way);
+    if (bent > kBent_mm) return false;
+    bent_mm = bent;
+    last.way = way - glm::dot(way, last.n) * last.n;
+    last.inverse_way2 = Invert(glm::dot(last.way, last.way));
+    return true;
+  }
+
+  /// Lowers `least` to the least signed distance of the group's members; looks no further when it is below `enough`.
+  void FindLeast(int level, std::size_t at, const Vec3& p, double enough, double& least) const {
+    const std::size_t begin = at << kBits;
+    if (level == 0) {
+      const std::size_t end = std::min(begin + kMembers, swept.size());
+      for (std::size_t i = end; i-- > begin && least > enough;) least = std::min(least, CalcDistance(swept[i], p));
+      return;
+    }
+    const std::size_t end = std::min(begin + kMembers, groups[level - 1].size());
+    std::array<std::pair<double, std::size_t>, kMembers> order;
+    std::size_t count = 0;
+    for (std::size_t i = end; i-- > begin;) {  // newest first: what is asked lies mostly near them
+      const double bound = CalcBound(groups[level - 1][i], p);
+      if (bound >= least - kTie_mm) continue;
+      std::size_t k = count++;
+      for (; k > 0 && order[k - 1].first > bound; --k) order[k] = order[k - 1];
+      order[k] = {bound, i};
+    }
+    for (std::size_t k = 0; k < count && least > enough; ++k) {
+      if (order[k].first < least - kTie_mm) FindLeast(level - 1, order[k].second, p, enough, least);
+    }
+  }
+
+  double FindLeast(const Vec3& p, double most, double enough) const {
+    double least = most;
+    for (std::size_t at = groups[kLevels - 1].size(); at-- > 0 && least > enough;) {
+      if (CalcBound(groups[kLevels - 1][at], p) < least) FindLeast(kLevels - 1, at, p, enough, least);
+    }
+    return least;
+  }
+
+  ExactSolid solid;
+  double radius_mm = 0;
+  double half_mm = 0;
+  double reach_mm = 0;
+  std::vector<Swept> swept;
+  double bent_mm = 0;                              // of the last
+  std::array<std::vector<Group>, kLevels> groups;  // of 8 sweeps, of 8 groups of those, ...
+  Box3 bounds;
+};
+
+ExactBone::ExactBone(ExactSolid solid, const DiscSaw& saw) : state_(std::make_unique<State>()) {
+  state_->solid = std::move(solid);
+  state_->radius_mm = saw.radius_mm();
+  state_->half_mm = 0.5 * saw.thickness_mm;
+  state_->reach_mm = std::hypot(state_->radius_mm, state_->half_mm);
+}
+ExactBone::~ExactBone() = default;
+ExactBone::ExactBone(ExactBone&&) noexcept = default;
+ExactBone& ExactBone::operator=(ExactBone&&) noexcept = default;
+
+void ExactBone::Sweep(const Pose& X_a, const Pose& X_b, double edge_mm) {
+  State& s = *state_;
+  const Vec3 way = X_b.p_AB - X_a.p_AB;
+  // The distance function may rise twice as fast as the distance.
+  if (s.solid.distance_mm(X_a.p_AB) > 2 * (s.reach_mm + glm::length(way))) return;
+  Swept swept;
+  swept.n = CalcMiddle(X_a.R_AB, X_b.R_AB) * Vec3(0, 0, 1);
+  const double along = glm::dot(way, swept.n);
+  swept.a = X_a.p_AB + 0.5 * along * swept.n;
+  swept.way = way - along * swept.n;
+  swept.inverse_way2 = Invert(glm::dot(swept.way, swept.way));
+  swept.hole_mm = edge_mm > 0 ? s.radius_mm - edge_mm : -kInfinity;
+  s.Add(swept);
+  for (const Vec3& centre : {swept.a, swept.a + swept.way}) {
+    // A disc reaches R sqrt(1 - n_i^2) along axis i, and half its thickness times n_i.
+    const Vec3 n2 = swept.n * swept.n;
+    const Vec3 reach = s.radius_mm * glm::sqrt(glm::max(Vec3(1) - n2, Vec3(0))) + s.half_mm * glm::abs(swept.n);
+    s.bounds.Include(centre - reach);
+    s.bounds.Include(centre + reach);
+  }
+}
+
+double ExactBone::Distance(const Vec3& p_W) const {
+  return std::max(state_->solid.distance_mm(p_W), -state_->FindLeast(p_W, kInfinity, -kInfinity));
+}
+
+bool ExactBone::IsSwept(const Vec3& p_W) const {
+  return state_->FindLeast(p_W, 2 * kTie_mm, 0) <= 0;
+}
+
+double ExactBone::SweptDistance(const Vec3& p_W, double most_mm, double enough_mm) const {
+  return state_->FindLeast(p_W, most_mm, enough_mm);
+}
+double ExactBone::SweptDistance(const Vec3& p_W, double most_mm) const {
+  return SweptDistance(p_W, most_mm, -kInfinity);
+}
+
+namespace {
+
+/// Of a cube: how much of it was solid and is swept, by halving.
+double CalcRemovedOf(const ExactBone& bone, const Vec3& centre, double size_mm, double finest_mm) {
+  const double reach_mm = 0.5 * std::sqrt(3.0) * size_mm;
+  const double solid = bone.solid().distance_mm(centre);
+  // The solid's distance may rise twice as fast as a distance.
+  if (solid > 2 * reach_mm) return 0;
+  const double swept = bone.SweptDistance(centre, reach_mm, -reach_mm);
+  if (swept >= reach_mm) return 0;
+  const double whole = size_mm * size_mm * size_mm;
+  if (solid < -2 * reach_mm && swept < -reach_mm) return whole;
+  if (size_mm <= finest_mm) {
+    const auto share = [size_mm](double distance) { return std::clamp(0.5 - distance / size_mm, 0.0, 1.0); };
+    // What was less what is left: where a kerf's wall lies on a face of the solid, both are as blurred and nothing is
+    // lost.
+    return whole * (share(solid) - share(std::max(solid, -swept)));
+  }
+  double sum = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3 side(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+    sum += CalcRemovedOf(bone, centre + 0.25 * size_mm * side, 0.5 * size_mm, finest_mm);
+  }
+  return sum;
+}
+
+}  // namespace
+
+double ExactBone::CalcRemoved(double finest_mm) const {
+  const Box3& box = state_->bounds;
+  if (box.empty()) return 0;
+  constexpr double kCoarsest_mm = 1;
+  double sum = 0;
+  for (double x = box.lower.x; x < box.upper.x; x += kCoarsest_mm) {
+    for (double y = box.lower.y; y < box.upper.y; y += kCoarsest_mm) {
+      for (double z = box.lower.z; z < box.upper.z; z += kCoarsest_mm) {
+        sum += CalcRemovedOf(*this, Vec3(x, y, z) + Vec3(0.5 * kCoarsest_mm), kCoarsest_mm, finest_mm);
+      }
+    }
+  }
+  return sum;
+}
+
+const ExactSolid& ExactBone::solid() const {
+  return state_->solid;
+}
+
+Box3 ExactBone::swept_bounds() const {
+  return state_->bounds;
+}
+
+}  // namespace kerf

@@ -1,0 +1,555 @@
+#include "experiment/stability/held_tool.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "experiment/stability/scenario_run.h"
+#include "kerf/error.h"
+#include "loop/haptics/coupling_limits.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kPush_N = 5;         // of the simulation
+constexpr double kLeastPush_N = 0.5;  // likewise
+constexpr double kSidePush_N = 2;     // likewise, on the wall of a kerf
+constexpr double kSideways_mm = 1;    // likewise, that the coupling gives
+constexpr double kShareOfPeak = 0.3;  // that the push may take of what device and coupling can give
+constexpr double kApproach_mm_per_s = 10;
+constexpr double kTick_s = 0.001;  // of the approach
+constexpr int kMostTicks = 4000;   // likewise
+constexpr double kYield_s = 0.5;
+constexpr double kKick_rad = 1e-5;
+constexpr double kLongestWindow_mm = 100;  // an encoder's step with which no sample ever leaves the window
+constexpr double kAslant = 0.985;          // cosine between feed and what the bone answers: below it is no face
+constexpr double kAway_mm = 0.3;           // so far from its place the tool has left it
+constexpr double kOffBone = 0.1;           // of the push: below it nothing answers
+
+/// How deep the tool is to be for a state, mm along the feed from the first touch.
+double CalcDepth(const StabilitySubject& subject, HeldState state) {
+  const double voxel_mm = subject.bone.voxel_mm();
+  if (state == HeldState::kCutting) return std::max(1.0, 2 * voxel_mm);
+  // The walls of a kerf hold a turning disc from 3.25 voxels on.
+  return std::max(6 * voxel_mm, 0.5 * CalcReach(subject.setup.coupled.tool));
+}
+
+/// Square to the feed, along the spindle if that can be.
+Vec3 CalcSideways(const StabilitySubject& subject) {
+  for (const Vec3& axis_T : {Vec3(0, 0, 1), Vec3(1, 0, 0)}) {
+    const Vec3 axis = subject.X_WT_start.Vector(axis_T);
+    const Vec3 across = axis - glm::dot(axis, subject.into_W) * subject.into_W;
+    if (glm::length(across) > 0.3) return glm::normalize(across);
+  }
+  throw Error("the way of the feed is not of unit length");
+}
+
+/// The way from the tool's middle to where its edge is deepest in the bone or nearest to it, unit length.
+Vec3 FindContact(const Bone& bone, const Tool& tool, const Pose& X_WT) {
+  double deepest = -std::numeric_limits<double>::infinity();
+  Vec3 way_W(0);
+  for (const Vec3& p : SampleEdge(tool)) {
+    const double depth = -bone.SignedDistance(X_WT.Point(p));
+    if (depth > deepest) {
+      deepest = depth;
+      way_W = X_WT.Vector(p);
+    }
+  }
+  return glm::normalize(way_W);
+}
+
+/// What the push, the spring and the handle come to, for a loop.
+struct Sizes {
+  double scale = 1;               // device N per simulation N
+  double push_N = 0;              // on the device
+  double compression_mm = 0;      // of the coupling under it
+  double stiffness_N_per_mm = 0;  // that the device feels
+  double mass = 0;                // of handle and hand, N s^2 / mm
+  double period_s = 0;            // of the swing on that spring
+};
+
+Sizes CalcSizes(const HeldTool& held, const ClosedLoopSetup& setup) {
+  Sizes z;
+  z.scale = ForceMap(setup.profile, setup.force_map).force_scale();
+  const double K = setup.coupled.coupling.stiffness_N_per_mm;
+  // Rubbing pulls the tool along a wall by a share of what presses it on: with a soft spring it would come out.
+  const double bears_N = held.slips ? kSideways_mm * K : held.push_N;
+  const double push_N = std::min({held.push_N, bears_N, kShareOfPeak * setup.profile.peak_force_N / z.scale,
+                                  kShareOfPeak * setup.coupled.coupling.max_force_N});
+  z.push_N = push_N * z.scale;
+  z.compression_mm = push_N / (setup.loop_gain * K);
+  z.stiffness_N_per_mm = setup.loop_gain * z.scale * K;
+  z.mass = 1e-3 * (setup.profile.mass_kg + setup.hand.mass_kg);
+  z.period_s = 2 * kPi * std::sqrt(z.mass / (z.stiffness_N_per_mm + setup.hand.stiffness_N_per_mm));
+  return z;
+}
+
+enum class Grip {
+  kOwn,   // the hand of the setup
+  kCalm,  // with its spring, but so much damping that nothing swings
+};
+
+/// The tool held in that loop, pushed and at rest but for the feed.
+class Held {
+ public:
+  Held(const HeldTool& held, const ClosedLoopSetup& setup, const Sizes& sizes, Grip grip = Grip::kOwn)
+      : held_(held), sizes_(sizes), loop_(held.bone, setup, CalcStart(held, sizes)) {
+    loop_.simulation().SetDown(held.X_WT);
+    // A hand with so much damping that the spring comes to rest soon, and no swing of the loop is left.
+    const double K = sizes.stiffness_N_per_mm;
+    const double lag_s = setup.period_s * (1 + 2 * setup.delay_ticks);
+    const double m = 1e-3 * setup.profile.mass_kg;
+    HandModel calm = setup.hand;
+    calm.mass_kg = 0;
+    calm.stiffness_N_per_mm = 0;
+    calm.damping_Ns_per_mm = std::max(8 * K * lag_s, 2.0 * std::sqrt(K * m));
+    calm.torsion_damping_Nmms *= 8;
+    loop_.device().SetHand(calm);
+    loop_.device().SetIntention({.X_WH = loop_.X_WH_start(), .push_W_N = sizes.push_N * held.push_W});
+    const double b = calm.damping_Ns_per_mm;
+    const double rate = (b - std::sqrt(std::max(0.0, b * b - 4 * K * m))) / (2 * m);
+    const int ticks = static_cast<int>(std::clamp(10 / rate, 20 * setup.period_s, 0.5) / setup.period_s);
+    for (int i = 0; i < ticks; ++i) {
+      tick_ = loop_.Step(held.rpm);
+      // What rubs on the turning disc, or an edge that it meets aslant, would take it away from its place: the hand
+      // holds against that.
+      const Vec3 across = tick_.f_device_N - glm::dot(tick_.f_device_N, held.push_W) * held.push_W;
+      balance_N_ -= 0.2 * (balance_N_ + across);
+      loop_.device().SetIntention({.X_WH = loop_.X_WH_start(), .push_W_N = sizes.push_N * held.push_W + balance_N_});
+    }
+    calm.stiffness_N_per_mm = setup.hand.stiffness_N_per_mm;
+    loop_.device().SetHand(grip == Grip::kCalm ? calm : setup.hand);
+    X_WH_ = loop_.X_WH_start();
+    X_WH_.p_AB = tick_.p_WC_mm - X_WH_.Vector(setup.coupled.coupling.p_TC_mm);
+    Intend(Vec3(0), 0);
+  }
+
+  /// One tick; `kick_N` more along the push, the hand turned by `turn_rad` about all three axes.
+  const ClosedLoopTick& Step(double kick_N = 0, double turn_rad = 0) {
+    if (kick_N != 0 || turn_rad != 0) Intend(kick_N * held_.push_W, turn_rad);
+    tick_ = loop_.Step(held_.rpm);
+    if (kick_N != 0 || turn_rad != 0) Intend(Vec3(0), 0);
+    return tick_;
+  }
+
+  double position_mm() const { return glm::dot(tick_.p_WC_mm, held_.push_W); }
+  double force_N() const { return -glm::dot(tick_.f_device_N, held_.push_W); }
+  const Vec3& tool_mm() const { return tick_.out.coupled.X_WT.p_AB; }
+  /// Of the tool along the push, from where it was first held.
+  double way_mm() const { return glm::dot(tool_mm() - held_.X_WT.p_AB, held_.push_W); }
+  const ClosedLoopTick& tick() const { return tick_; }
+
+ private:
+  static Pose CalcStart(const HeldTool& held, const Sizes& sizes) {
+    Pose X = held.X_WT;
+    X.p_AB += sizes.compression_mm * held.push_W;
+    return X;
+  }
+
+  void Intend(const Vec3& kick_N, double turn_rad) {
+    Pose X = X_WH_;
+    if (turn_rad != 0) X.R_AB = X.R_AB * glm::angleAxis(turn_rad, glm::normalize(Vec3(1)));
+    loop_.device().SetIntention({.X_WH = X,
+                                 .push_W_N = sizes_.push_N * held_.push_W + balance_N_ + kick_N,
+                                 .yield_s = held_.feeds ? kYield_s : 0});
+  }
+
+  const HeldTool& held_;
+  Sizes sizes_;
+  ClosedLoop loop_;
+  ClosedLoopTick tick_;
+  Vec3 balance_N_{0};  // across the push
+  Pose X_WH_;
+};
+
+/// Swings of a signal, one after the other: the times of its turning points and how far it goes from one to the next.
+class Swings {
+ public:
+  void Add(double t_s, double value) {
+    if (count_ >= 2 && (value - y1_) * (y1_ - y0_) < 0) {
+      // The turning point, from a parabola through three samples.
+      const double curve = y0_ - 2 * y1_ + value;
+      Turn(t_s, y1_ - (value - y0_) * (value - y0_) / (8 * curve));
+    }
+    y0_ = y1_;
+    y1_ = value;
+    ++count_;
+  }
+
+  std::size_t size() const { return log_swing_.size(); }
+  double log_swing(std::size_t i) const { return log_swing_[i]; }
+
+  /// By least squares over all from `first` on, 1/s.
+  double CalcGrowth(std::size_t first) const {
+    const double n = static_cast<double>(size() - first);
+    double t_mean = 0;
+    double y_mean = 0;
+    for (std::size_t i = first; i < size(); ++i) {
+      t_mean += time_s_[i] / n;
+      y_mean += log_swing_[i] / n;
+    }
+    double ty = 0;
+    double tt = 0;
+    for (std::size_t i = first; i < size(); ++i) {
+      ty += (time_s_[i] - t_mean) * (log_swing_[i] - y_mean);
+      tt += (time_s_[i] - t_mean) * (time_s_[i] - t_mean);
+    }
+    return tt > 0 ? ty / tt : 0;
+  }
+
+ private:
+  void Turn(double t_s, double top) {
+    constexpr double kRipple = 1e-3;  // of the swing before: a dent in a top, which comes as two turns
+    const double swing = std::abs(top - last_top_);
+    if (dented_ || (turns_ > 0 && swing < kRipple * last_swing_)) {
+      dented_ = !dented_;
+      return;
+    }
+    if (turns_++ > 0) {
+      time_s_.push_back(t_s);
+      log_swing_.push_back(std::log(std::max(swing, 1e-300)));
+    }
+    last_swing_ = turns_ > 1 ? swing : std::abs(top);
+    last_top_ = top;
+  }
+
+  std::vector<double> time_s_;
+  std::vector<double> log_swing_;
+  double y0_ = 0;
+  double y1_ = 0;
+  double last_top_ = 0;
+  double last_swing_ = 0;
+  bool dented_ = false;
+  int count_ = 0;
+  int turns_ = 0;
+};
+
+ClosedLoopSetup MakeLinear(ClosedLoopSetup setup) {
+  setup.profile.friction_N = 0;
+  // Positions are exact then. But an encoder makes the velocity that of a window of time, for the smallest motions the
+  // longest, and the coupling's damper comes that late: the same window always, which is linear. With steps that are
+  // next to none there is no window.
+  setup.profile.resolution_mm = setup.profile.resolution_mm > 1e-4 ? kLongestWindow_mm : 0;
+  setup.quantise = false;
+  setup.force_map.ramp_in_s = 0;
+  return setup;
+}
+
+double CalcTurn(const Quat& a, const Quat& b) {
+  const Quat q = b * glm::conjugate(a);
+  return 2 * std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z);
+}
+
+/// Greatest distance of `x` in [from, to) from its line of least squares.
+double CalcSway(const std::vector<double>& x, std::size_t from, std::size_t to) {
+  const double n = static_cast<double>(to - from);
+  const double middle = 0.5 * (n - 1);
+  double mean = 0;
+  double slope = 0;
+  for (std::size_t i = from; i < to; ++i) mean += x[i] / n;
+  for (std::size_t i = from; i < to; ++i) slope += (static_cast<double>(i - from) - middle) * (x[i] - mean);
+  slope /= std::max(1.0, n * (n * n - 1) / 12);
+  double most = 0;
+  for (std::size_t i = from; i < to; ++i) {
+    most = std::max(most, std::abs(x[i] - mean - slope * (static_cast<double>(i - from) - middle)));
+  }
+  return most;
+}
+
+/// Whether the bone lets the tool keep its place where a loop was seen not to be stable, `seconds` long and `way_mm`
+/// far along the push: in a hand in which nothing swings. What is lost there too was lost to the bone's shape (an edge
+/// that it slid off, a bone that it is through) and says nothing of the loop.
+bool KeepsPlace(const HeldTool& held, ClosedLoopSetup setup, double seconds, double way_mm) {
+  constexpr double kLonger = 4;       // a calm hand feeds slower, and slides off slower
+  constexpr double kBeyond_mm = 0.2;  // of the way: where it was last pushed, and not where it was off
+  constexpr double kGone_s = 0.02;
+  setup.force_map.ramp_in_s = 0;
+  setup.loop_gain = std::min(setup.loop_gain, 1.0);
+  setup.delay_ticks = 0;
+  const Sizes sizes = CalcSizes(held, setup);
+  Held calm(held, setup, sizes, Grip::kCalm);
+  const Vec3 begun_mm = calm.tool_mm();
+  const int gone = std::max(static_cast<int>(kGone_s / setup.period_s), 2);
+  const int ticks = std::max(static_cast<int>(kLonger * seconds / setup.period_s), 2 * gone);
+  int off = 0;
+  for (int i = 0; i < ticks; ++i) {
+    calm.Step();
+    off = calm.force_N() < kOffBone * sizes.push_N ? off + 1 : 0;
+    const Vec3 moved = calm.tool_mm() - begun_mm;
+    const Vec3 across = moved - glm::dot(moved, held.push_W) * held.push_W;
+    if (off >= gone || glm::length(held.feeds ? across : moved) > kAway_mm) return false;
+    if (held.feeds && off == 0 && calm.way_mm() > way_mm + kBeyond_mm) return true;
+  }
+  return true;
+}
+
+/// With friction and the encoder's steps, or where a linear loop is known not to be stable: what becomes of a kick.
+Behaviour WatchKick(const HeldTool& held, ClosedLoopSetup setup, double kick_mm, double least_sway_mm, double& seconds,
+                    double& way_mm) {
+  setup.force_map.ramp_in_s = 0;
+  const Sizes sizes = CalcSizes(held, setup);
+  Held run(held, setup, sizes);
+  const double T = setup.period_s;
+  const double kick_N = setup.profile.friction_N + sizes.mass * kick_mm * 2 * kPi / (sizes.period_s * T);
+  const double window_s = std::max(1.5 * sizes.period_s, 0.04);
+  const std::size_t window = static_cast<std::size_t>(window_s / T);
+  constexpr std::size_t kWindows = 8;
+  std::vector<double> x;
+  x.reserve(kWindows * window);
+  double least_N = 1e300;
+  double most_N = 0;
+  run.Step(kick_N);
+  seconds = static_cast<double>(kWindows * window) * T;
+  std::vector<double> sway;
+  for (std::size_t w = 0; w < kWindows; ++w) {
+    least_N = 1e300;
+    most_N = 0;
+    for (std::size_t i = 0; i < window; ++i) {
+      run.Step();
+      x.push_back(run.position_mm());
+      way_mm = std::max(way_mm, run.way_mm());
+      least_N = std::min(least_N, run.force_N());
+      most_N = std::max(most_N, run.force_N());
+    }
+    sway.push_back(CalcSway(x, w * window, (w + 1) * window));
+    // Off the bone nothing sways either.
+    if (most_N < kOffBone * sizes.push_N) return Behaviour::kUnstable;
+    if (sway.back() <= least_sway_mm) return Behaviour::kStable;
+    if (w >= 3 && sway[w] < 0.5 * sway[w - 2] && sway[w] < 0.5 * kick_mm) return Behaviour::kStable;
+  }
+  // Off the bone and back, or as hard as the device can: what it grows to is bounded only by those.
+  const bool hammers = least_N < 0.05 * sizes.push_N || most_N > 0.95 * setup.profile.peak_force_N;
+  if (hammers && sway.back() > 2 * kick_mm) return Behaviour::kUnstable;
+  if (sway.back() < 0.9 * sway[kWindows / 2]) return Behaviour::kStable;
+  if (sway.back() > 1.1 * sway[kWindows / 2] && sway.back() > 2 * kick_mm) return Behaviour::kUnstable;
+  return Behaviour::kLimitCycle;
+}
+
+/// Likewise, but for what the bone's shape does.
+Behaviour Watch(const HeldTool& held, const ClosedLoopSetup& setup, double kick_mm, double least_sway_mm) {
+  double seconds = 0;
+  double way_mm = -1e300;
+  const Behaviour behaviour = WatchKick(held, setup, kick_mm, least_sway_mm, seconds, way_mm);
+  if (behaviour == Behaviour::kStable || KeepsPlace(held, setup, seconds, way_mm)) return behaviour;
+  return Behaviour::kNotHeld;
+}
+
+}  // namespace
+
+HeldTool HoldTool(const StabilitySubject& subject, HeldState state) {
+  HeldTool held;
+  held.feeds = state == HeldState::kCutting;
+  held.rpm = state == HeldState::kStoppedOnBone ? 0 : std::abs(subject.rpm) >= 1 ? subject.rpm : 7500;
+  held.slips = state == HeldState::kInKerf;
+  held.push_N = held.slips ? kSidePush_N : kPush_N;
+  held.push_W = state == HeldState::kInKerf ? CalcSideways(subject) : subject.into_W;
+
+  Vec3 along_W = subject.into_W;  // of the approach
+
+  CoupledParams params = subject.setup.coupled;
+  params.coupling = {};
+  const double lead_mm = kPush_N / params.coupling.stiffness_N_per_mm;
+  const double depth_mm = CalcDepth(subject, state);
+  CoupledSimulation simulation(subject.bone, params, subject.X_WT_start);
+  CoupledInput in;
+  in.X_WH = subject.X_WT_start;
+  in.dt_s = kTick_s;
+  in.rpm = held.rpm;
+  Vec3 begun_mm = subject.X_WT_start.p_AB;
+  double way_mm = 0;       // of the handle from there
+  double touched_mm = -1;  // way of the tool at the first touch
+  int resting = 0;
+  double before_mm = 0;
+  double push_N = 0;
+  CoupledOutput out;
+  for (int i = 0; i < kMostTicks; ++i) {
+    in.X_WH.p_AB = begun_mm + way_mm * along_W;
+    out = simulation.Tick(in);
+    const double tool_mm = glm::dot(out.X_WT.p_AB - begun_mm, along_W);
+    push_N = -glm::dot(out.f_H_W_N, along_W);
+    const bool first = touched_mm < 0 && push_N > 0.02;
+    if (first) touched_mm = tool_mm;
+    if (held.rpm != 0 && touched_mm >= 0 && tool_mm - touched_mm >= depth_mm) break;
+    resting = std::abs(tool_mm - before_mm) < 1e-6 ? resting + 1 : 0;
+    if (held.rpm == 0 && push_N > 0.99 * kPush_N && resting > 20) break;
+    before_mm = tool_mm;
+    way_mm = std::min(way_mm + kApproach_mm_per_s * kTick_s, tool_mm + lead_mm);
+    if (!first || held.rpm != 0) continue;
+    // An edge is pushed on squarely: along the feed the tool would slide off it.
+    const Vec3 squarely_W = FindContact(simulation.bone(), params.tool, out.X_WT);
+    if (glm::dot(squarely_W, along_W) >= kAslant) continue;
+    held.push_W = along_W = squarely_W;
+    begun_mm = in.X_WH.p_AB;
+    way_mm = 0;
+  }
+  if (touched_mm < 0) throw Error("the tool meets no bone on the way of the feed from where it starts");
+  // No more than a slow feed takes: a fast tool would be through the bone before anything can be told.
+  if (held.feeds) held.push_N = std::clamp(push_N, kLeastPush_N, kPush_N);
+  held.X_WT = out.X_WT;
+  held.bone = std::move(simulation).TakeBone();
+  return held;
+}
+
+std::optional<double> FindGrowth(const HeldTool& held, const ClosedLoopSetup& asked) {
+  const ClosedLoopSetup setup = MakeLinear(asked);
+  const Sizes sizes = CalcSizes(held, setup);
+  Held still(held, setup, sizes);
+  Held kicked(held, setup, sizes);
+  // So small that nothing but the difference's linear part is seen, and so large that rounding is far below.
+  const double kick_mm = std::min(1e-3 * sizes.compression_mm, 1e-3);
+  const double kick_N = sizes.mass * kick_mm * 2 * kPi / (sizes.period_s * setup.period_s);
+  const bool turns = setup.profile.degrees_of_freedom == 6 && setup.hand.torsion_Nmm_per_rad > 0;
+  still.Step();
+  kicked.Step(kick_N, turns ? kKick_rad : 0);
+
+  constexpr double kPeriods = 6;
+  constexpr std::size_t kFirst = 1;  // of the swings that count: the one before is still the kick's
+  constexpr double kGone = 1e-6;     // of the kick's speed: what still turns to and fro below is rounding
+  const int ticks = static_cast<int>(std::max(kPeriods * sizes.period_s, 0.1) / setup.period_s);
+  Swings swings;
+  double fastest = 0;
+  double way_mm = -1e300;
+  bool lost = false;
+  std::vector<double> speed;
+  std::vector<double> turn;
+  speed.reserve(static_cast<std::size_t>(ticks));
+  turn.reserve(static_cast<std::size_t>(ticks));
+  const auto most = [](const std::vector<double>& values, double from, double to) {
+    const double n = static_cast<double>(values.size());
+    double result = 0;
+    for (auto i = static_cast<std::size_t>(from * n); i < static_cast<std::size_t>(to * n); ++i) {
+      result = std::max(result, values[i]);
+    }
+    return result;
+  };
+  for (int i = 0; i < ticks; ++i) {
+    const ClosedLoopTick& a = still.Step();
+    const ClosedLoopTick& b = kicked.Step();
+    const double t_s = i * setup.period_s;
+    const double v = glm::dot(b.v_WC_mm_per_s - a.v_WC_mm_per_s, held.push_W);
+    way_mm = std::max(way_mm, still.way_mm());
+    lost = still.force_N() < kOffBone * sizes.push_N;
+    if (lost) break;  // through the bone, or it hammers
+    fastest = std::max(fastest, std::abs(v));
+    const std::size_t before = swings.size();
+    swings.Add(t_s, v);
+    // A strong damper lets it creep back without a swing.
+    if (swings.size() > before && swings.log_swing(before) < std::log(kGone * fastest)) {
+      return std::log(kGone) / std::max(t_s, setup.period_s);
+    }
+    speed.push_back(std::abs(v));
+    turn.push_back(CalcTurn(a.out.sample.X_WH.R_AB, b.out.sample.X_WH.R_AB));
+    if (swings.size() == before || swings.size() < kFirst + 4) continue;
+    // Clear enough?
+    const double change = swings.log_swing(swings.size() - 1) - swings.log_swing(kFirst);
+    if (std::abs(change) > 2) break;
+  }
+  const double length_s = static_cast<double>(speed.size()) * setup.period_s;
+  const auto told = [&](double growth) -> std::optional<double> {
+    if (growth < 0 || KeepsPlace(held, setup, length_s, way_mm)) return growth;
+    return std::nullopt;
+  };
+  // Turning has no weight here: it comes to rest within some ticks, or it grows to what the torque allows.
+  const double turned = most(turn, 0, 1);
+  if (turned > 30 * kKick_rad) return told(std::log(turned / kKick_rad) / length_s);
+  if (swings.size() >= kFirst + 3) return told(swings.CalcGrowth(kFirst));
+  if (speed.size() < 8) return lost ? told(0) : 0;
+  const double late = std::max(most(speed, 0.75, 1), 1e-300);
+  const double growth = std::log(late / std::max(most(speed, 0.25, 0.5), 1e-300)) / (0.5 * length_s);
+  // A loop that is not stable swings. What grows without turning back slides.
+  if (growth >= 0 && swings.size() < 2 && !lost) return std::nullopt;
+  return told(growth);
+}
+
+Behaviour TryHeld(const HeldTool& held, const ClosedLoopSetup& setup, bool linear) {
+  if (linear) {
+    const std::optional<double> growth = FindGrowth(held, setup);
+    if (!growth) return Behaviour::kNotHeld;
+    if (*growth < 0) return Behaviour::kStable;
+    const ClosedLoopSetup without = MakeLinear(setup);
+    const double kick_mm = 1e-2 * CalcSizes(held, without).compression_mm;
+    const Behaviour behaviour = Watch(held, without, kick_mm, 0);
+    return behaviour == Behaviour::kStable ? Behaviour::kLimitCycle : behaviour;
+  }
+  const double step_mm = setup.quantise ? setup.profile.resolution_mm : 0;
+  const double compression_mm = CalcSizes(held, setup).compression_mm;
+  const double kick_mm = std::min(0.3 * compression_mm, std::max(10 * step_mm, 0.03 * compression_mm));
+  // While it feeds the encoder's steps go by and are felt, and without friction nothing holds the handle within one.
+  const bool still = !held.feeds && setup.profile.friction_N > 0;
+  const double least_mm = std::max(still ? 0.02 * step_mm : step_mm, 1e-4 * kick_mm);
+  return Watch(held, setup, kick_mm, least_mm);
+}
+
+Margins FindHeldMargins(const HeldTool& held, const ClosedLoopSetup& setup, bool linear, double most_gain) {
+  enum class Found { kStable, kNotStable, kNotHeld };
+  const auto find = [&](double gain, int delay_ticks) {
+    ClosedLoopSetup tried = setup;
+    tried.loop_gain *= gain;
+    tried.delay_ticks += delay_ticks;
+    if (linear) {
+      const std::optional<double> growth = FindGrowth(held, tried);
+      return !growth ? Found::kNotHeld : *growth < 0 ? Found::kStable : Found::kNotStable;
+    }
+    const Behaviour behaviour = TryHeld(held, tried, false);
+    return behaviour == Behaviour::kStable    ? Found::kStable
+           : behaviour == Behaviour::kNotHeld ? Found::kNotHeld
+                                              : Found::kNotStable;
+  };
+  constexpr double kApart = 1.25;
+  constexpr double kLeastGain = 1.0 / 64;
+  constexpr double kTo = 1.02;
+  constexpr int kMostDelay = 16;
+  Margins margins;
+  const Found as_it_is = find(1, 0);
+  if (as_it_is == Found::kNotHeld) {
+    margins.unjudged = held.feeds ? "the tool is through the bone too soon" : "the tool leaves its place on the bone";
+    return margins;
+  }
+  // The rule says where to begin.
+  const double scale = ForceMap(setup.profile, setup.force_map).force_scale();
+  const CouplingLimits limits = CalcCouplingLimits(setup.profile, setup.hand, setup.coupled.coupling, scale, 0,
+                                                   setup.period_s, setup.delay_ticks);
+  const double rule = limits.sampled_stiffness_N_per_mm / setup.coupled.coupling.stiffness_N_per_mm / setup.loop_gain;
+  // Largest gain known to be stable and least known not to be; 0: none. What can't be held ends the search.
+  double low = as_it_is == Found::kStable ? 1 : 0;
+  double high = as_it_is == Found::kStable ? 0 : 1;  // no higher gain is tried then
+  bool held_still = true;
+  const auto look = [&](double gain) {
+    const Found found = find(gain, 0);
+    held_still = found != Found::kNotHeld;
+    if (found == Found::kStable) low = gain;
+    if (found == Found::kNotStable) high = gain;
+  };
+  if (low > 0 && low < most_gain) look(std::clamp(rule / std::sqrt(kApart), kApart, most_gain));
+  while (held_still && high == 0 && low < most_gain) look(std::min(low * kApart, most_gain));
+  while (held_still && low == 0 && high > kLeastGain) look(std::max(high / kApart, kLeastGain));
+  while (held_still && low > 0 && high > kTo * low) look(std::sqrt(low * high));
+  if (!held_still && low == 0) {
+    margins.unjudged = "the tool leaves its place on the bone";
+    return margins;
+  }
+  margins.gain_beyond = high == 0 || !held_still;
+  margins.gain = margins.gain_beyond ? low : std::sqrt(low * high);
+  // 1, 2, 4, ... ticks until one is too many, then between.
+  const int most = kMostDelay - setup.delay_ticks;
+  int too_many = most + 1;
+  const auto bears = [&](int ticks) {
+    const Found found = find(1, ticks);
+    margins.delay_beyond = found == Found::kNotHeld;
+    if (found == Found::kStable) margins.delay_ticks = ticks;
+    if (found == Found::kNotStable) too_many = ticks;
+  };
+  for (int ticks = 1; ticks <= most && too_many > most && !margins.delay_beyond; ticks = std::min(2 * ticks, most)) {
+    bears(ticks);
+    if (ticks == most) break;
+  }
+  while (too_many > margins.delay_ticks + 1 && !margins.delay_beyond && too_many <= most) {
+    bears((margins.delay_ticks + too_many) / 2);
+  }
+  margins.delay_beyond = margins.delay_beyond || margins.delay_ticks == most;
+  return margins;
+}
+
+}  // namespace kerf

@@ -1,0 +1,234 @@
+// The spindle turning: cutting, in the kerf, out on the other side, and what a hand may be like.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "experiment/stability/measures.h"
+#include "experiment/stability/scenario_run.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr const char* kStandsStill = "the spindle stands still.";
+constexpr double kThin_mm = 8;  // above that breaking through takes too long
+
+bool Turns(const StabilitySubject& subject) {
+  return std::abs(subject.rpm) >= 1;
+}
+
+ScenarioResult CutUnderPush(const StabilitySubject& subject, const Scenario& scenario, double simulated_N) {
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  ScenarioRun run(subject, scenario);
+  run.AwaitRamp();
+  run.Lean(run.CalcPush_N(simulated_N) * subject.into_W);
+  run.Run(0.6);
+  const std::size_t begun = run.now();
+  const std::size_t end = run.RunInBone(1.5);
+  run.AddCutNoise(begun, end);
+  if (end > begun + 1) {
+    const TickSteps steps = CalcTickSteps(run.forces_N(begun, end));
+    // A stiff coupling makes a force of each step of the encoder: where that can be felt, the result says where it
+    // comes from.
+    const double grain = run.CalcGrain(run.MeanForce_N(begun, end));
+    if (grain > 1) run.Say(fmt::format(" A step of the encoder makes {:.2g} just-noticeable differences.", grain));
+    run.AtMost("step of the force in a tick, 99.9 %", "just noticeable", steps.p999, 1);
+    run.AtMost("step of the force in a tick, largest", "just noticeable", steps.max, 2);
+  }
+  run.AddEnergy();
+  return run.Finish();
+}
+
+/// Leans to one side and the other in the kerf, once a second.
+ScenarioResult Sideways(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  if (subject.setup.hand.stiffness_N_per_mm <= 0) {
+    return ScenarioRun::Skip(scenario, "a device that is let go of does not lean.");
+  }
+  const HeldTool held = HoldTool(subject, HeldState::kInKerf);
+  ScenarioRun run(subject, scenario, held);
+  run.AwaitRamp();
+  const std::size_t begun = run.now();
+  // No more than gives the coupling 1 mm: what rubs would pull the tool out along the wall.
+  const double push_N = run.CalcPush_N(std::min(2.0, subject.setup.coupled.coupling.stiffness_N_per_mm));
+  // Of the edge in the kerf, not of the middle, which tilts with the hand.
+  const Vec3 front_T = CalcReach(subject.setup.coupled.tool) * held.X_WT.InverseVector(subject.into_W);
+  const Vec3 front_W = held.X_WT.Point(front_T);
+  double wander_mm = 0;
+  for (int i = 0; i < static_cast<int>(2 / run.T()); ++i) {
+    const double lean = std::sin(2 * kPi * i * run.T());
+    run.loop().device().SetIntention({.X_WH = held.X_WT, .push_W_N = lean * push_N * held.push_W});
+    const ClosedLoopTick& tick = run.Step();
+    wander_mm = std::max(wander_mm, std::abs(glm::dot(tick.out.coupled.X_WT.Point(front_T) - front_W, held.push_W)));
+  }
+  // It passes from one wall to the other, which the hand may feel, but not as rough: half of what it tells apart.
+  run.AtMost("noise above 20 Hz", "mN", 1000 * CalcNoise(run.forces_N(begun), run.T()), std::max(20.0, 35 * push_N));
+  // Voxels much thicker than the disc hold no kerf.
+  const auto* disc = std::get_if<DiscSaw>(&subject.setup.coupled.tool);
+  if (disc && subject.bone.voxel_mm() <= 4 * disc->thickness_mm) {
+    run.AtMost("disc out of its plane", "mm", wander_mm, 0.1 + 0.5 * subject.bone.voxel_mm());
+  }
+  run.AddEnergy();
+  return run.Finish();
+}
+
+/// Turns the stopped tool in the kerf about the way of the feed, by 3 degrees either way.
+ScenarioResult Tilt(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+  const HeldTool held = HoldTool(subject, HeldState::kInKerf);
+  ScenarioRun run(subject, scenario, held);
+  run.set_rpm(0);
+  run.AwaitRamp();
+  constexpr double kTilt_rad = 3 * kPi / 180;
+  std::vector<Vec3> torques_Nmm;
+  double most_Nmm = 0;
+  const std::size_t begun = run.now();
+  for (int i = 0; i < static_cast<int>(2 / run.T()); ++i) {
+    const double t = i * run.T();
+    Intention intention{.X_WH = held.X_WT};
+    const double angle = kTilt_rad * std::sin(kPi * t) * std::abs(std::sin(kPi * t));
+    intention.X_WH.R_AB = glm::angleAxis(angle, subject.into_W) * held.X_WT.R_AB;
+    run.loop().device().SetIntention(intention);
+    torques_Nmm.push_back(run.Step().out.force.tau_H_W_Nmm);
+    most_Nmm = std::max(most_Nmm, glm::length(torques_Nmm.back()));
+  }
+  const std::size_t after = run.now();
+  run.loop().device().SetIntention({.X_WH = held.X_WT});
+  run.Run(0.5);
+  double most_N = 0;
+  for (const Vec3& f : run.forces_N(begun, after)) most_N = std::max(most_N, glm::length(f));
+  run.AddNoise(begun);
+  if (most_Nmm > 0) {
+    run.AtMost("noise of the torque above 20 Hz", "N mm", CalcNoise(torques_Nmm, run.T()),
+               std::max(1.0, 0.01 * most_Nmm));
+  }
+  run.AtMost("force when the tilt is taken back", "N", run.MeanForce_N(after + (run.now() - after) / 2),
+             0.02 + 0.1 * most_N + subject.setup.profile.friction_N);
+  return run.Finish();
+}
+
+ScenarioResult BreakThrough(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  const double thickness_mm = CalcThickness(subject, kThin_mm);
+  if (!(thickness_mm < kThin_mm)) {
+    return ScenarioRun::Skip(scenario, fmt::format("the bone is thicker than {} mm on the way of the feed.", kThin_mm));
+  }
+  ScenarioRun run(subject, scenario);
+  run.AwaitRamp();
+  run.Lean(run.CalcPush_N(5) * subject.into_W);
+  double before_N = 0;
+  double after_N = 0;
+  bool through = false;
+  for (int i = 0; i < static_cast<int>(6 / run.T()); ++i) {
+    const ClosedLoopTick& tick = run.Step();
+    through =
+        through || glm::dot(tick.out.coupled.X_WT.p_AB - run.X_WT_start().p_AB, subject.into_W) > thickness_mm + 1.5;
+    double& most_N = through ? after_N : before_N;
+    most_N = std::max(most_N, -glm::dot(tick.f_device_N, subject.into_W));
+  }
+  if (!through) {
+    run.LeaveUnjudged("It did not get through in 6 s.");
+    return run.Finish();
+  }
+  // It may fall on what lies behind, from 2 mm at most before the hand has it again: F (1 + sqrt(1 + 2 K d / F)).
+  const double K = run.scale() * subject.setup.coupled.coupling.stiffness_N_per_mm;
+  run.AtMost("force against the feed after over before", "", after_N / before_N,
+             1 + std::sqrt(1 + 2 * K * 2 / std::max(before_N, 1e-3)));
+  return run.Finish();
+}
+
+/// The spindle is reversed, stopped and started again in the middle of a cut, each in a tick.
+ScenarioResult SpindleChanges(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+  if (!Turns(subject)) return ScenarioRun::Skip(scenario, kStandsStill);
+  ScenarioRun run(subject, scenario);
+  run.AwaitRamp();
+  run.Lean(run.CalcPush_N(5) * subject.into_W);
+  run.Run(0.8);
+  double largest = 0;
+  bool changed = false;
+  for (const double rpm : {-subject.rpm, 0.0, subject.rpm, 0.0, -subject.rpm}) {
+    const std::size_t before = run.now() - 1;
+    run.set_rpm(rpm);
+    run.Run(0.2);
+    // Of the change, not of what the tool meets later.
+    if (run.is_through()) break;
+    largest = std::max(largest, CalcTickSteps(run.forces_N(before, before + 20)).max);
+    changed = true;
+  }
+  if (!changed) {
+    run.LeaveUnjudged("The tool was through the bone before the spindle was changed.");
+    return run.Finish();
+  }
+  run.AtMost("step of the force in a tick, largest", "just noticeable", largest, 2);
+  run.AddEnergy();
+  return run.Finish();
+}
+
+/// Any hand within what has been measured of hands; the worst is named.
+ScenarioResult AnyHand(const StabilitySubject& subject, const Scenario& scenario, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto draw = [&](double lower, double upper) {
+    const double share = static_cast<double>(random() >> 11U) * 0x1p-53;
+    return lower * std::pow(upper / lower, share);
+  };
+  constexpr int kHands = 6;
+  ScenarioResult worst;
+  double worst_share = -1;
+  for (int i = 0; i < kHands; ++i) {
+    StabilitySubject held = subject;
+    held.setup.hand.name = "random";
+    held.setup.hand.mass_kg = draw(0.02, 1);
+    held.setup.hand.damping_Ns_per_mm = 1e-3 * draw(0.5, 20);
+    held.setup.hand.stiffness_N_per_mm = 1e-3 * draw(1, 1000);
+    const double push_N = draw(1, 20);
+    ScenarioRun run(held, scenario);
+    run.AwaitRamp();
+    run.Lean(run.CalcPush_N(push_N) * subject.into_W);
+    run.Run(1);
+    const std::size_t early = run.now();
+    run.Run(0.5);
+    const std::size_t late = run.now();
+    const std::size_t end = run.RunInBone(0.5);
+    if (static_cast<double>(end - late) * run.T() < 0.25) continue;
+    const double noise_mN = 1000 * CalcNoise(run.forces_N(late, end), run.T());
+    // A heavy hand with little damping goes on ringing from the push's coming on: then it must be dying out.
+    const double before_mN = 1000 * CalcNoise(run.forces_N(early, late), run.T());
+    const double bound_mN = std::max({20.0, 10 * run.MeanForce_N(late, end), 0.75 * before_mN});
+    run.AtMost("noise above 20 Hz", "mN", noise_mN, bound_mN);
+    run.AddEnergy();
+    run.Say(fmt::format(" The worst of {}: {:.3f} kg, {:.2f} N s/m, {:.0f} N/m, pushed with {:.1f} N.", kHands,
+                        held.setup.hand.mass_kg, 1000 * held.setup.hand.damping_Ns_per_mm,
+                        1000 * held.setup.hand.stiffness_N_per_mm, push_N));
+    ScenarioResult result = run.Finish();
+    const double share = result.holds() ? noise_mN / bound_mN : 2 + noise_mN / bound_mN;
+    if (share > worst_share) {
+      worst_share = share;
+      worst = std::move(result);
+    }
+  }
+  if (worst_share < 0)
+    return ScenarioRun::NotJudged(scenario, "The tool was through the bone before any could be told.");
+  return worst;
+}
+
+}  // namespace
+
+void AddCuttingScenarios(std::vector<Scenario>& all) {
+  const auto cut = [](double simulated_N) {
+    return [=](const StabilitySubject& subject, const Scenario& scenario, std::uint64_t) {
+      return CutUnderPush(subject, scenario, simulated_N);
+    };
+  };
+  Add(all, "cut_1N", "The hand pushes the turning tool into the bone with 1 N.", cut(1));
+  Add(all, "cut_5N", "The same with 5 N.", cut(5));
+  Add(all, "cut_20N", "The same with 20 N, or what the device bears for long.", cut(20));
+  Add(all, "sideways_in_kerf", "The hand leans to one side and the other while the tool turns in its kerf.", Sideways);
+  Add(all, "tilt_in_kerf", "Spindle stopped, the hand turns the tool in its kerf by 3 degrees and back.", Tilt);
+  Add(all, "break_through", "The hand pushes the tool through the bone and out on the other side.", BreakThrough);
+  Add(all, "spindle_changes",
+      "The spindle is reversed, stopped and started in the cut, each from one tick to the next.", SpindleChanges);
+  Add(all, "any_hand", "Hands drawn from what has been measured push the tool into the bone.", AnyHand);
+}
+
+}  // namespace kerf

@@ -1,0 +1,26 @@
+// The numeric keys of a scene, as a sweep over them needs them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "session/scene/scene.h"
+
+namespace kerf {
+
+struct SweepKey {
+  std::string name;  // "coupling.stiffness_N_per_mm"
+  double least = 0;
+  double greatest = 0;
+  double default_value = 0;  // of the schema
+  double own = 0;            // the scene's
+};
+
+/// All keys with one number, of the sections that the scene has and of [coupling], [device], [hand] and [loop], in the
+/// order of a resolved scene. Of several strokes the first alone. Vectors, words and switches are left out.
+std::vector<SweepKey> ListSweepKeys(const Scene& scene);
+
+/// Throws Error when the scene has no such key.
+void SetSweepKey(Scene& scene, const std::string& name, double value);
+
+}  // namespace kerf

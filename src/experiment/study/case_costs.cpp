@@ -1,0 +1,130 @@
+// What a case costs: time of every tick, memory, time of making bone and simulation.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "base/core/log_histogram.h"
+#include "experiment/study/case_run.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+Percentiles Summarize(const LogHistogram& times) {
+  return {static_cast<std::size_t>(times.total()), times.CalcPercentile_us(0.5), times.CalcPercentile_us(0.99),
+          times.CalcPercentile_us(0.999), times.max_us()};
+}
+
+/// The tick alone stands between the looks at the clock.
+class PassTimer {
+ public:
+  template <typename Work>
+  void Time(Work&& work) {
+    const long interruptions = CountInterruptions();
+    const std::int64_t start_ns = ReadClock_ns();
+    work();
+    const std::int64_t ns = ReadClock_ns() - start_ns;
+    all_->Add(ns);
+    if (ns > limit_ns_) ++misses_;
+    if (CountInterruptions() == interruptions) undisturbed_->Add(ns);
+  }
+  explicit PassTimer(double limit_s) : limit_ns_(static_cast<std::int64_t>(1e9 * limit_s)) {}
+
+  const LogHistogram& all() const { return *all_; }
+  const LogHistogram& undisturbed() const { return *undisturbed_; }
+  std::uint64_t misses() const { return misses_; }
+
+ private:
+  std::unique_ptr<LogHistogram> all_ = std::make_unique<LogHistogram>();
+  std::unique_ptr<LogHistogram> undisturbed_ = std::make_unique<LogHistogram>();
+  std::int64_t limit_ns_;
+  std::uint64_t misses_ = 0;
+};
+
+double Seconds(std::int64_t from_ns) {
+  return 1e-9 * static_cast<double>(ReadClock_ns() - from_ns);
+}
+
+CaseOutcome Measure(const StudyPath& path, Holding holding, const StudySettings& settings, std::uint64_t ticks,
+                    std::optional<int> core) {
+  std::optional<PinnedToCore> pinned;
+  if (core) pinned.emplace(*core);
+  const std::vector<CaseInput> inputs = MakeCaseInputs(path, holding, settings.rate_hz);
+  CaseOutcome outcome;
+  CostFigures costs;
+  PassTimer timer(1 / settings.rate_hz);
+  for (int pass = 0; costs.ticks < ticks || pass < 2; ++pass) {
+    std::int64_t start_ns = ReadClock_ns();
+    const std::unique_ptr<CaseSubject> subject = MakeCaseSubject(path, holding, settings, MakeCaseBone(path, settings));
+    // The first may have had its bone made; later ones get a copy.
+    if (pass == 0) costs.setup_s = Seconds(start_ns);
+    std::uint64_t force_hash = 0;
+    const bool warm_up = pass == 0;
+    start_ns = ReadClock_ns();
+    for (const CaseInput& in : inputs) {
+      Vec3 f_W_N{0};
+      if (in.set_down) {
+        subject->SetDown(in.X_W);
+      } else if (warm_up) {
+        f_W_N = subject->Tick(in);
+      } else {
+        timer.Time([&] { f_W_N = subject->Tick(in); });
+        ++costs.ticks;
+      }
+      subject->BetweenTicks();
+      force_hash = MixForce(force_hash, f_W_N);
+    }
+    const double seconds = Seconds(start_ns);
+    // A busy machine only adds.
+    if (!warm_up) costs.whole_s = pass == 1 ? seconds : std::min(costs.whole_s, seconds);
+    if (warm_up) costs.memory_MB = 1e-6 * static_cast<double>(subject->CalcMemoryBytes());
+    const std::optional<Bone> bone = subject->TakeBone();
+    const std::uint64_t bone_hash = bone ? bone->CalcHash() : 0;
+    if (warm_up) {
+      outcome.force_hash = force_hash;
+      outcome.bone_hash = bone_hash;
+    } else if (force_hash != outcome.force_hash || bone_hash != outcome.bone_hash) {
+      throw Error(fmt::format("two passes gave different {}; this must not be",
+                              force_hash != outcome.force_hash ? "forces" : "bones"));
+    }
+  }
+  costs.tick = Summarize(timer.all());
+  costs.undisturbed = Summarize(timer.undisturbed());
+  costs.misses_per_million = 1e6 * static_cast<double>(timer.misses()) / static_cast<double>(costs.ticks);
+  for (std::size_t bucket = 0; bucket < LogHistogram::kBuckets; ++bucket) {
+    if (const std::uint64_t count = timer.all().count(bucket); count > 0) {
+      costs.histogram.emplace_back(static_cast<int>(bucket), count);
+    }
+  }
+  outcome.costs = std::move(costs);
+  return outcome;
+}
+
+}  // namespace
+
+void CheckCore(std::optional<int> core) {
+  if (!core) return;
+  const PinnedToCore tried(*core);
+}
+
+CaseOutcome RunForCosts(const StudyPath& path, Holding holding, const StudySettings& settings, std::uint64_t ticks,
+                        std::optional<int> core) {
+  CaseOutcome outcome;
+  try {
+    outcome.why = FindOmission(path, holding, settings);
+    if (outcome.why.empty()) return Measure(path, holding, settings, ticks, core);
+    outcome.state = CaseState::kOmitted;
+  } catch (const Omission& omission) {
+    outcome = {};
+    outcome.state = CaseState::kOmitted;
+    outcome.why = omission.what();
+  } catch (const std::exception& error) {
+    outcome = {};
+    outcome.state = CaseState::kFailed;
+    outcome.why = error.what();
+  }
+  return outcome;
+}
+
+}  // namespace kerf

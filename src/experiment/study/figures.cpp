@@ -1,0 +1,321 @@
+#include "experiment/study/figures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "base/files/markdown_text.h"
+#include "experiment/study/knobs.h"
+#include "experiment/study/pareto.h"
+#include "experiment/study/study_words.h"
+
+namespace kerf {
+namespace {
+
+constexpr Rgb8 kFrontColour{188, 196, 206};
+constexpr Rgb8 kDefaultColour{20, 22, 26};
+constexpr Rgb8 kLineColour{85, 92, 102};
+constexpr double kMark = 9;
+
+/// Which of a setting's figures a diagram shows.
+enum class Kind { kWorst, kTypical };
+
+double TimeOf(const PooledSetting& setting, Kind kind) {
+  return kind == Kind::kWorst ? setting.p99_us : setting.p50_us;
+}
+
+const SafeError& ErrorOf(const PooledSetting& setting, Kind kind) {
+  return kind == Kind::kWorst ? setting.worst : setting.median;
+}
+
+bool IsDrawn(const PooledSetting& setting, Kind kind) {
+  return setting.timed && TimeOf(setting, kind) > 0 && ErrorOf(setting, kind).value > 0;
+}
+
+void AddPoint(PlotSeries& series, const PooledSetting& setting, Kind kind, const std::string& label) {
+  series.x.push_back(TimeOf(setting, kind));
+  series.y.push_back(100 * ErrorOf(setting, kind).value);
+  series.at_most.push_back(ErrorOf(setting, kind).at_most);
+  series.point_labels.push_back(label);
+}
+
+// Axes that hold all points and the lines of time and force.
+void SetRanges(PlotSpec& plot) {
+  double lower_us = 250;
+  double upper_us = 1000;
+  double lower = 3.5;
+  double upper = 7;
+  for (const PlotSeries& series : plot.series) {
+    for (std::size_t i = 0; i < series.x.size(); ++i) {
+      lower_us = std::min(lower_us, series.x[i]), upper_us = std::max(upper_us, series.x[i]);
+      lower = std::min(lower, series.y[i]), upper = std::max(upper, series.y[i]);
+    }
+  }
+  plot.x.lower = lower_us / 1.35, plot.x.upper = upper_us * 1.35;
+  // Above all points stand the words of the lines of time.
+  plot.y.lower = lower / 1.5, plot.y.upper = upper * std::pow(upper / lower, 0.12) * 1.3;
+}
+
+// What is reached at a time, as stairs; drawn below all else.
+void AddFront(PlotSpec& plot, const std::vector<PooledSetting>& settings, Kind kind) {
+  std::vector<const PooledSetting*> ranked;
+  std::vector<CostAndError> points;
+  for (const PooledSetting& setting : settings) {
+    if (!IsRanked(setting) || !IsDrawn(setting, kind)) continue;
+    ranked.push_back(&setting);
+    points.push_back({TimeOf(setting, kind), 100 * ErrorOf(setting, kind).value});
+  }
+  const std::vector<std::size_t> front = FindParetoFront(points);
+  if (front.empty()) return;
+  PlotSeries series;
+  series.label = "Pareto front";
+  series.colour = kFrontColour;
+  series.width = 5;
+  double last = *plot.y.upper;
+  for (const std::size_t i : front) {
+    series.x.push_back(points[i].cost), series.y.push_back(last);
+    series.x.push_back(points[i].cost), series.y.push_back(points[i].error);
+    last = points[i].error;
+  }
+  series.x.push_back(*plot.x.upper), series.y.push_back(last);
+  plot.series.insert(plot.series.begin(), std::move(series));
+}
+
+void AddTimeLines(PlotSpec& plot) {
+  for (const double us : {250.0, 500.0, 1000.0}) {
+    plot.lines.push_back({true, us, fmt::format("{:g} ms", us / 1000)});
+  }
+}
+
+PlotSeries MakeKnobSeries(const std::string& knob) {
+  PlotSeries series;
+  const MarkerStyle style = StyleOfKnob(knob);
+  series.label = FindKnob(knob).label;
+  series.colour = style.colour;
+  series.shape = style.shape;
+  series.marker = kMark;
+  series.width = FindKnob(knob).numeric ? 2 : 0;
+  return series;
+}
+
+std::string LabelOf(const PooledSetting& setting, std::size_t paths) {
+  if (setting.is_default) return "";
+  if (setting.complete) return setting.value;
+  return fmt::format("{} ({} of {} paths)", setting.value, setting.paths, paths);
+}
+
+void AddKnobs(PlotSpec& plot, const StudyResults& study, const std::vector<PooledSetting>& settings,
+              const std::vector<std::string>& knobs, Kind kind) {
+  const PooledSetting* defaults = nullptr;
+  for (const PooledSetting& setting : settings) {
+    if (setting.is_default) defaults = &setting;
+  }
+  for (const std::string& knob : knobs) {
+    PlotSeries series = MakeKnobSeries(knob);
+    bool any = false;
+    const std::vector<PooledSetting> curve = CurveOf(settings, study.base, knob);
+    const bool on_all_paths =
+        std::all_of(curve.begin(), curve.end(), [](const PooledSetting& s) { return s.is_default || s.complete; });
+    for (const PooledSetting& setting : curve) {
+      if (!IsDrawn(setting, kind)) continue;
+      // Words have no curve from the defaults to them, nor have settings that were done on fewer paths than these.
+      if (setting.is_default && !(FindKnob(knob).numeric && on_all_paths)) continue;
+      AddPoint(series, setting, kind, LabelOf(setting, defaults != nullptr ? defaults->paths : setting.paths));
+      any = any || !setting.is_default;
+    }
+    if (any) plot.series.push_back(std::move(series));
+  }
+  if (defaults == nullptr || !IsDrawn(*defaults, kind)) return;
+  PlotSeries star;
+  star.label = DescribeBase(study.base).empty() ? "shipped defaults" : "base settings";
+  star.colour = kDefaultColour;
+  star.shape = Marker::kStar;
+  star.marker = 17;
+  star.width = 0;
+  AddPoint(star, *defaults, kind, "defaults");
+  plot.series.push_back(std::move(star));
+}
+
+std::string DescribeReading(const StudyResults& study, const std::vector<PooledSetting>& settings) {
+  std::string text = fmt::format(
+      "Down and to the left is better; a label is the knob's value, and all else is as {}. Times are for a "
+      "millisecond of simulated time. A hollow mark with an arrow: the error is below the reference's own, and is at "
+      "most that. The Pareto front is that of the settings that were done on every path; choices of physics (law, "
+      "material) do not count in it.",
+      DescribeBase(study.base).empty() ? "shipped" : "in the study's base");
+  std::string incomplete;
+  for (const PooledSetting& setting : settings) {
+    if (setting.complete) continue;
+    incomplete += fmt::format("{}{} ({})", incomplete.empty() ? "" : ", ", setting.Name(), setting.paths);
+  }
+  if (!incomplete.empty()) text += " Done on fewer paths, and shown for those: " + incomplete + ".";
+  return text;
+}
+
+// A view of the neighbourhood of the defaults: what is far to the left is off the picture, and the rest has its room.
+StudyFigure MakeNear(StudyFigure figure, const PooledSetting& defaults, Holding holding) {
+  figure.name = fmt::format("near_{}", ToString(holding));
+  figure.caption =
+      "The last diagram again, near the defaults: what is four times as fast, or twelve times as far off or as near, "
+      "is not shown.";
+  PlotSpec& plot = figure.plot;
+  plot.title = fmt::format("What accuracy costs in time, near the defaults: {}", DescribeHolding(holding));
+  plot.x.lower = std::max(*plot.x.lower, defaults.p99_us / 4);
+  plot.y.lower = std::max(*plot.y.lower, 100 * defaults.worst.value / 12);
+  plot.y.upper = std::min(*plot.y.upper, 100 * defaults.worst.value * 12);
+  return figure;
+}
+
+StudyFigure MakeWorkPrecision(const StudyResults& study, Holding holding, Kind kind) {
+  const std::vector<PooledSetting> settings = PoolSettings(study, holding);
+  const std::size_t paths = settings.empty() ? 0 : settings.front().paths;
+  StudyFigure figure;
+  const bool worst = kind == Kind::kWorst;
+  figure.name = fmt::format("{}_{}", worst ? "work_precision" : "typical", ToString(holding));
+  figure.plot = MakeStudyPlot();
+  PlotSpec& plot = figure.plot;
+  plot.title = fmt::format("What accuracy costs in time: {}", DescribeHolding(holding));
+  plot.caption = worst ? fmt::format("of {} paths the slowest and the one with the largest error", paths)
+                       : fmt::format("medians over {} paths", paths);
+  plot.x.label = fmt::format("time per millisecond simulated, {} (\xc2\xb5s)",
+                             worst ? "p99 on the slowest path" : "p50, median path");
+  plot.y.label = fmt::format("force error, p95, {} path (%)", worst ? "worst" : "median");
+  AddKnobs(plot, study, settings, study.knobs, kind);
+  SetRanges(plot);
+  AddFront(plot, settings, kind);
+  AddTimeLines(plot);
+  AddForceLines(plot, true);
+  figure.caption =
+      worst ? "Each point says: on no path is a tick slower (p99), and on no path is the force further off (p95 over "
+              "the ticks). "
+            : "The same for a usual tick of a usual path: medians of p50 and of the force's error. ";
+  figure.caption += worst ? DescribeReading(study, settings) : "Read as above.";
+  return figure;
+}
+
+StudyFigure MakeWorstPose(const StudyResults& study, Holding holding) {
+  const std::vector<PooledSetting> settings = PoolSettings(study, holding, {kWorstPath});
+  StudyFigure figure;
+  figure.name = fmt::format("worst_pose_{}", ToString(holding));
+  figure.plot = MakeStudyPlot();
+  PlotSpec& plot = figure.plot;
+  plot.title = fmt::format("The worst-case pose by itself: {}", DescribeHolding(holding));
+  plot.caption = study.path_titles.contains(kWorstPath) ? EscapeMarkdown(study.path_titles.at(kWorstPath)) : "";
+  plot.x.label = "time per millisecond simulated, p99 (\xc2\xb5s)";
+  plot.y.label = "force error, p95 (%)";
+  AddKnobs(plot, study, settings, study.knobs, Kind::kWorst);
+  SetRanges(plot);
+  AddFront(plot, settings, Kind::kWorst);
+  AddTimeLines(plot);
+  AddForceLines(plot, true);
+  figure.caption = fmt::format("The path `{}` alone; read as above.", kWorstPath);
+  return figure;
+}
+
+StudyFigure MakeSlabVoxel(const StudyResults& study, Holding holding, const std::vector<std::string>& paths) {
+  const std::vector<PooledSetting> settings = PoolSettings(study, holding, paths);
+  StudyFigure figure;
+  figure.name = fmt::format("slab_voxel_{}", ToString(holding));
+  figure.plot = MakeStudyPlot();
+  PlotSpec& plot = figure.plot;
+  plot.title = fmt::format("Voxels against the slab: {}", DescribeHolding(holding));
+  plot.caption = fmt::format("the {} paths that the slab can do; small marks: each path", paths.size());
+  plot.x.label = "time per millisecond simulated, p99 on the slowest path (\xc2\xb5s)";
+  plot.y.label = "force error, p95, worst path (%)";
+  std::vector<PlotSeries> clouds;
+  for (const PooledSetting& setting : settings) {
+    const bool shown = setting.is_default || setting.knob == "method";
+    if (!shown || !setting.timed) continue;
+    PlotSeries cloud;
+    const MarkerStyle style = StyleOfKnob("method");
+    cloud.colour = setting.is_default        ? Rgb8{120, 124, 130}
+                   : setting.value == "slab" ? Rgb8{240, 165, 110}
+                                             : Rgb8{150, 190, 160};
+    cloud.shape = setting.is_default ? Marker::kStar : style.shape;
+    cloud.marker = setting.is_default ? 8 : 5;
+    cloud.width = 0;
+    for (const CaseRecord* record : setting.cases) {
+      const SafeError error = CalcForceError(study, *record);
+      if (!(error.value > 0)) continue;
+      cloud.x.push_back(record->costs->tick.p99_us), cloud.y.push_back(100 * error.value);
+      cloud.at_most.push_back(error.at_most);
+    }
+    clouds.push_back(std::move(cloud));
+  }
+  AddKnobs(plot, study, settings, {"voxel_mm", "method"}, Kind::kWorst);
+  plot.series.insert(plot.series.begin(), clouds.begin(), clouds.end());
+  SetRanges(plot);
+  AddTimeLines(plot);
+  AddForceLines(plot, true);
+  figure.caption =
+      "What the slab saves and at what error, beside the voxels at their sizes, over the paths that both can do: " +
+      fmt::format("{}. Large marks: the slowest and the worst of them.", fmt::join(paths, ", "));
+  return figure;
+}
+
+}  // namespace
+
+PlotSpec MakeStudyPlot() {
+  PlotSpec plot;
+  plot.width = 1600;
+  plot.height = 1130;
+  plot.text_scale = 0.85;
+  plot.x.log = plot.y.log = true;
+  return plot;
+}
+
+MarkerStyle StyleOfKnob(const std::string& knob) {
+  // Okabe and Ito's colours, and some more, each with a mark of its own kind.
+  static const std::map<std::string, MarkerStyle> styles = {
+      {"voxel_mm", {Marker::kDisc, kMark, {0, 114, 178}}},
+      {"rim_samples_per_pitch", {Marker::kSquare, kMark, {213, 94, 0}}},
+      {"substeps", {Marker::kDiamond, kMark, {0, 158, 115}}},
+      {"rate_hz", {Marker::kTriangleUp, kMark, {204, 121, 167}}},
+      {"carve_interval_ticks", {Marker::kTriangleDown, kMark, {190, 130, 0}}},
+      {"law", {Marker::kCross, kMark, {110, 110, 110}}},
+      {"material", {Marker::kPlus, kMark, {110, 110, 110}}},
+      {"precision_bits", {Marker::kTriangleUp, kMark, {60, 160, 220}}},
+      {"method", {Marker::kSquare, kMark, {33, 37, 43}}},
+      {"heat_grid_mm", {Marker::kTriangleDown, kMark, {150, 50, 50}}},
+      {"band_voxels", {Marker::kDiamond, kMark, {120, 90, 180}}}};
+  const auto found = styles.find(knob);
+  return found != styles.end() ? found->second : MarkerStyle{};
+}
+
+std::string DescribeHolding(Holding holding) {
+  return holding == Holding::kHand ? "tool in a hand" : "tool led along its path";
+}
+
+void AddForceLines(PlotSpec& plot, bool at_start) {
+  plot.lines.push_back(
+      {false, 100 * kTargetForce, fmt::format("{:g} %: half a JND", 100 * kTargetForce), kLineColour, 6, at_start});
+  plot.lines.push_back(
+      {false, 100 * kForceJnd, fmt::format("{:g} %: one JND", 100 * kForceJnd), kLineColour, 6, at_start});
+}
+
+std::vector<StudyFigure> MakeStudyFigures(const StudyResults& study) {
+  std::vector<StudyFigure> figures;
+  const auto add = [&](StudyFigure figure) {
+    if (std::any_of(figure.plot.series.begin(), figure.plot.series.end(),
+                    [](const PlotSeries& s) { return !s.x.empty(); }))
+      figures.push_back(std::move(figure));
+  };
+  for (const Holding holding : HoldingsOf(study)) {
+    const StudyFigure whole = MakeWorkPrecision(study, holding, Kind::kWorst);
+    add(whole);
+    const std::vector<PooledSetting> settings = PoolSettings(study, holding);
+    if (!settings.empty() && settings[0].is_default && IsDrawn(settings[0], Kind::kWorst)) {
+      add(MakeNear(whole, settings[0], holding));
+    }
+    add(MakeWorkPrecision(study, holding, Kind::kTypical));
+    add(MakeWorstPose(study, holding));
+    const std::vector<std::string> slab = PathsOfSlab(study, holding);
+    if (!slab.empty()) add(MakeSlabVoxel(study, holding, slab));
+    for (StudyFigure& figure : MakeKnobFigures(study, holding)) add(std::move(figure));
+  }
+  return figures;
+}
+
+}  // namespace kerf

@@ -1,0 +1,76 @@
+// A scene as a path of a study.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/files/files.h"
+#include "bone/material/ct_law_table.h"
+#include "bone/material/region_table.h"
+#include "bone/vdb/bonefile.h"
+#include "experiment/study/case_run.h"
+#include "experiment/study/paths.h"
+#include "kerf/error.h"
+#include "session/scene/path.h"
+#include "session/scene/scene.h"
+
+namespace kerf {
+StudyPath MakeScenePath(const std::string& name, const std::string& scene_file, SceneStrokes strokes) {
+  const Scene scene = ReadScene(scene_file);
+  StudyPath path = MakePlainPath(name, scene.title.empty() ? scene.name : scene.title);
+  path.saw = MakeDiscSaw(scene);
+  path.rpm = scene.tool.rpm;
+  path.law = scene.force;
+  path.coupling = MakeCoupledParams(scene).coupling;
+
+  const auto way = std::make_shared<const Path>(MakePath(scene));
+  std::size_t last = 0;
+  for (; last + 1 < way->segments().size(); ++last) {
+    const PathSegment& next = way->segments()[last + 1];
+    if (!next.retract_before) continue;
+    if (strokes == SceneStrokes::kUntilLifted) break;
+    path.lifts_s.push_back(next.start_s);
+  }
+  path.duration_s = way->segments()[last].end_s;
+  path.pose = [way, last](Holding, double t_s) {
+    std::size_t segment = 0;
+    const auto is_over = [&](const PathSegment& now, const PathSegment& next) {
+      return t_s > now.end_s + (next.retract_before ? kSameTime_s : 0);
+    };
+    while (segment < last && is_over(way->segments()[segment], way->segments()[segment + 1])) ++segment;
+    return way->CalcPose(segment, t_s);
+  };
+
+  if (!scene.bone.materials.empty()) {
+    path.materials = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
+  }
+  switch (scene.bone.source) {
+    case BoneSource::kFile: {
+      ReadBoneOptions with_hu;
+      with_hu.hu = true;
+      Bone bone = ReadBone(scene.bone.file, with_hu);
+      if (!scene.bone.materials.empty()) bone.set_materials(path.materials);
+      std::optional<CtLaw> law;
+      if (scene.material.kind == MaterialKind::kCt) {
+        const std::vector<CtLaw> laws =
+            scene.material.ct_law_file.empty()
+                ? DefaultCtLaws()
+                : ParseCtLaws(ReadTextFile(scene.material.ct_law_file), scene.material.ct_law_file);
+        law = WithCalibration(FindCtLaw(laws, scene.material.ct_law), scene.material.ct_calibration);
+        if (scene.material.ct_all) throw Error("a study takes E from the CT in cancellous bone only");
+      }
+      SetImported(path, std::move(bone), std::nullopt, law);
+      break;
+    }
+    case BoneSource::kBlock:
+    case BoneSource::kPlate:
+      SetBlock(path, scene.bone.block);
+      break;
+    case BoneSource::kMandible:
+      SetMandible(path, std::make_shared<const MandibleShape>(scene.bone.mandible), std::nullopt);
+      break;
+  }
+  return path;
+}
+
+}  // namespace kerf

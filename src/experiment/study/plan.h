@@ -1,0 +1,61 @@
+// All cases of a study, and which of them a shard takes.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiment/study/study_file.h"
+
+namespace kerf {
+
+/// The two kinds of work on a case. Each leaves a record of its own.
+enum class CaseWork { kErrors, kCosts };
+std::string_view ToString(CaseWork work);  // "errors", "costs"
+
+struct PlannedCase {
+  std::string id;  // CaseRecord's
+  std::string path;
+  Holding holding = Holding::kHand;
+  std::string knob;   // "default" for the base settings
+  std::string value;  // empty for the base settings
+  StudySettings settings;
+  std::string reference;     // its file name without extension: "slot.hand.law-edge_plus_chip"
+  bool costs = true;         // whether they are measured
+  int ticks = 0;             // for the costs
+  double errors_weight = 1;  // about what they take, in any unit; for balance and the time left
+  double costs_weight = 1;
+  /// All that the result of the work depends on, the program aside.
+  std::string errors_input;
+  std::string costs_input;
+
+  const std::string& InputOf(CaseWork work) const { return work == CaseWork::kErrors ? errors_input : costs_input; }
+  double WeightOf(CaseWork work) const { return work == CaseWork::kErrors ? errors_weight : costs_weight; }
+  bool Has(CaseWork work) const { return work == CaseWork::kErrors || costs; }
+};
+
+struct StudyPlan {
+  std::vector<PlannedCase> cases;
+  std::uint64_t hash = 0;  // of all ids and inputs
+};
+
+using VariantFunction = std::function<std::string(const StudySettings&)>;
+
+/// A pure function of the study. Each path in each holding at the base settings, then with each knob at each value that
+/// is not the base's.
+StudyPlan MakePlan(const StudySpec& spec, const VariantFunction& variant_of);
+
+struct Shard {
+  int index = 0;  // from 0
+  int count = 1;
+};
+/// "3/8": the fourth of eight. Throws Error when it is none, or not below the count, with what Slurm should be told.
+Shard ShardFromText(const std::string& text);
+std::string ToString(Shard shard);  // "3/8"
+
+/// Indices into the plan's cases, each in one shard. Cases that share a reference stand together, as far as an equal
+/// share of the work allows. Some are empty when there are more shards than cases.
+std::vector<std::vector<std::size_t>> SplitPlan(const StudyPlan& plan, int count);
+
+}  // namespace kerf

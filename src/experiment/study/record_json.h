@@ -1,0 +1,28 @@
+// Records as JSON: one number the same to the bit after writing and reading, hashes as 16 hexadecimal digits.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "experiment/study/records.h"
+
+namespace kerf {
+
+std::string_view ToString(CaseState state);  // "done", "failed", "omitted"
+
+// These throw Error or nlohmann::json::exception for what is none of that.
+Holding HoldingFromString(const std::string& text);
+CaseState StateFromString(const std::string& text);
+std::uint64_t HashFromText(const std::string& text);
+
+nlohmann::ordered_json ToJson(const ErrorFigures& errors);
+nlohmann::ordered_json ToJson(const CostFigures& costs);
+nlohmann::ordered_json ToJson(const ReferenceRecord& reference);
+nlohmann::ordered_json ToJson(const MachineState& machine);
+ErrorFigures ErrorsFromJson(const nlohmann::ordered_json& json);
+CostFigures CostsFromJson(const nlohmann::ordered_json& json);
+ReferenceRecord ReferenceFromJson(const nlohmann::ordered_json& json);
+MachineState MachineFromJson(const nlohmann::ordered_json& json);
+
+}  // namespace kerf

@@ -1,0 +1,332 @@
+// What a study found, in words. Every sentence follows from the figures by the limits below.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <limits>
+
+#include "experiment/study/knobs.h"
+#include "experiment/study/study_words.h"
+
+namespace kerf {
+namespace {
+
+/// Errors within this share are said to be alike, and times within that.
+constexpr double kAlikeErrors = 0.03;
+constexpr double kAlikeTimes = 0.05;
+/// So many settings are named at most where there may be many.
+constexpr std::size_t kNamed = 3;
+constexpr double kTick_us = 1000;
+
+template <typename... Args>
+void Say(std::string& text, fmt::format_string<Args...> format, Args&&... args) {
+  text += "- ";
+  fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
+  text += "\n";
+}
+
+std::string Join(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    text += i == 0 ? "" : i + 1 == words.size() ? " and " : ", ";
+    text += words[i];
+  }
+  return text;
+}
+
+/// A demand on the defaults, path by path.
+void SayCriterion(std::string& text, const PooledSetting& defaults, const std::string& demand, double limit, bool below,
+                  const std::function<double(const CaseRecord&)>& read,
+                  const std::function<std::string(double)>& show) {
+  std::vector<std::pair<double, std::string>> values;
+  std::size_t missing = 0;
+  for (const CaseRecord* record : defaults.cases) {
+    const double value = read(*record);
+    if (std::isnan(value))
+      ++missing;
+    else
+      values.emplace_back(value, record->path);
+  }
+  if (values.empty()) return Say(text, "**{}**: was not measured.", demand);
+  std::sort(values.begin(), values.end(), std::greater<>());
+  std::vector<std::string> above;
+  for (const auto& [value, path] : values) {
+    if (below ? value >= limit : value > limit) above.push_back(fmt::format("`{}` ({})", path, show(value)));
+  }
+  const std::string unknown =
+      missing > 0 ? fmt::format(" {} path{} not measured.", missing, missing == 1 ? " was" : "s were") : "";
+  if (above.empty()) {
+    return Say(text, "**{}**: {}; the largest is {}, on `{}`.{}", demand,
+               missing > 0 ? "holds where it was measured" : "holds", show(values[0].first), values[0].second, unknown);
+  }
+  Say(text, "**{}**: does not hold on {} of {} paths: {}.{}", demand, above.size(), values.size(), Join(above),
+      unknown);
+}
+
+void SayCriteria(std::string& text, const StudyResults& study, const PooledSetting& defaults) {
+  const auto share = [](double value) { return ShowShare(value); };
+  SayCriterion(
+      text, defaults, fmt::format("Force, p95, at most {}", ShowShare(kTargetForce)), kTargetForce, false,
+      [&](const CaseRecord& r) { return CalcForceError(study, r).value; }, share);
+  SayCriterion(
+      text, defaults, fmt::format("Direction, p95, at most {:g} deg", kTargetDirection_deg), kTargetDirection_deg,
+      false, [](const CaseRecord& r) { return r.errors->direction_p95_deg; },
+      [](double value) { return ShowThree(value) + " deg"; });
+  SayCriterion(
+      text, defaults, fmt::format("Removed volume within {}", ShowShare(kTargetVolume)), kTargetVolume, false,
+      [](const CaseRecord& r) { return r.errors->volume; }, share);
+  SayCriterion(
+      text, defaults, fmt::format("Tick, p99, under {:g} us", kTargetP99_us), kTargetP99_us, true,
+      [](const CaseRecord& r) { return r.costs ? r.costs->tick.p99_us : std::nan(""); },
+      [](double value) { return ShowThree(value) + " us"; });
+}
+
+/// How much too large or too small the force is in all, from the smallest to the largest.
+void SayImpulse(std::string& text, const PooledSetting& defaults) {
+  const CaseRecord* least = nullptr;
+  const CaseRecord* most = nullptr;
+  for (const CaseRecord* record : defaults.cases) {
+    if (!record->errors->impulse_signed) continue;
+    if (least == nullptr || *record->errors->impulse_signed < *least->errors->impulse_signed) least = record;
+    if (most == nullptr || *record->errors->impulse_signed > *most->errors->impulse_signed) most = record;
+  }
+  if (least == nullptr) return;
+  Say(text, "**Impulse**: from {} on `{}` to {} on `{}`.", ShowSignedShare(*least->errors->impulse_signed), least->path,
+      ShowSignedShare(*most->errors->impulse_signed), most->path);
+}
+
+void SayFront(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& defaults) {
+  const PooledSetting* better = nullptr;
+  for (const PooledSetting& s : settings) {
+    if (!IsRanked(s) || s.is_default || s.p99_us > defaults.p99_us || s.worst.value > defaults.worst.value) continue;
+    if (s.p99_us == defaults.p99_us && s.worst.value == defaults.worst.value) continue;
+    if (better == nullptr || s.worst.value < better->worst.value) better = &s;
+  }
+  if (better == nullptr) {
+    return Say(text, "The defaults are on the Pareto front: no setting is as fast and more exact ({}, {} us).",
+               ShowError(defaults.worst), ShowThree(defaults.p99_us));
+  }
+  Say(text, "The defaults are not on the Pareto front: {} has {} in {} us where they have {} in {} us{}.",
+      better->Name(), ShowError(better->worst), ShowThree(better->p99_us), ShowError(defaults.worst),
+      ShowThree(defaults.p99_us),
+      better->worst.value > (1 - kAlikeErrors) * defaults.worst.value &&
+              better->p99_us > (1 - kAlikeTimes) * defaults.p99_us
+          ? ", which is hardly a difference"
+          : "");
+}
+
+struct Step {
+  const PooledSetting* to;
+  double rate;  // points of error for 100 us
+};
+
+// Where the error goes, and for how much time, from the defaults.
+void SayPrices(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& d) {
+  std::vector<Step> gains;
+  std::vector<Step> savings;
+  std::vector<std::string> free;
+  std::vector<std::string> wasted;
+  std::vector<std::string> idle;
+  for (const PooledSetting& s : settings) {
+    if (!IsRanked(s) || s.is_default) continue;
+    const bool slower = s.p99_us > (1 + kAlikeTimes) * d.p99_us;
+    const bool faster = s.p99_us < (1 - kAlikeTimes) * d.p99_us;
+    const bool better = s.worst.value < (1 - kAlikeErrors) * d.worst.value;
+    const bool worse = s.worst.value > (1 + kAlikeErrors) * d.worst.value;
+    const double rate = 100 * 100 * std::abs((d.worst.value - s.worst.value) / (s.p99_us - d.p99_us));
+    const bool counts = s.knob != "heat_grid_mm";  // it is for the heat, not for the force
+    if (better && slower) gains.push_back({&s, rate});
+    if (better && !slower)
+      free.push_back(fmt::format("{} ({} in {} us)", s.Name(), ShowError(s.worst), ShowThree(s.p99_us)));
+    if (worse && faster) savings.push_back({&s, rate});
+    if (!better && slower && counts) {
+      wasted.push_back(
+          fmt::format("{} ({} us more, {})", s.Name(), ShowThree(s.p99_us - d.p99_us), ShowError(s.worst)));
+    }
+    if (!worse && faster) {
+      idle.push_back(fmt::format("{} ({} us less, {})", s.Name(), ShowThree(d.p99_us - s.p99_us), ShowError(s.worst)));
+    }
+  }
+  std::stable_sort(gains.begin(), gains.end(), [](const Step& a, const Step& b) { return a.rate > b.rate; });
+  std::stable_sort(savings.begin(), savings.end(), [](const Step& a, const Step& b) { return a.rate < b.rate; });
+  const auto show = [&](const std::vector<Step>& steps, const char* sign) {
+    std::vector<std::string> words;
+    for (const Step& step : steps) {
+      if (words.size() == kNamed) break;
+      words.push_back(fmt::format("{} ({} for {} us {}, {} points for 100 us)", step.to->Name(),
+                                  ShowError(step.to->worst), ShowThree(std::abs(step.to->p99_us - d.p99_us)), sign,
+                                  ShowThree(step.rate)));
+    }
+    return Join(words);
+  };
+  if (!free.empty()) Say(text, "More exact than the defaults for no more time: {}.", Join(free));
+  if (!gains.empty()) {
+    Say(text, "From the defaults ({}), most accuracy for a microsecond is bought by {}{}.", ShowError(d.worst),
+        gains[0].to->Name(), gains.size() > 1 ? "; in this order: " + show(gains, "more") : ": " + show(gains, "more"));
+  } else if (free.empty()) {
+    Say(text, "No knob by itself makes the force more exact than the defaults do ({}).", ShowError(d.worst));
+  }
+  if (!savings.empty()) Say(text, "Time is saved at the least loss by {}.", show(savings, "less"));
+  if (!wasted.empty()) Say(text, "Wasted, since they take time and gain nothing: {}.", Join(wasted));
+  if (!idle.empty()) Say(text, "What the defaults spend without gain: {}.", Join(idle));
+}
+
+// Settings against the defaults, as far as there are times of them.
+void SayComparison(std::string& text, const std::vector<PooledSetting>& settings, const PooledSetting& defaults) {
+  std::size_t untimed = 0;
+  bool any = false;
+  for (const PooledSetting& s : settings) {
+    if (s.is_default) continue;
+    if (!s.timed) ++untimed;
+    any = any || IsRanked(s);
+  }
+  if (untimed > 0) {
+    Say(text, "{} setting{} not timed on every path; {} in no ranking and no diagram of times.", untimed,
+        untimed == 1 ? " was" : "s were", untimed == 1 ? "it stands" : "they stand");
+  }
+  if (!any) return;
+  SayFront(text, settings, defaults);
+  SayPrices(text, settings, defaults);
+}
+
+void SayThresholds(std::string& text, const std::vector<PooledSetting>& settings) {
+  std::vector<std::string> above;
+  std::vector<std::string> between;
+  for (const PooledSetting& s : settings) {
+    const std::string words = fmt::format("{} ({} on `{}`)", s.Name(), ShowShare(s.worst.value), s.worst_path);
+    if (s.worst.value > kForceJnd)
+      above.push_back(words);
+    else if (s.worst.value > kTargetForce)
+      between.push_back(words);
+  }
+  if (above.empty() && between.empty()) {
+    return Say(text, "No setting is above {} on any path.", ShowShare(kTargetForce));
+  }
+  if (!above.empty())
+    Say(text, "Above {}, one just-noticeable difference, on a path at least: {}.", ShowShare(kForceJnd), Join(above));
+  if (!between.empty())
+    Say(text, "Between {} and {}: {}.", ShowShare(kTargetForce), ShowShare(kForceJnd), Join(between));
+}
+
+void SaySlab(std::string& text, const StudyResults& study, Holding holding) {
+  const std::vector<std::string> paths = PathsOfSlab(study, holding);
+  if (paths.empty()) return;
+  const std::vector<PooledSetting> settings = PoolSettings(study, holding, paths);
+  const PooledSetting* slab = nullptr;
+  const PooledSetting* voxel = nullptr;
+  for (const PooledSetting& s : settings) {
+    if (s.is_default) voxel = &s;
+    if (s.knob == "method" && s.value == "slab") slab = &s;
+  }
+  if (slab == nullptr || voxel == nullptr || !slab->timed || !voxel->timed) return;
+  Say(text,
+      "On the {} path{} that both can do the slab takes {} us at p99 where the voxels take {}, {} times less; its "
+      "force "
+      "is off by {} (worst path; median {}), theirs by {}.",
+      paths.size(), paths.size() == 1 ? "" : "s", ShowThree(slab->p99_us), ShowThree(voxel->p99_us),
+      ShowThree(voxel->p99_us / slab->p99_us), ShowError(slab->worst), ShowError(slab->median),
+      ShowError(voxel->worst));
+  if (voxel->p99_us < kTick_us) {
+    Say(text,
+        "The paper's reason for a slab, that voxels are too slow for a tick of 1 ms, does not hold on this machine: at "
+        "p99 "
+        "they leave {} of the tick unused.",
+        ShowShare(1 - voxel->p99_us / kTick_us));
+  } else {
+    Say(text,
+        "The paper's reason for a slab still holds on this machine: at p99 the voxels take longer than a tick of 1 "
+        "ms.");
+  }
+}
+
+void SayOrders(std::string& text, const StudyResults& study, Holding holding) {
+  std::vector<std::string> as_theory;
+  std::vector<std::string> flatter;
+  std::vector<std::string> steeper;
+  for (const std::string& name : study.knobs) {
+    const std::optional<KnobErrors> errors = MakeKnobErrors(study, holding, name);
+    if (!errors || errors->order == 0 || !errors->coarse) continue;
+    const Slope& slope = *errors->coarse;
+    const std::string words = fmt::format("`{}` ({:.2f}, theory {:g})", name, slope.slope, errors->order);
+    // Within a tenth of an order is as near as a few numbers tell.
+    constexpr double kNear = 0.1;
+    const double lower = slope.interval ? slope.interval->first - kNear : slope.slope - kNear;
+    const double upper = slope.interval ? slope.interval->second + kNear : slope.slope + kNear;
+    if (errors->order >= lower && errors->order <= upper)
+      as_theory.push_back(words);
+    else if (slope.slope / errors->order < 1)
+      flatter.push_back(words);
+    else
+      steeper.push_back(words);
+  }
+  if (!as_theory.empty()) Say(text, "At the coarse end the order is theory's for {}.", Join(as_theory));
+  if (!flatter.empty()) {
+    Say(text,
+        "It is lower for {}; the share of the other knobs in the error, which this one does not lessen, would do that.",
+        Join(flatter));
+  }
+  if (!steeper.empty()) Say(text, "It is higher than theory's for {}.", Join(steeper));
+}
+
+void SayReferences(std::string& text, const StudyResults& study, Holding holding) {
+  double largest = 0;
+  double smallest_ratio = std::numeric_limits<double>::infinity();
+  std::string of;
+  std::size_t cases = 0;
+  std::size_t below = 0;
+  std::size_t near = 0;
+  constexpr double kNear = 10;  // bars: so much smaller a reference's own error should be
+  for (const CaseRecord& record : study.cases) {
+    if (record.holding != holding || record.state != CaseState::kDone || !record.errors) continue;
+    const ReferenceRecord* reference = FindReference(study, record);
+    if (reference == nullptr) continue;
+    ++cases;
+    if (CalcForceError(study, record).at_most) {
+      ++below;
+    } else if (reference->error_bar > 0) {
+      const double ratio = record.errors->force_p95 / reference->error_bar;
+      smallest_ratio = std::min(smallest_ratio, ratio);
+      near += ratio < kNear ? 1 : 0;
+    }
+    if (reference->error_bar > largest) largest = reference->error_bar, of = reference->path;
+  }
+  if (cases == 0 || largest <= 0) return;
+  Say(text,
+      "The references' own error is at most {} (on `{}`). {} of {} errors are below their reference's and are given as "
+      "\"at most\"{}.",
+      ShowShare(largest), of, below == 0 ? "None" : std::to_string(below), cases,
+      std::isfinite(smallest_ratio)
+          ? fmt::format("; the smallest of the others is {} times it, and {} below ten times",
+                        ShowThree(smallest_ratio),
+                        near == 0 ? "none is" : std::to_string(near) + (near == 1 ? " is" : " are"))
+          : std::string());
+}
+
+}  // namespace
+
+std::string DescribeFindings(const StudyResults& study, Holding holding) {
+  const std::vector<PooledSetting> settings = PoolSettings(study, holding);
+  std::string text;
+  const auto found =
+      std::find_if(settings.begin(), settings.end(), [](const PooledSetting& s) { return s.is_default; });
+  if (found == settings.end()) {
+    Say(text, "The defaults were done on no path, so nothing is said of them.");
+  } else {
+    SayCriteria(text, study, *found);
+    SayImpulse(text, *found);
+    if (found->timed) {
+      SayComparison(text, settings, *found);
+    } else {
+      Say(text, "Times were not measured on every path.");
+    }
+  }
+  SayThresholds(text, settings);
+  SaySlab(text, study, holding);
+  SayOrders(text, study, holding);
+  SayReferences(text, study, holding);
+  return text + "\n";
+}
+
+}  // namespace kerf

@@ -1,0 +1,169 @@
+// What `kerf tune` found, for people and programs.
+#include <fmt/format.h>
+
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "experiment/study/tune.h"
+#include "kerf/version.h"
+
+namespace kerf {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string DescribeAsked(const TuneOptions& options) {
+  std::string text;
+  if (options.budget_us) text += fmt::format("p99 at most {:g} us", *options.budget_us);
+  if (options.error) text += fmt::format("{}error at most {:g} %", text.empty() ? "" : ", ", 100 * *options.error);
+  return text;
+}
+
+std::string DescribeError(double force_p95, double bar) {
+  return force_p95 < bar ? fmt::format("at most {:.2f} %", 100 * bar) : fmt::format("{:.2f} %", 100 * force_p95);
+}
+
+ordered_json CandidateJson(const TuneCandidate& c) {
+  ordered_json json = {{"voxel_mm", c.settings.voxel_mm},
+                       {"rim_samples_per_pitch", c.settings.rim_samples_per_pitch},
+                       {"substeps", c.settings.substeps},
+                       {"carve_interval_ticks", c.settings.carve_interval_ticks}};
+  if (!c.done()) {
+    json["why_not"] = c.outcome.why;
+    return json;
+  }
+  const ErrorFigures& e = *c.outcome.errors;
+  const Percentiles& t = c.outcome.costs->tick;
+  json["force_p95"] = c.force_p95;
+  json["impulse_signed"] = e.impulse_signed.value_or(0);
+  json["force_worst"] = e.force_worst;
+  json["force_l2"] = e.force_l2;
+  json["direction_p95_deg"] = e.direction_p95_deg;
+  json["volume"] = e.volume;
+  json["ticks"] = t.count;
+  json["p50_us"] = t.p50_us;
+  json["p99_us"] = t.p99_us;
+  json["p999_us"] = t.p999_us;
+  json["max_us"] = t.max_us;
+  json["memory_MB"] = c.outcome.costs->memory_MB;
+  json["force_hash"] = fmt::format("{:016x}", c.outcome.force_hash);
+  json["bone_hash"] = fmt::format("{:016x}", c.outcome.bone_hash);
+  return json;
+}
+
+}  // namespace
+
+std::string DescribeExtent(const TuneResult& r) {
+  const std::string strokes = r.strokes == 1            ? std::string()
+                              : r.measured == r.strokes ? fmt::format(", all {} strokes", r.strokes)
+                                                        : fmt::format(", {} of its {} strokes", r.measured, r.strokes);
+  if (r.extent == TuneExtent::kWhole) {
+    return fmt::format("the whole path from the first contact {} ({:.2f} to {:.2f} s{})",
+                       r.to_s < r.path_s ? "to the last" : "on", r.from_s, r.to_s, strokes);
+  }
+  return fmt::format("{:.2f} to {:.2f} s of the path's {:.2f} s ({}{})", r.from_s, r.to_s, r.path_s,
+                     r.extent == TuneExtent::kSeconds ? "as asked" : "the first passage through the bone", strokes);
+}
+
+std::string DescribeEvidence(const TuneResult& r, const TuneOptions& options) {
+  if (!r.again || !r.again->done()) return {};
+  const Percentiles& t = r.again->outcome.costs->tick;
+  const ErrorFigures& e = *r.again->outcome.errors;
+  std::string phases;
+  for (const TunePhase& p : r.phases) {
+    phases += fmt::format("{} {} {}", phases.empty() ? "; by phase" : ",", p.phase.name,
+                          DescribeError(p.force_p95, r.reference.error_bar));
+  }
+  return fmt::format(
+      "asked {}; measured p50 {:.0f}, p99 {:.0f}, p99.9 {:.0f}, max {:.0f} us over {} ticks; force within {} (p95 of "
+      "the ticks with tooth contact in it or in the reference, of the reference's force, at least {:g} N) and impulse "
+      "{:+.2f} % over {}{}; {} on {} ({} cores, load {:.1f}), "
+      "commit {}",
+      DescribeAsked(options), t.p50_us, t.p99_us, t.p999_us, t.max_us, t.count,
+      DescribeError(r.again->force_p95, r.reference.error_bar), kLeastForce_N, 100 * e.impulse_signed.value_or(0),
+      DescribeExtent(r), phases, r.holding == Holding::kHand ? "in a hand" : "led along the path", r.machine.cpu,
+      r.machine.cores, r.machine.load, CommitString());
+}
+
+std::string FormatTuneTable(const TuneResult& r) {
+  std::string text =
+      fmt::format("  {:>8} {:>7} {:>5} {:>6} {:>11} {:>8} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "voxel", "samples",
+                  "steps", "carve", "force p95", "impulse", "direction", "p50", "p99", "p99.9", "max", "memory");
+  text += fmt::format("  {:>8} {:>7} {:>5} {:>6} {:>11} {:>8} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "mm", "a pitch",
+                      "a tick", "ticks", "%", "%", "p95 deg", "us", "us", "us", "us", "MB");
+  const auto add = [&](const TuneCandidate& c, const char* mark) {
+    auto out = std::back_inserter(text);
+    fmt::format_to(out, "{} {:>8g} {:>7} {:>5} {:>6} ", mark, c.settings.voxel_mm, c.settings.rim_samples_per_pitch,
+                   c.settings.substeps, c.settings.carve_interval_ticks);
+    if (!c.done()) {
+      fmt::format_to(out, "{}\n", c.outcome.why);
+      return;
+    }
+    const ErrorFigures& e = *c.outcome.errors;
+    const Percentiles& t = c.outcome.costs->tick;
+    const bool below = c.force_p95 < r.reference.error_bar;
+    fmt::format_to(out, "{:>11} {:>+8.2f} {:>11.2f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.1f}\n",
+                   fmt::format("{}{:.2f}", below ? "< " : "", 100 * (below ? r.reference.error_bar : c.force_p95)),
+                   100 * e.impulse_signed.value_or(0), e.direction_p95_deg, t.p50_us, t.p99_us, t.p999_us, t.max_us,
+                   c.outcome.costs->memory_MB);
+  };
+  for (std::size_t i = 0; i < r.candidates.size(); ++i) add(r.candidates[i], r.chosen && *r.chosen == i ? "*" : " ");
+  if (r.again) {
+    text += "  the choice, measured again:\n";
+    add(*r.again, "*");
+  }
+  for (const TunePhase& p : r.phases) {
+    text += fmt::format("    {:<12} {:>6.2f} to {:>6.2f} s  force p95 {:>6.2f} %  impulse {:>+6.2f} %\n", p.phase.name,
+                        p.phase.from_s, p.phase.to_s, 100 * p.force_p95, 100 * p.impulse_signed);
+  }
+  text += fmt::format(
+      "  errors are over {};\n"
+      "  force p95: of |F - R| / max(|R|, {:g} N), R the reference, over the ticks in which a tooth meets bone in\n"
+      "  either; impulse: too much (+) or too little (-) force in all\n",
+      DescribeExtent(r), kLeastForce_N);
+  return text;
+}
+
+std::string FormatTuneJson(const TuneResult& r, const TuneOptions& options, const std::vector<SceneEdit>& edits) {
+  ordered_json candidates = ordered_json::array();
+  for (const TuneCandidate& c : r.candidates) candidates.push_back(CandidateJson(c));
+  ordered_json phases = ordered_json::array();
+  for (const TunePhase& p : r.phases) {
+    phases.push_back({{"phase", p.phase.name},
+                      {"from_s", p.phase.from_s},
+                      {"to_s", p.phase.to_s},
+                      {"force_p95", p.force_p95},
+                      {"impulse_signed", p.impulse_signed}});
+  }
+  ordered_json changes = ordered_json::array();
+  for (const SceneEdit& edit : edits) {
+    changes.push_back({{"table", edit.table}, {"key", edit.key}, {"value", edit.value}});
+  }
+  const auto or_null = [](const auto& value) { return value ? ordered_json(*value) : ordered_json(); };
+  const ordered_json json = {
+      {"kerf", VersionString()},
+      {"commit", CommitString()},
+      {"scene", r.scene},
+      {"holding", ToString(r.holding)},
+      {"rate_hz", r.rate_hz},
+      {"budget_us", or_null(options.budget_us)},
+      {"error", or_null(options.error)},
+      {"machine", {{"cpu", r.machine.cpu}, {"cores", r.machine.cores}, {"load", r.machine.load}}},
+      {"errors_over", DescribeExtent(r)},
+      {"errors_from_s", r.from_s},
+      {"errors_to_s", r.to_s},
+      {"path_s", r.path_s},
+      {"strokes", r.strokes},
+      {"strokes_measured", r.measured},
+      {"reference_error_bar", r.reference.error_bar},
+      {"candidates", candidates},
+      {"chosen", or_null(r.chosen)},
+      {"again", r.again ? CandidateJson(*r.again) : ordered_json()},
+      {"keeps", r.keeps},
+      {"phases", phases},
+      {"edits", changes},
+      {"notes", r.notes}};
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace kerf

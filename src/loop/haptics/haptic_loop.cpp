@@ -1,0 +1,280 @@
+#include "loop/haptics/haptic_loop.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <functional>
+
+#include "base/core/heap_guard.h"
+#include "base/core/vectors.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+void CheckRange(const char* name, double value, double lower, double upper) {
+  if (value >= lower && value <= upper) return;
+  throw Error(fmt::format("the loop's {} = {:g} is out of range; it must be {:g} to {:g}", name, value, lower, upper));
+}
+
+LoopParams Checked(LoopParams params) {
+  CheckRange("rate_hz", params.rate_hz, 250, 4000);
+  CheckRange("watchdog_ms", params.watchdog_ms, 2, 10000);
+  CheckRange("leaves_per_tick", params.leaves_per_tick, 0, 1000);
+  CheckRange("max_leaves_waiting", params.max_leaves_waiting, 1, 1 << 24);
+  CheckRange("leaf_ring", params.leaf_ring, 1, 65536);
+  CheckRange("sample_ring", params.sample_ring, 1, 1 << 20);
+  CheckRange("priority", params.priority, 0, 98);
+  CheckRange("burn_us", params.burn_us, 0, 1e6);
+  params.governor.period_s = 1 / params.rate_hz;
+  return params;
+}
+
+std::int64_t Nanoseconds(double seconds) {
+  return std::llround(1e9 * seconds);
+}
+
+float Microseconds(std::int64_t ns) {
+  return static_cast<float>(1e-3 * static_cast<double>(ns));
+}
+
+/// Of the time that is burnt on purpose, by fidelity.
+double BurnShare(Fidelity fidelity) {
+  return fidelity == Fidelity::kFull ? 1 : fidelity == Fidelity::kCoarse ? 0.5 : 0.1;
+}
+
+constexpr int kCatchUpLeaves = 64;  // sent in a tick while bone that was put back waits
+
+/// Status bits that belong to a tick in which all was done as asked.
+constexpr std::uint32_t kHarmless = kCoupledAsleep | kCoupledSpindleStopped | kCoupledBlending;
+
+}  // namespace
+
+const char* ToString(TickStage stage) {
+  switch (stage) {
+    case TickStage::kAccept:
+      return "accept";
+    case TickStage::kNear:
+      return "near";
+    case TickStage::kEngage:
+      return "engage";
+    case TickStage::kSolve:
+      return "solve";
+    case TickStage::kRemove:
+      return "remove";
+    case TickStage::kPublish:
+      return "publish";
+    case TickStage::kEnd:
+      break;
+  }
+  return "end";
+}
+
+HapticLoop::HapticLoop(LoopBody& body, GuardedDevice& device, LoopClock& clock, const LoopParams& params)
+    : body_(body),
+      device_(device),
+      clock_(clock),
+      params_(Checked(params)),
+      period_ns_(Nanoseconds(1 / params.rate_hz)),
+      deadlines_(period_ns_),
+      governor_(params_.governor),
+      stages_(clock),
+      leaves_(static_cast<std::size_t>(params.leaf_ring)),
+      samples_(static_cast<std::size_t>(params.sample_ring)),
+      channel_count_(body.channel_count()),
+      channels_((samples_.capacity() + 1) * channel_count_),
+      publisher_(leaves_, static_cast<std::size_t>(params.max_leaves_waiting)) {}
+
+HapticLoop::~HapticLoop() {
+  Stop();
+}
+
+void HapticLoop::Start() {
+  if (thread_.joinable() || !running()) return;
+  if (params_.lock_memory) {
+    LockMemory(grants_);
+  } else {
+    grants_.memory = "Locking memory in RAM was not asked for.";
+  }
+  beat_ns_.store(clock_.Now());
+  thread_ = std::thread([this] { RunThread(); });
+  started_.wait(false);
+  watchdog_ = std::make_unique<WatchdogThread>(device_, clock_, beat_ns_, Nanoseconds(1e-3 * params_.watchdog_ms),
+                                               grants_.fifo ? grants_.priority + 1 : 0);
+}
+
+void HapticLoop::Stop() {
+  stop_.store(true);
+  if (!thread_.joinable()) return;
+  thread_.join();
+  watchdog_trips_ = watchdog_ ? watchdog_->trips() : 0;
+  watchdog_.reset();
+  if (grants_.locked) UnlockMemory();
+}
+
+void HapticLoop::RunThread() {
+  AskForPriority(params_.priority, grants_);
+  TouchStack();
+  start_ns_ = clock_.Now();
+  deadlines_.Start(start_ns_);
+  beat_ns_.store(start_ns_);
+  started_.store(true);
+  started_.notify_all();
+  while (running() && !stop_.load(std::memory_order_relaxed)) TickOnce();
+  if (running()) Finish(LoopEnd::kAsked);
+}
+
+void HapticLoop::RunHere(std::int64_t ticks, const std::function<bool()>& between) {
+  grants_.scheduling = "The loop ran without a thread and without waiting.";
+  grants_.memory = "Locking memory in RAM was not asked for.";
+  start_ns_ = clock_.Now();
+  deadlines_.Start(start_ns_);
+  beat_ns_.store(start_ns_);
+  for (std::int64_t i = 0; i < ticks && running() && !stop_.load(); ++i) {
+    TickOnce();
+    if (between && !between()) break;
+  }
+  if (running()) Finish(LoopEnd::kAsked);
+}
+
+void HapticLoop::GoThrough(const std::function<bool()>& more) {
+  const Deadlines::Tick on_time{};
+  while (more()) {
+    const HeapGuard guard;
+    // Of the time before it: DoTick() does not know yet how long it will be.
+    if (!DoTick(on_time)) break;
+    const LoopGiven& given = sample_.report.given;
+    gone_through_s_ += given.skipped == 0 ? given.dt_s : (1.0 + given.skipped) / params_.rate_hz;
+    sample_.time_s = gone_through_s_;
+    sample_.skipped = static_cast<int>(given.skipped);
+    counts_.missed += given.skipped;
+    counts_.longest_gap = std::max(counts_.longest_gap, std::uint64_t{given.skipped});
+    Exchange(on_time, clock_.Now());
+  }
+}
+
+void HapticLoop::Finish(LoopEnd end) {
+  device_.Close();
+  end_.store(end);
+}
+
+void HapticLoop::TickOnce() {
+  clock_.SleepUntil(deadlines_.due_ns());
+  const std::int64_t now_ns = clock_.Now();
+  const Deadlines::Tick when = deadlines_.Begin(now_ns);
+  const std::int64_t before_ns = beat_ns_.exchange(now_ns);
+  bool device_works = true;
+  try {
+    const HeapGuard guard;
+    // A standstill as long as the watchdog's limit, though the watchdog may have stood still with us.
+    const bool stale = static_cast<double>(now_ns - before_ns) > 1e6 * params_.watchdog_ms;
+    if (stale) device_.Trip();
+    if (device_.TakeTripped()) {
+      body_.RampIn();
+      ++counts_.ramps;
+    }
+    device_works = DoTick(when);
+    if (device_works) Exchange(when, now_ns);
+  } catch (const std::exception& e) {
+    failure_ = e.what();
+    Finish(LoopEnd::kFailed);
+    return;
+  }
+  if (!device_works) {
+    failure_ = "the device failed: it did not take a force or tell its position";
+    Finish(LoopEnd::kDeviceFailed);
+    return;
+  }
+  const std::int64_t end_ns = clock_.Now();
+  tick_times_.Add(end_ns - now_ns);
+  lateness_.Add(when.late_ns);
+  const double tick_us = 1e-3 * static_cast<double>(end_ns - now_ns);
+  const double time_s = 1e-9 * static_cast<double>(end_ns - start_ns_);
+  if (const std::optional<Fidelity> change = governor_.Observe(time_s, tick_us)) body_.SetFidelity(*change);
+  deadlines_.End(clock_.Now());
+}
+
+bool HapticLoop::DoTick(const Deadlines::Tick& when) {
+  const double period_s = 1 / params_.rate_hz;
+  const double elapsed_s = static_cast<double>(1 + when.skipped) * period_s;
+  const double dt_s = std::min(elapsed_s, std::max(kLongestTick_s, period_s));
+  if (!body_.Tick(dt_s, stages_, sample_.report)) return false;
+  stages_.Finish();
+  const double time_s = 1e-9 * static_cast<double>(when.due_ns - start_ns_);
+  sample_.time_s = gone_through_s_ + time_s;
+  sample_.skipped = static_cast<int>(std::min<std::int64_t>(when.skipped, INT32_MAX));
+  // Of a tick that is gone through again the body knows it.
+  if (when.due_ns != 0) sample_.report.given.skipped = static_cast<std::uint32_t>(sample_.skipped);
+  if (params_.burn_us > 0 && time_s >= params_.burn_from_s && time_s < params_.burn_to_s) {
+    clock_.Burn(Nanoseconds(1e-6 * params_.burn_us * BurnShare(governor_.fidelity())));
+  }
+  const CoupledOutput& out = sample_.report.out;
+  ++counts_.ticks;
+  sample_.tick = counts_.ticks;
+  counts_.missed += static_cast<std::uint64_t>(when.skipped);
+  counts_.longest_gap = std::max(counts_.longest_gap, static_cast<std::uint64_t>(when.skipped));
+  counts_.status_ticks += (out.status & ~kHarmless) != 0 ? 1U : 0U;
+  counts_.bad_poses += (out.status & kCoupledBadPose) != 0 ? 1U : 0U;
+  counts_.not_finite += IsFinite(out.f_H_W_N) && IsFinite(sample_.report.f_device_N) ? 0U : 1U;
+  counts_.removed_mm3 += out.removed_mm3;
+  return true;
+}
+
+void HapticLoop::Exchange(const Deadlines::Tick& when, std::int64_t begin_ns) {
+  const std::int64_t before_ns = clock_.Now();
+  const bool all_marked = MarkChanged(sample_.time_s);
+  // Bone that was put back is seen soon, not at the pace of cutting.
+  if (sample_.report.stands && params_.leaves_per_tick > 0) catching_up_ = true;
+  publisher_.Send(catching_up_ ? std::max(params_.leaves_per_tick, kCatchUpLeaves) : params_.leaves_per_tick);
+  if (publisher_.waiting() == 0) catching_up_ = false;
+  if (all_marked)
+    sent_until_s_ = publisher_.waiting() == 0 ? sample_.time_s : publisher_.oldest_s() - 1 / params_.rate_hz;
+  sample_.tick_us = Microseconds(before_ns - begin_ns);
+  sample_.late_us = Microseconds(when.late_ns);
+  if (channel_count_ > 0) {
+    const std::size_t slot = samples_sent_ % (samples_.capacity() + 1);
+    body_.ReportChannels(std::span(channels_).subspan(slot * channel_count_, channel_count_));
+  }
+  if (samples_.TryPush(sample_)) {
+    ++samples_sent_;
+  } else {
+    ++counts_.samples_lost;
+  }
+  LoopState& state = state_.back();
+  state.last = sample_;
+  state.ticks = counts_.ticks;
+  state.missed = counts_.missed;
+  state.removed_mm3 = counts_.removed_mm3;
+  state.leaves_waiting = publisher_.waiting();
+  state.sent_until_s = sent_until_s_;
+  state_.Publish();
+  exchange_times_.Add(clock_.Now() - before_ns);
+}
+
+bool HapticLoop::SendRest() {
+  MarkChanged(sample_.time_s);
+  if (publisher_.waiting() == 0) return false;
+  publisher_.Send(params_.leaf_ring);
+  return true;
+}
+
+/// The simulation forgets what it has told once all of it stands in line, and not before. When the line is full, the
+/// next tick begins with those that found no room in this one. False: it is.
+bool HapticLoop::MarkChanged(double time_s) {
+  const int count = body_.changed_count();
+  for (int k = 0; k < count; ++k) {
+    const int i = (next_mark_ + k) % count;
+    const ChangedLeaf leaf = body_.changed(i);
+    if (!publisher_.Mark(leaf.index, leaf.values, time_s)) {
+      next_mark_ = i;
+      return false;
+    }
+  }
+  next_mark_ = 0;
+  if (count > 0) body_.ClearChanged();
+  return true;
+}
+
+}  // namespace kerf

@@ -1,0 +1,94 @@
+#include "loop/haptics/haptic_step.h"
+
+#include "base/core/vectors.h"
+#include "device/devices/lattice.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kTurningQuantum_rad = 1e-4;  // of a sensed orientation: 0.006 degrees, finer than any gimbal's
+constexpr double kTurningReach_mm = 100;      // from a wrist to what it holds
+
+/// The rotation from a to b, world frame, rad.
+Vec3 CalcTurn(const Quat& a, const Quat& b) {
+  Quat q = b * glm::conjugate(a);
+  if (q.w < 0) q = -q;
+  const Vec3 axis(q.x, q.y, q.z);
+  const double sine = glm::length(axis);
+  return sine > 1e-12 ? axis * (2 * std::atan2(sine, q.w) / sine) : 2.0 * axis;
+}
+
+}  // namespace
+
+HapticStep::HapticStep(CoupledSimulation& simulation, const DeviceProfile& profile, const ForceMapParams& force_map)
+    : simulation_(&simulation),
+      force_map_(profile, force_map),
+      // The lattice moves a sample off the encoder's counts by a little.
+      velocity_(profile.resolution_mm > 0 ? profile.resolution_mm + 4 * kLatticePosition_mm : 4 * kLatticePosition_mm),
+      turning_(kTurningQuantum_rad, 16, kTurningReach_mm) {}
+
+HapticStepOutput HapticStep::Step(Device& device, const HapticStepInput& in, TickObserver* observer) {
+  HapticStepOutput out;
+  device.Elapse(in.dt_s);
+  if (in.force_off) out.faults |= kHapticForceOff;
+  if (write_failed_) out.faults |= kHapticWriteFailed;  // of the last tick: so that the force is ramped in again
+
+  DeviceSample sample;
+  const bool read = device.Read(sample);
+  const bool good = read && IsValid(sample.X_WH) && IsInWorld(sample.X_WH.p_AB);
+  // What is on the lattice stays as it is: given again, a recorded pose is the same to the bit.
+  if (good && !FindOnLattice(sample.X_WH)) sample.X_WH = MakePose(FindNearestOnLattice(sample.X_WH));
+  out.given.sample = sample;
+  out.given.read = read;
+  if (!read) {
+    out.faults |= kHapticReadFailed;
+    ++counts_.read_failed;
+  } else if (!good) {
+    out.faults |= kHapticBadSample;
+    ++counts_.bad_samples;
+  }
+  if (good) {
+    const Vec3& p_TC = simulation_->params().coupling.p_TC_mm;
+    if (has_sample_) turned_W_rad_ += CalcTurn(sample_.X_WH.R_AB, sample.X_WH.R_AB);
+    velocity_.Update(sample.X_WH.Point(p_TC), in.dt_s);
+    turning_.Update(turned_W_rad_, in.dt_s);
+    sample_ = sample;
+    has_sample_ = true;
+  } else {
+    // After a gap the next sample would look like a leap at great speed.
+    velocity_.Reset();
+    turning_.Reset();
+  }
+  out.sample = sample_;
+  out.v_H_W_mm_per_s = velocity_.velocity_mm_per_s();
+  out.w_H_W_rad_per_s = turning_.velocity_mm_per_s();  // here rad / s
+
+  if (good && !in.stand) {
+    CoupledInput tick;
+    tick.X_WH = sample_.X_WH;
+    tick.v_H_W_mm_per_s = out.v_H_W_mm_per_s;
+    tick.w_H_W_rad_per_s = out.w_H_W_rad_per_s;
+    tick.dt_s = in.dt_s;
+    tick.rpm = in.rpm;
+    out.coupled = simulation_->Tick(tick, observer);
+    const bool finite = IsFinite(out.coupled.f_H_W_N) && IsFinite(out.coupled.tau_H_W_Nmm);
+    if (!finite || (out.coupled.status & kCoupledBadPose) != 0) {
+      out.faults |= kHapticBadForce;
+      ++counts_.bad_forces;
+    }
+  }
+  out.force =
+      force_map_.Calc(out.coupled.f_H_W_N, out.coupled.tau_H_W_Nmm, in.dt_s, out.faults != kHapticOk, in.slew_dt_s);
+  if (in.stand) force_map_.BeginRamp();
+  write_failed_ = !device.Write(out.force.f_H_W_N, out.force.tau_H_W_Nmm);
+  out.given.wrote = !write_failed_;
+  if (write_failed_) {
+    out.faults |= kHapticWriteFailed;
+    ++counts_.write_failed;
+    out.force.f_H_W_N = out.force.tau_H_W_Nmm = Vec3{0};
+    out.force.status |= kForceMapFault;
+  }
+  return out;
+}
+
+}  // namespace kerf

@@ -1,0 +1,52 @@
+#include "loop/haptics/mouse_hand.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+
+MouseHand::MouseHand(SimulatedDevice& device, HandTarget& target, const Pose& X_WH, const Vec3& p_TC_mm,
+                     const MouseHandParams& params)
+    : device_(device), target_(target), p_TC_mm_(p_TC_mm), params_(params), X_wanted_(X_WH), X_aim_(X_WH) {
+  HandModel hand = device.hand();
+  hand.name = "mouse";
+  hand.mass_kg = params.mass_kg;
+  hand.stiffness_N_per_mm = params.stiffness_N_per_mm;
+  hand.damping_Ns_per_mm = params.damping_Ns_per_mm;
+  device.SetHand(hand);
+}
+
+void MouseHand::Advance(double dt_s) noexcept {
+  if (!(dt_s > 0)) return;
+  dt_s = std::min(dt_s, 0.1);
+  if (target_.Update() && IsValid(target_.front())) X_wanted_ = target_.front();
+
+  // Turning: towards what is wanted, no faster than a hand.
+  Quat R_wanted = X_wanted_.R_AB;
+  if (glm::dot(X_aim_.R_AB, R_wanted) < 0) R_wanted = -R_wanted;
+  const double angle = 2 * std::acos(std::clamp(glm::dot(X_aim_.R_AB, R_wanted), -1.0, 1.0));
+  if (angle > 1e-9) {
+    const double share = std::min({1.0, dt_s / params_.smooth_s, params_.turning_rad_per_s * dt_s / angle});
+    X_aim_.R_AB = glm::normalize(glm::slerp(X_aim_.R_AB, R_wanted, share));
+  }
+
+  // Going: a critically damped second-order lag, integrated implicitly so that no time step upsets it.
+  const double w = 2 / params_.smooth_s;
+  const Vec3 error = X_wanted_.p_AB - X_aim_.p_AB;
+  v_mm_per_s_ = (v_mm_per_s_ + dt_s * w * w * error) / (1 + 2 * w * dt_s + w * w * dt_s * dt_s);
+  const double speed = glm::length(v_mm_per_s_);
+  if (speed > params_.speed_mm_per_s) v_mm_per_s_ *= params_.speed_mm_per_s / speed;
+  X_aim_.p_AB += dt_s * v_mm_per_s_;
+
+  // Held back by the bone the hand pulls no more than it can, and has no way to catch up afterwards.
+  const Vec3 ahead = X_aim_.Point(p_TC_mm_) - device_.p_WC_mm();
+  const double distance = glm::length(ahead);
+  if (distance > params_.reach_mm) {
+    const Vec3 along = ahead / distance;
+    X_aim_.p_AB -= (distance - params_.reach_mm) * along;
+    v_mm_per_s_ -= std::max(0.0, glm::dot(v_mm_per_s_, along)) * along;
+  }
+  device_.SetIntention({.X_WH = X_aim_, .v_W_mm_per_s = v_mm_per_s_, .push_W_N = Vec3{0}, .yield_s = 0});
+}
+
+}  // namespace kerf

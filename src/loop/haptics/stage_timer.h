@@ -1,0 +1,74 @@
+// How long the parts of a tick take.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "base/core/log_histogram.h"
+#include "base/realtime/loop_clock.h"
+#include "cut/effects/plan.h"
+#include "kerf/coupled.h"
+
+namespace kerf {
+
+inline constexpr std::size_t kTickStages = static_cast<std::size_t>(TickStage::kEnd);
+const char* ToString(TickStage stage);
+
+/// Adds up the time in each stage over a tick, however often it is entered; a tick that never enters a stage does not
+/// count for it. Tick-safe; one thread, but the histograms may be read by any.
+class StageTimer final : public TickObserver {
+ public:
+  explicit StageTimer(LoopClock& clock) : clock_(clock) {}
+
+  void Enter(TickStage stage) noexcept override {
+    const std::int64_t now_ns = clock_.Now();
+    if (now_ < kTickStages) spent_ns_[now_] += now_ns - since_ns_;
+    now_ = static_cast<std::size_t>(stage);
+    if (now_ < kTickStages) entered_[now_] = true;
+    since_ns_ = now_ns;
+  }
+  /// From here on each effect of the plan is timed too. Not in the tick.
+  void Watch(EffectPlan& plan) {
+    effects_ = std::vector<EffectTime>(plan.entries().size());
+    plan.set_observer(this);
+  }
+  void EnterEffect(std::size_t effect) noexcept override {
+    effect_ = effect;
+    effect_since_ns_ = clock_.Now();
+  }
+  void LeaveEffect() noexcept override { effects_[effect_].spent_ns += clock_.Now() - effect_since_ns_; }
+  /// The tick is over.
+  void Finish() noexcept {
+    if (now_ < kTickStages) Enter(TickStage::kEnd);
+    for (std::size_t i = 0; i < kTickStages; ++i) {
+      if (entered_[i]) times_[i].Add(spent_ns_[i]);
+      spent_ns_[i] = 0;
+      entered_[i] = false;
+    }
+    for (EffectTime& effect : effects_) effect.times.Add(std::exchange(effect.spent_ns, 0));
+  }
+  const LogHistogram& times(TickStage stage) const { return times_[static_cast<std::size_t>(stage)]; }
+  /// Of the plan's effects that are watched, within the stages' times; a tick in which it does nothing counts.
+  std::size_t effect_count() const { return effects_.size(); }
+  const LogHistogram& effect_times(std::size_t effect) const { return effects_[effect].times; }
+
+ private:
+  LoopClock& clock_;
+  std::size_t now_ = kTickStages;
+  std::int64_t since_ns_ = 0;
+  std::array<std::int64_t, kTickStages> spent_ns_{};
+  std::array<bool, kTickStages> entered_{};
+  std::array<LogHistogram, kTickStages> times_;
+  struct EffectTime {
+    std::int64_t spent_ns = 0;  // in this tick
+    LogHistogram times;
+  };
+  std::vector<EffectTime> effects_;
+  std::size_t effect_ = 0;
+  std::int64_t effect_since_ns_ = 0;
+};
+
+}  // namespace kerf

@@ -1,0 +1,250 @@
+#include "loop/record/blocks.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+#include "base/compress/bytes.h"
+#include "base/compress/pack.h"
+#include "base/files/files.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::chrono::milliseconds kBetweenFlushes(250);
+
+std::string Reason(int code) {
+  return std::generic_category().message(code);
+}
+
+/// So that the file's name is on the disk as soon as its blocks are. Some file systems can't, and need not.
+void SyncFolder(const std::string& path) {
+  const std::string parent = std::filesystem::path(path).parent_path().string();
+  const int folder = open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  static_cast<void>(fsync(folder) == 0);
+  close(folder);
+}
+
+}  // namespace
+
+BlockLink FirstLink() {
+  return {BlockKind::kMeta, CalcDigest(kRecordingMagic)};
+}
+
+BlockLink LinkAfter(BlockKind kind, std::string_view head, std::string_view packed) {
+  return {kind, CalcDigest(head, packed)};
+}
+
+const char* ToString(BlockKind kind) {
+  switch (kind) {
+    case BlockKind::kMeta:
+      return "head";
+    case BlockKind::kFile:
+      return "input";
+    case BlockKind::kSteps:
+      return "steps";
+    case BlockKind::kPiece:
+      return "piece";
+    case BlockKind::kEvent:
+      return "event";
+    case BlockKind::kEnd:
+      return "end";
+    case BlockKind::kSeal:
+      break;
+  }
+  return "seal";
+}
+
+std::string FormatBlock(BlockKind kind, std::string_view bytes, std::uint32_t number, const BlockLink* before,
+                        int level) {
+  const std::string packed = Pack(bytes, level);
+  ByteWriter head;
+  head.Put(static_cast<std::uint8_t>(kind));
+  head.Put(static_cast<std::uint32_t>(packed.size()));
+  head.Put(static_cast<std::uint32_t>(bytes.size()));
+  head.Put(number);
+  if (before != nullptr) {
+    head.Put(static_cast<std::uint8_t>(before->kind));
+    for (const unsigned char byte : before->digest) head.Put(byte);
+  }
+  ByteWriter sum;
+  sum.Put(CalcCrc32c(packed, CalcCrc32c(head.bytes())));
+  std::string whole(kBlockMagic);
+  whole += head.bytes();
+  whole += sum.bytes();
+  whole += packed;
+  return whole;
+}
+
+BlockHead ParseBlockHead(std::string_view raw) {
+  ByteReader in(raw);
+  const bool magic = in.GetBytes(kBlockMagic.size()) == kBlockMagic;
+  const auto kind = in.Get<std::uint8_t>();
+  BlockHead head;
+  head.kind = static_cast<BlockKind>(kind);
+  head.packed_bytes = in.Get<std::uint32_t>();
+  head.bytes = in.Get<std::uint32_t>();
+  head.number = in.Get<std::uint32_t>();
+  if (raw.size() == kBlockHeadBytes) {
+    head.before.kind = static_cast<BlockKind>(in.Get<std::uint8_t>());
+    for (unsigned char& byte : head.before.digest) byte = in.Get<unsigned char>();
+  }
+  head.sum = in.Get<std::uint32_t>();
+  const int most = raw.size() == kBlockHeadBytes ? 7 : 6;
+  head.is_plausible = magic && kind >= 1 && kind <= most && head.bytes <= MostBytes(head.kind);
+  return head;
+}
+
+std::uint32_t CalcBlockSum(std::string_view raw_head, std::string_view packed) {
+  const std::size_t sum_bytes = sizeof(std::uint32_t);
+  const std::string_view summed = raw_head.substr(kBlockMagic.size(), raw_head.size() - kBlockMagic.size() - sum_bytes);
+  return CalcCrc32c(packed, CalcCrc32c(summed));
+}
+
+std::size_t MostBytes(BlockKind kind) {
+  switch (kind) {
+    case BlockKind::kFile:
+      return kMostFileBytes;
+    case BlockKind::kSteps:
+      return kMostStepsBytes;
+    case BlockKind::kPiece:
+      return kMostPieceBytes;
+    case BlockKind::kEvent:
+    case BlockKind::kEnd:
+    case BlockKind::kSeal:
+      return kMostEventBytes;
+    case BlockKind::kMeta:
+      break;
+  }
+  return kMostMetaBytes;
+}
+
+/// Brings to the disk what has been written, so that whoever writes does not wait for it.
+struct BlockFile::Flusher {
+  explicit Flusher(int file) : thread([this, file] { Run(file); }) {}
+  ~Flusher() {
+    {
+      const std::lock_guard lock(mutex);
+      stop = true;
+    }
+    wake.notify_one();
+    thread.join();
+  }
+  Flusher(const Flusher&) = delete;
+  Flusher& operator=(const Flusher&) = delete;
+
+  void Run(int file) {
+    std::unique_lock lock(mutex);
+    while (!stop) {
+      wake.wait_for(lock, kBetweenFlushes);
+      if (!written.exchange(false)) continue;
+      lock.unlock();
+      if (fdatasync(file) != 0) failure = errno;
+      lock.lock();
+    }
+  }
+
+  std::atomic<bool> written{false};
+  std::atomic<int> failure{0};
+  std::mutex mutex;
+  std::condition_variable wake;
+  bool stop = false;
+  std::thread thread;  // the last: it uses the others
+};
+
+BlockFile::BlockFile(const std::string& path) : path_(path) {
+  CheckWritable(path);
+  file_ = open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
+  if (file_ < 0) {
+    if (errno == EEXIST) throw Error(fmt::format("{}: is there already; a recording never replaces a file", path));
+    throw Error(fmt::format("{}: can't be written: {}", path, Reason(errno)));
+  }
+  flusher_ = std::make_unique<Flusher>(file_);
+  try {
+    Write(kRecordingMagic);
+    SyncFolder(path);
+  } catch (const Error&) {
+    flusher_.reset();
+    close(file_);
+    unlink(path.c_str());
+    throw;
+  }
+}
+
+BlockFile::~BlockFile() {
+  flusher_.reset();
+  if (file_ >= 0) close(file_);
+}
+
+void BlockFile::Write(std::string_view bytes) {
+  const std::uint64_t before = bytes_;
+  while (!bytes.empty()) {
+    const ssize_t written = write(file_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      const int code = written < 0 ? errno : ENOSPC;
+      // So that it ends with a whole block. If that fails too, whoever reads it passes over the rest.
+      if (ftruncate(file_, static_cast<off_t>(before)) == 0) bytes_ = before;
+      throw Error(fmt::format("{}: can't be written any further: {}", path_, Reason(code)));
+    }
+    bytes_ += static_cast<std::uint64_t>(written);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  flusher_->written = true;
+}
+
+void BlockFile::Check() {
+  if (file_ < 0) throw Error(fmt::format("{}: the recording has been closed", path_));
+  if (const int code = flusher_->failure.load(); code != 0) {
+    throw Error(fmt::format("{}: can't be written any further: {}", path_, Reason(code)));
+  }
+  struct stat of_file {};
+  struct stat of_name {};
+  if (fstat(file_, &of_file) == 0 && (of_file.st_nlink == 0 || stat(path_.c_str(), &of_name) != 0 ||
+                                      of_name.st_ino != of_file.st_ino || of_name.st_dev != of_file.st_dev)) {
+    throw Error(fmt::format("{}: the recording's file was taken away while it was being written", path_));
+  }
+}
+
+void BlockFile::Append(BlockKind kind, std::string_view bytes, int level) {
+  if (bytes.size() > MostBytes(kind)) {
+    throw Error(fmt::format("{}: can't be written any further: {} MB in one block, and {} are the most", path_,
+                            bytes.size() >> 20, MostBytes(kind) >> 20));
+  }
+  Check();
+  const std::string block = FormatBlock(kind, bytes, number_, &link_, level);
+  if (bytes_ + block.size() > kMostRecordingBytes) {
+    throw Error(fmt::format("{}: can't be written any further: a recording holds {} GiB at most", path_,
+                            kMostRecordingBytes >> 30));
+  }
+  // In one go: a killed program leaves at most the last block torn.
+  Write(block);
+  ++number_;
+  link_ = LinkAfter(kind, block, {});
+}
+
+void BlockFile::Close() {
+  Check();
+  flusher_.reset();
+  const int failed = fdatasync(file_) != 0 ? errno : 0;
+  const int closed = close(file_) != 0 ? errno : 0;
+  file_ = -1;
+  if (failed != 0 || closed != 0) {
+    throw Error(fmt::format("{}: can't be written to its end: {}", path_, Reason(failed != 0 ? failed : closed)));
+  }
+}
+
+}  // namespace kerf

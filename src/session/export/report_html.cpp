@@ -1,0 +1,183 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bone/pieces/measure.h"
+#include "session/export/contacts.h"
+#include "session/export/curve_svg.h"
+#include "session/export/html.h"
+
+namespace kerf::takeaway {
+namespace {
+
+constexpr const char* kStyle = R"(
+body { font: 16px/1.5 system-ui, "DejaVu Sans", sans-serif; color: #1a1a1a; background: #fff; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { font-size: 1.6rem; line-height: 1.25; margin: 0 0 .25rem; }
+h2 { font-size: 1.15rem; margin: 2rem 0 .5rem; border-bottom: 1px solid #999; }
+p { margin: .4rem 0; }
+.sum { font-size: 1.05rem; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; margin: .5rem 0; font-variant-numeric: tabular-nums; }
+th, td { padding: .25rem .7rem; border-bottom: 1px solid #ddd; text-align: right; vertical-align: top; }
+th[scope=row], thead th:first-child, .text td, .text th { text-align: left; }
+th[scope=row] { font-weight: 600; }
+thead th { border-bottom: 2px solid #555; font-weight: 600; }
+.text td { overflow-wrap: anywhere; }
+figure { margin: 1rem 0; }
+figure img { max-width: 100%; border: 1px solid #bbb; }
+figcaption { font-size: .9rem; color: #444; }
+svg { width: 100%; height: auto; }
+svg text { font: 13px system-ui, "DejaVu Sans", sans-serif; fill: #1a1a1a; }
+svg .grid { stroke: #ddd; } svg .axis { stroke: #333; }
+svg .curve { fill: none; stroke: #0072b2; stroke-width: 1.5; }
+.note { font-size: .9rem; color: #444; }
+@media print { body { margin: 0; max-width: none; } h2 { break-after: avoid; } figure, table { break-inside: avoid; } }
+)";
+
+std::string Signed(double value, int decimals) {
+  const std::string text = Show(value, decimals);
+  return text.empty() || text[0] == '-' || std::stod(text) == 0 ? text : "+" + text;
+}
+
+std::string Summarise(const TakeAway& taken) {
+  std::string out;
+  if (taken.assessment != nullptr) {
+    const Assessment& a = *taken.assessment;
+    if (!a.planes.empty()) {
+      const auto cut = std::count_if(a.planes.begin(), a.planes.end(), [](const PlaneResult& p) { return p.cut; });
+      const auto good =
+          std::count_if(a.planes.begin(), a.planes.end(), [](const PlaneResult& p) { return p.within_margin; });
+      out += fmt::format("{} of {} planned plane{} cut, {} within the margin. ", cut, a.planes.size(),
+                         a.planes.size() == 1 ? "" : "s", good);
+    }
+    out += fmt::format("{} mm\u00b3 of bone removed. ", Show(a.removed_mm3, 1));
+  }
+  if (taken.pieces != nullptr) {
+    int count = 0;
+    for (int i = 0; i < taken.pieces->size(); ++i) count += taken.pieces->state(i).deleted ? 0 : 1;
+    out += fmt::format("{} piece{}.", count, count == 1 ? "" : "s");
+  }
+  return out;
+}
+
+std::string FormatPlanes(const Assessment& a) {
+  std::vector<std::vector<std::string>> rows;
+  for (const PlaneResult& p : a.planes) {
+    if (!p.cut) {
+      rows.push_back(
+          {p.planned.name, Show(p.planned.margin_mm, 2), "no kerf found near it", "-", "-", "-", "-", "-", "-"});
+      continue;
+    }
+    rows.push_back({p.planned.name, Show(p.planned.margin_mm, 2), Signed(p.offset_mm, 2), Signed(p.furthest_mm, 2),
+                    Show(p.angles.angle_deg, 2), Signed(p.angles.pitch_deg, 2), Signed(p.angles.roll_deg, 2),
+                    Show(p.cut->width_mm, 2), p.within_margin ? "yes" : "no"});
+  }
+  std::string out = "<h2>Planes: planned against achieved</h2>\n<div class=\"scroll\">\n";
+  out += Table({"plane", "margin, mm", "offset, mm", "furthest, mm", "angle, \u00b0", "pitch, \u00b0", "roll, \u00b0",
+                "kerf, mm", "within margin"},
+               rows);
+  out +=
+      "</div>\n<p class=\"note\">Offset: of the kerf's middle from the planned plane, to the side of its normal "
+      "positive. Furthest: of "
+      "the corners of the kerf. Roll: lean with depth; pitch: turn about the depth.</p>\n";
+  return out;
+}
+
+std::string FormatStops(const Assessment& a) {
+  std::vector<std::vector<std::string>> rows;
+  for (const StopResult& s : a.stops) {
+    rows.push_back({s.planned.name, Show(s.planned.depth_mm, 2), s.depth_mm ? Show(*s.depth_mm, 2) : "not reached",
+                    s.depth_mm ? Signed(s.over_mm, 2) : "-"});
+  }
+  return "<h2>Depth stops</h2>\n" + Table({"stop", "planned, mm", "reached, mm", "difference, mm"}, rows);
+}
+
+std::string FormatBone(const Assessment& a) {
+  std::vector<std::vector<std::string>> rows{
+      {"before", Show(a.before_mm3, 1)}, {"after", Show(a.after_mm3, 1)}, {"removed", Show(a.removed_mm3, 2)}};
+  if (a.outside_mm3) rows.push_back({"of it outside the margins", Show(*a.outside_mm3, 2)});
+  if (a.too_deep_mm3) rows.push_back({"of it deeper than the stops", Show(*a.too_deep_mm3, 2)});
+  return "<h2>Bone</h2>\n" + Table({"", "volume, mm\u00b3"}, rows);
+}
+
+std::string FormatPieces(const PieceSet& set, const Prepared& prepared) {
+  std::vector<std::vector<std::string>> rows;
+  for (const int i : prepared.pieces) {
+    const Piece& piece = set.piece(i);
+    const Vec3 way = set.CalcCentroid(i) - piece.centroid_P;
+    rows.push_back({piece.name, Show(piece.volume_mm3, 1), Show(glm::length(way), 2), Signed(way.x, 2),
+                    Signed(way.y, 2), Signed(way.z, 2), Show(CalcTurn(set.state(i).X_WP), 2),
+                    set.state(i).hidden ? "hidden" : "shown"});
+  }
+  std::string out = "<h2>Pieces</h2>\n<div class=\"scroll\">\n";
+  out +=
+      Table({"piece", "volume, mm\u00b3", "moved, mm", "left, mm", "back, mm", "up, mm", "turned, \u00b0", ""}, rows);
+  out +=
+      "</div>\n<p class=\"note\">Moved: the piece's centre from where it was cut off, to the patient's left, back and "
+      "head.</p>\n";
+  if (prepared.pairs.empty()) return out;
+  rows.clear();
+  for (const PairRow& pair : prepared.pairs) {
+    const auto show = [&](double Facing::*part, int decimals) {
+      return pair.facing ? Show((*pair.facing).*part, decimals) : std::string("-");
+    };
+    rows.push_back({pair.a, pair.b, Show(pair.overlap_mm3, 2), pair.gap_mm ? Show(*pair.gap_mm, 2) : "far",
+                    show(&Facing::area_mm2, 1), show(&Facing::mean_mm, 2), show(&Facing::p95_mm, 2),
+                    show(&Facing::contact_mm2, 1)});
+  }
+  out += "<div class=\"scroll\">\n";
+  out += Table({"piece", "and", "overlap, mm\u00b3", "least gap, mm", "facing, mm\u00b2", "mean gap, mm",
+                "95 % within, mm", "contact, mm\u00b2"},
+               rows);
+  out +=
+      "</div>\n<p class=\"note\">Facing: surface of the first that has the second within 3 mm before it; contact: "
+      "nearer than 0.2 mm.</p>\n";
+  return out;
+}
+
+}  // namespace
+
+std::string FormatReportHtml(const TakeAway& taken, const Prepared& prepared) {
+  const std::string title = taken.title.empty() ? "Report of a session" : taken.title;
+  std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
+  out += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
+  out += fmt::format("<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n<main>\n", Escape(title), kStyle);
+  out += fmt::format("<h1>{}</h1>\n<p class=\"sum\">{}</p>\n", Escape(title), Escape(Summarise(taken)));
+  for (const std::string& warning : taken.recording.warnings) {
+    out += fmt::format("<p><b>Warning, the recording: {}</b></p>\n", Escape(warning));
+  }
+  if (taken.assessment != nullptr) {
+    if (!taken.assessment->planes.empty()) out += FormatPlanes(*taken.assessment);
+    if (!taken.assessment->stops.empty()) out += FormatStops(*taken.assessment);
+    out += FormatBone(*taken.assessment);
+  }
+  if (taken.pieces != nullptr && taken.pieces->size() > 0) out += FormatPieces(*taken.pieces, prepared);
+  if (!taken.measures.empty()) {
+    std::vector<std::vector<std::string>> rows;
+    for (const TakenMeasure& m : taken.measures)
+      rows.push_back({m.name, Show(m.value, 2), m.unit == "deg" ? "\u00b0" : m.unit});
+    out += "<h2>Measured</h2>\n" + Table({"what", "value", "unit"}, rows);
+  }
+  if (!taken.figures.empty()) {
+    std::vector<std::vector<std::string>> rows;
+    for (const TakenFigure& f : taken.figures) rows.push_back({f.name, fmt::format("{:.4g}", f.value), f.unit});
+    out += "<h2>Session</h2>\n" + Table({"what", "value", "unit"}, rows);
+  }
+  for (const TakenCurve& curve : taken.curves) {
+    out += fmt::format("<h2>{}</h2>\n<figure>\n{}</figure>\n", Escape(curve.title), FormatCurveSvg(curve));
+  }
+  if (!taken.pictures.empty()) out += "<h2>Pictures</h2>\n";
+  for (const TakenPicture& picture : taken.pictures) {
+    out += fmt::format(
+        "<figure>\n<img alt=\"{0}\" src=\"data:image/png;base64,{1}\">\n<figcaption>{0}</figcaption>\n</figure>\n",
+        Escape(picture.caption), Base64(picture.png));
+  }
+  if (!taken.provenance.empty()) {
+    std::vector<std::vector<std::string>> rows;
+    for (const TakenFact& fact : taken.provenance) rows.push_back({fact.name, fact.value});
+    out += "<h2>Where this comes from</h2>\n" + Table({"what", "value"}, rows, true);
+  }
+  return out + "</main>\n</body>\n</html>\n";
+}
+
+}  // namespace kerf::takeaway

@@ -1,0 +1,130 @@
+// Figures for other programs.
+#include <fmt/format.h>
+
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+
+#include "base/core/csv.h"
+#include "bone/pieces/measure.h"
+#include "session/export/contacts.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json List(const Vec3& v) {
+  return Json::array({v.x, v.y, v.z});
+}
+
+class CsvRows {
+ public:
+  void Add(const std::string& subject, const char* measure, const std::string& unit, double value) {
+    text_ +=
+        fmt::format("{},{},{},{:.6g}\n", FormatCsvField(subject), FormatCsvField(measure), FormatCsvField(unit), value);
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_ = "subject,measure,unit,value\n";
+};
+
+}  // namespace
+
+namespace takeaway {
+
+std::string FormatMeasuresCsv(const TakeAway& taken, const Prepared& prepared) {
+  CsvRows rows;
+  if (taken.assessment != nullptr) {
+    const Assessment& a = *taken.assessment;
+    for (const PlaneResult& p : a.planes) {
+      if (!p.cut) continue;
+      rows.Add(p.planned.name, "offset", "mm", p.offset_mm);
+      rows.Add(p.planned.name, "furthest", "mm", p.furthest_mm);
+      rows.Add(p.planned.name, "angle", "deg", p.angles.angle_deg);
+      rows.Add(p.planned.name, "pitch", "deg", p.angles.pitch_deg);
+      rows.Add(p.planned.name, "roll", "deg", p.angles.roll_deg);
+      rows.Add(p.planned.name, "kerf width", "mm", p.cut->width_mm);
+      rows.Add(p.planned.name, "kerf rms", "mm", p.cut->rms_mm);
+    }
+    for (const StopResult& s : a.stops) {
+      if (!s.depth_mm) continue;
+      rows.Add(s.planned.name, "depth", "mm", *s.depth_mm);
+      rows.Add(s.planned.name, "too deep by", "mm", s.over_mm);
+    }
+    rows.Add("bone", "before", "mm3", a.before_mm3);
+    rows.Add("bone", "after", "mm3", a.after_mm3);
+    rows.Add("bone", "removed", "mm3", a.removed_mm3);
+    if (a.outside_mm3) rows.Add("bone", "removed outside the margins", "mm3", *a.outside_mm3);
+    if (a.too_deep_mm3) rows.Add("bone", "removed deeper than the stops", "mm3", *a.too_deep_mm3);
+  }
+  for (const int i : prepared.pieces) {
+    const Piece& piece = taken.pieces->piece(i);
+    rows.Add(piece.name, "volume", "mm3", piece.volume_mm3);
+    rows.Add(piece.name, "moved", "mm", glm::length(taken.pieces->CalcCentroid(i) - piece.centroid_P));
+    rows.Add(piece.name, "turned", "deg", CalcTurn(taken.pieces->state(i).X_WP));
+  }
+  for (const PairRow& pair : prepared.pairs) {
+    const std::string subject = fmt::format("{} and {}", pair.a, pair.b);
+    rows.Add(subject, "overlap", "mm3", pair.overlap_mm3);
+    if (pair.gap_mm) rows.Add(subject, "least gap", "mm", *pair.gap_mm);
+    if (!pair.facing) continue;
+    rows.Add(subject, "facing area", "mm2", pair.facing->area_mm2);
+    rows.Add(subject, "mean gap", "mm", pair.facing->mean_mm);
+    rows.Add(subject, "contact area", "mm2", pair.facing->contact_mm2);
+  }
+  for (const TakenMeasure& m : taken.measures)
+    rows.Add(m.name, m.unit == "deg" ? "angle" : "distance", m.unit, m.value);
+  for (const TakenFigure& f : taken.figures) rows.Add("session", f.name.c_str(), f.unit, f.value);
+  return rows.text();
+}
+
+}  // namespace takeaway
+
+std::string FormatAssessmentJson(const Assessment& a, const TakenRecording& recording) {
+  Json json;
+  if (!recording.state.empty()) {
+    json["recording_state"] = recording.state;
+    json["warnings"] = recording.warnings;
+  }
+  json["planes"] = Json::array();
+  for (const PlaneResult& p : a.planes) {
+    Json plane{{"name", p.planned.name},
+               {"planned",
+                {{"point_mm", List(p.planned.plane.p_W)},
+                 {"normal", List(p.planned.plane.normal_W)},
+                 {"margin_mm", p.planned.margin_mm}}}};
+    plane["cut"] = nullptr;
+    if (p.cut) {
+      plane["cut"] = {{"point_mm", List(p.cut->p_W_mm)}, {"normal", List(p.cut->normal_W)},
+                      {"width_mm", p.cut->width_mm},     {"rms_mm", p.cut->rms_mm},
+                      {"length_mm", p.cut->length_mm},   {"depth_mm", p.cut->depth_mm},
+                      {"removed_mm3", p.cut->volume_mm3}};
+      plane["offset_mm"] = p.offset_mm;
+      plane["furthest_mm"] = p.furthest_mm;
+      plane["angle_deg"] = p.angles.angle_deg;
+      plane["pitch_deg"] = p.angles.pitch_deg;
+      plane["roll_deg"] = p.angles.roll_deg;
+      plane["within_margin"] = p.within_margin;
+    }
+    json["planes"].push_back(plane);
+  }
+  json["stops"] = Json::array();
+  for (const StopResult& s : a.stops) {
+    Json stop{{"name", s.planned.name},
+              {"point_mm", List(s.planned.p_W_mm)},
+              {"direction", List(s.planned.direction_W)},
+              {"planned_mm", s.planned.depth_mm}};
+    stop["reached_mm"] = s.depth_mm ? Json(*s.depth_mm) : Json();
+    stop["too_deep_by_mm"] = s.depth_mm ? Json(s.over_mm) : Json();
+    json["stops"].push_back(stop);
+  }
+  json["before_mm3"] = a.before_mm3;
+  json["after_mm3"] = a.after_mm3;
+  json["removed_mm3"] = a.removed_mm3;
+  json["outside_mm3"] = a.outside_mm3 ? Json(*a.outside_mm3) : Json();
+  json["too_deep_mm3"] = a.too_deep_mm3 ? Json(*a.too_deep_mm3) : Json();
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace kerf

@@ -1,0 +1,168 @@
+#include "session/plan/assess.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "session/plan/lost_voxels.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kInPlane = 0.35;     // sine of how far a stop's direction may lie out of a plane that it belongs to
+constexpr double kStopReach_mm = 10;  // off a plane, a stop's point is another's
+
+double OffPlane(const CutPlane& plane, const Vec3& p) {
+  return glm::dot(plane.normal_W, p - plane.p_W);
+}
+
+/// Of a stop: the plane that it lies in, -1: none.
+int FindPlaneOf(const Plan& plan, const DepthStop& stop) {
+  int best = -1;
+  double least = kStopReach_mm;
+  for (std::size_t i = 0; i < plan.planes.size(); ++i) {
+    const CutPlane& plane = plan.planes[i].plane;
+    const double off = std::abs(OffPlane(plane, stop.p_W_mm));
+    if (std::abs(glm::dot(plane.normal_W, stop.direction_W)) > kInPlane || off >= least) continue;
+    best = static_cast<int>(i);
+    least = off;
+  }
+  return best;
+}
+
+int FindNearestPlane(const Plan& plan, const Vec3& p) {
+  int best = -1;
+  double least = 1e300;
+  for (std::size_t i = 0; i < plan.planes.size(); ++i) {
+    const double off = std::abs(OffPlane(plan.planes[i].plane, p));
+    if (off < least) {
+      least = off;
+      best = static_cast<int>(i);
+    }
+  }
+  return best;
+}
+
+PlaneResult AssessPlane(const Plan& plan, std::size_t i, const Bone& before, const Bone& after,
+                        const AssessOptions& options) {
+  PlaneResult result;
+  result.planned = plan.planes[i];
+  const CutPlane& planned = result.planned.plane;
+  KerfSearch search;
+  search.near = planned;
+  search.reach_mm = std::max(options.reach_mm, 2 * result.planned.margin_mm);
+  search.most_tilt_deg = options.most_tilt_deg;
+  result.cut = FitKerf(before, after, search);
+  if (!result.cut) return result;
+  const FittedPlane& cut = *result.cut;
+  result.offset_mm = OffPlane(planned, cut.p_W_mm);
+  const Vec3 across = glm::cross(cut.normal_W, cut.depth_W);
+  for (int corner = 0; corner < 4; ++corner) {
+    const Vec3 p = cut.p_W_mm + (corner & 1 ? 0.5 : -0.5) * cut.depth_mm * cut.depth_W +
+                   (corner & 2 ? 0.5 : -0.5) * cut.length_mm * across;
+    const double off = OffPlane(planned, p);
+    if (std::abs(off) > std::abs(result.furthest_mm)) result.furthest_mm = off;
+  }
+  Vec3 depth_W = cut.depth_W;
+  for (const DepthStop& stop : plan.stops) {
+    if (FindPlaneOf(plan, stop) == static_cast<int>(i)) depth_W = stop.direction_W;
+  }
+  result.angles = CalcPlaneAngles(planned.normal_W, cut.normal_W, depth_W);
+  result.within_margin = std::abs(result.furthest_mm) <= result.planned.margin_mm;
+  return result;
+}
+
+/// The last place on the way from a cell, two voxels to either side of it, where one comes into the bone (`into`) or
+/// out of it; mm along the direction from the cell.
+std::optional<double> FindCrossing(const Bone& bone, const Vec3& from, const Vec3& direction_W, double h, bool into) {
+  constexpr double kSteps = 8;  // a voxel
+  std::optional<double> way_mm;
+  double last = bone.SignedDistance(from - 2 * h * direction_W);
+  for (int k = 1; k <= static_cast<int>(4 * kSteps); ++k) {
+    const double way = -2 * h + k * h / kSteps;
+    const double phi = bone.SignedDistance(from + way * direction_W);
+    if (into ? last >= 0 && phi < 0 : last < 0 && phi >= 0) way_mm = way - h / kSteps * phi / (phi - last);
+    last = phi;
+  }
+  return way_mm;
+}
+
+}  // namespace
+
+double CalcBladeWidth(const Tool& tool) {
+  const auto* disc = std::get_if<DiscSaw>(&tool);
+  return disc ? disc->thickness_mm : std::get<BallBurr>(tool).diameter_mm;
+}
+
+Assessment AssessCut(const Plan& plan, const Bone& before, const Bone& after, double blade_mm,
+                     const AssessOptions& options) {
+  CheckPlan(plan);
+  Assessment out;
+  out.before_mm3 = before.CalcVolume();
+  out.after_mm3 = after.CalcVolume();
+  out.removed_mm3 = out.before_mm3 - out.after_mm3;
+  for (std::size_t i = 0; i < plan.planes.size(); ++i) {
+    out.planes.push_back(AssessPlane(plan, i, before, after, options));
+  }
+  const Loss loss = FindLoss(before, after, {}, nullptr);
+  const double h = before.voxel_mm();
+  std::vector<int> plane_of_stop;
+  for (const DepthStop& stop : plan.stops) {
+    out.stops.push_back({.planned = stop, .depth_mm = {}, .over_mm = 0});
+    plane_of_stop.push_back(FindPlaneOf(plan, stop));
+  }
+  if (!plan.planes.empty()) out.outside_mm3 = 0;
+  if (!plan.stops.empty()) out.too_deep_mm3 = 0;
+  std::vector<double> deepest(plan.stops.size(), 0);
+  for (const LostCell& cell : loss.cells) {
+    const int nearest = FindNearestPlane(plan, cell.p_W);
+    bool outside = nearest >= 0;
+    for (const PlannedPlane& p : plan.planes) {
+      outside = outside && std::abs(OffPlane(p.plane, cell.p_W)) > p.margin_mm + 0.5 * blade_mm;
+    }
+    if (outside) *out.outside_mm3 += cell.mm3;
+    bool too_deep = false;
+    for (std::size_t i = 0; i < plan.stops.size(); ++i) {
+      if (plane_of_stop[i] >= 0 && plane_of_stop[i] != nearest) continue;
+      const double depth = glm::dot(plan.stops[i].direction_W, cell.p_W - plan.stops[i].p_W_mm);
+      too_deep = too_deep || depth > plan.stops[i].depth_mm;
+      if (cell.mm3 > 0.25 * h * h * h * std::min(1.0, blade_mm / h)) deepest[i] = std::max(deepest[i], depth);
+    }
+    if (too_deep) *out.too_deep_mm3 += cell.mm3;
+  }
+  // From the deepest cells on to where the bone begins.
+  for (std::size_t i = 0; i < plan.stops.size(); ++i) {
+    if (!(deepest[i] > 0)) continue;
+    StopResult& stop = out.stops[i];
+    const Vec3& d = stop.planned.direction_W;
+    double depth_mm = 0;
+    for (const LostCell& cell : loss.cells) {
+      if (plane_of_stop[i] >= 0 && plane_of_stop[i] != FindNearestPlane(plan, cell.p_W)) continue;
+      const double depth = glm::dot(d, cell.p_W - stop.planned.p_W_mm);
+      if (depth < deepest[i] - 1.5 * h || cell.mm3 <= 0) continue;
+      const std::optional<double> end = FindCrossing(after, cell.p_W, d, h, true);
+      // By the bone's own surface the kerf's edges are rounded.
+      if (end && before.SignedDistance(cell.p_W + *end * d) < -h) depth_mm = std::max(depth_mm, depth + *end);
+      // Through and through, no bone stands behind it: as deep as bone was.
+      const std::optional<double> out_of = FindCrossing(before, cell.p_W, d, h, false);
+      if (out_of && after.SignedDistance(cell.p_W + (*out_of - 0.5 * h) * d) > 0) {
+        depth_mm = std::max(depth_mm, depth + *out_of);
+      }
+    }
+    if (depth_mm == 0) depth_mm = deepest[i];
+    stop.depth_mm = depth_mm;
+    stop.over_mm = depth_mm - stop.planned.depth_mm;
+  }
+  return out;
+}
+
+std::vector<PlaneMarkup> MakeCutMarkups(const Assessment& assessment) {
+  std::vector<PlaneMarkup> markups;
+  for (const PlaneResult& result : assessment.planes) {
+    if (!result.cut) continue;
+    markups.push_back({.name = result.planned.name + ", as cut", .plane = {result.cut->p_W_mm, result.cut->normal_W}});
+  }
+  return markups;
+}
+
+}  // namespace kerf

@@ -1,0 +1,349 @@
+#include "session/plan/fit_plane.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <random>
+#include <vector>
+
+#include "base/core/symmetric_eigen.h"
+#include "bone/grid/grids.h"
+#include "session/plan/lost_voxels.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kDegrees = 57.29577951308232;
+constexpr double kLevelVoxels = 1.25;  // the kerf's sides are found so far within the bone
+constexpr int kTries = 400;            // planes through three changed voxels
+constexpr std::size_t kTried = 2000;   // of so many changed voxels
+constexpr int kLinesAcross = 120;      // at most, along each side of the kerf
+constexpr int kLeastMiddles = 12;
+constexpr double kKept = 0.9;       // of the middles, those nearest to the plane
+constexpr double kSameWidth = 0.6;  // of the middles, of a kerf
+constexpr double kFlatLoss = 3;     // lost volume that has a plane is so many times as wide as thick
+constexpr int kRounds = 4;
+constexpr double kLeastDepth = 1.5;  // of a kerf, in widths
+
+struct Weighted {
+  Vec3 p;
+  double weight;
+};
+
+/// A plane with the spreads of what it was fitted to.
+struct Fit {
+  Vec3 p{0};
+  Vec3 normal{0, 0, 1};
+  Vec3 along{1, 0, 0};  // the wider way in the plane
+  double thick = 0;     // standard deviations: across the plane,
+  double wide = 0;      // the narrower way in it
+  double widest = 0;    // and the wider
+};
+
+std::optional<Fit> FitMoments(const std::vector<Weighted>& points) {
+  double sum = 0;
+  Vec3 mean(0);
+  for (const Weighted& w : points) {
+    sum += w.weight;
+    mean += w.weight * w.p;
+  }
+  if (!(sum > 0) || points.size() < 3) return {};
+  mean /= sum;
+  std::array<std::array<double, 3>, 3> scatter{};
+  for (const Weighted& w : points) {
+    const Vec3 d = w.p - mean;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) scatter[i][j] += w.weight / sum * d[i] * d[j];
+    }
+  }
+  const SymmetricEigen eigen = CalcSymmetricEigen(scatter);
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t i, std::size_t j) { return eigen.values[i] < eigen.values[j]; });
+  const auto spread = [&](std::size_t i) { return std::sqrt(std::max(0.0, eigen.values[order[i]])); };
+  return Fit{.p = mean,
+             .normal = glm::normalize(eigen.vectors[order[0]]),
+             .along = glm::normalize(eigen.vectors[order[2]]),
+             .thick = spread(0),
+             .wide = spread(1),
+             .widest = spread(2)};
+}
+
+/// The plane that most of the points lie within `near_mm` of, by planes through three of them.
+std::optional<Fit> FindPlane(const std::vector<Weighted>& points, double near_mm, const KerfSearch& search) {
+  std::vector<Weighted> some;
+  const std::size_t stride = points.size() / kTried + 1;
+  for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
+  if (some.size() < 3) return {};
+  std::minstd_rand random(1);
+  std::uniform_int_distribution<std::size_t> pick(0, some.size() - 1);
+  double best = -1;
+  CutPlane plane;
+  const auto score = [&](const CutPlane& p) {
+    double sum = 0;
+    for (const Weighted& w : some) {
+      const double off = std::abs(glm::dot(p.normal_W, w.p - p.p_W)) / near_mm;
+      if (off < 1) sum += w.weight * (1 - off * off);
+    }
+    return sum;
+  };
+  for (int i = 0; i < kTries; ++i) {
+    const Vec3 a = some[pick(random)].p;
+    const Vec3 u = some[pick(random)].p - a;
+    const Vec3 v = some[pick(random)].p - a;
+    const Vec3 n = glm::cross(u, v);
+    // Three points that are near each other, or in a line, say little.
+    if (!(glm::length(n) > 4 * near_mm * near_mm)) continue;
+    const CutPlane candidate{a, glm::normalize(n)};
+    if (search.near &&
+        std::abs(glm::dot(candidate.normal_W, search.near->normal_W)) < std::cos(search.most_tilt_deg / kDegrees)) {
+      continue;
+    }
+    const double sum = score(candidate);
+    if (sum > best) {
+      best = sum;
+      plane = candidate;
+    }
+  }
+  if (best <= 0) return FitMoments(points);
+  std::optional<Fit> fit;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<Weighted> inliers;
+    for (const Weighted& w : points) {
+      if (std::abs(glm::dot(plane.normal_W, w.p - plane.p_W)) < near_mm) inliers.push_back(w);
+    }
+    fit = FitMoments(inliers);
+    if (!fit) return {};
+    plane = {fit->p, fit->normal};
+  }
+  return fit;
+}
+
+struct Middle {
+  Vec3 p;
+  double width;
+};
+
+/// On lines across the plane, the middle between both sides of the kerf.
+class MiddleFinder {
+ public:
+  MiddleFinder(const Bone& before, const Bone& after)
+      : h_(before.voxel_mm()),
+        level_(-kLevelVoxels * h_),
+        before_(before.grids().phi->getConstAccessor()),
+        after_(after.grids().phi->getConstAccessor()) {}
+
+  /// Looks `reach` to both sides of p. None where one of the sides is missing.
+  std::optional<Middle> Find(const Vec3& p, const Vec3& normal, double reach) {
+    const int steps = static_cast<int>(std::ceil(2 * reach / (0.5 * h_)));
+    std::optional<Middle> best;
+    double best_off = 0;
+    double up = 0;        // where the line last came out of the bone
+    bool inside = false;  // of a gap that began in bone
+    double last = 0;
+    bool last_known = false;
+    for (int i = 0; i <= steps; ++i) {
+      const double z = -reach + i * 2 * reach / steps;
+      const Vec3 at = (p + z * normal) / h_;
+      const bool was_bone = SampleTrilinear(before_, at) < level_;
+      const double phi = SampleTrilinear(after_, at);
+      if (!was_bone) {
+        inside = false;
+        last_known = false;
+        continue;
+      }
+      if (last_known) {
+        const double step = 2 * reach / steps;
+        const double cross = z - step * (phi - level_) / (phi - last);
+        if (last < level_ && phi >= level_) {
+          up = cross;
+          inside = true;
+        } else if (last >= level_ && phi < level_ && inside) {
+          const double off = std::abs(0.5 * (up + cross));
+          if (!best || off < best_off) {
+            best = Middle{p + 0.5 * (up + cross) * normal, cross - up + 2 * level_};
+            best_off = off;
+          }
+          inside = false;
+        }
+      }
+      last = phi;
+      last_known = true;
+    }
+    return best;
+  }
+
+ private:
+  double h_;
+  double level_;
+  openvdb::FloatGrid::ConstAccessor before_;
+  openvdb::FloatGrid::ConstAccessor after_;
+};
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Least squares of the middles' distances, without the tenth that is furthest off.
+std::optional<Fit> FitMiddles(const std::vector<Middle>& middles, const Fit& start) {
+  std::optional<Fit> fit = start;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> off;
+    for (const Middle& m : middles) off.push_back(std::abs(glm::dot(fit->normal, m.p - fit->p)));
+    std::vector<double> sorted = off;
+    std::sort(sorted.begin(), sorted.end());
+    const double most = sorted[static_cast<std::size_t>(kKept * static_cast<double>(sorted.size() - 1))];
+    std::vector<Weighted> kept;
+    for (std::size_t i = 0; i < middles.size(); ++i) {
+      if (off[i] <= most) kept.push_back({middles[i].p, 1});
+    }
+    fit = FitMoments(kept);
+    if (!fit) return {};
+  }
+  return fit;
+}
+
+/// What the points span along the fit's own axes: middle, and length and depth.
+void Measure(const std::vector<Vec3>& points, const Fit& fit, FittedPlane& plane) {
+  const Vec3 across = glm::cross(fit.normal, fit.along);
+  double low[2] = {1e300, 1e300};
+  double high[2] = {-1e300, -1e300};
+  for (const Vec3& p : points) {
+    const double way[2] = {glm::dot(fit.along, p - fit.p), glm::dot(across, p - fit.p)};
+    for (int i = 0; i < 2; ++i) {
+      low[i] = std::min(low[i], way[i]);
+      high[i] = std::max(high[i], way[i]);
+    }
+  }
+  plane.length_mm = high[0] - low[0];
+  plane.depth_mm = high[1] - low[1];
+}
+
+std::vector<Middle> FindMiddles(const Bone& before, const Bone& after, const Fit& fit,
+                                const std::vector<Weighted>& points, double reach) {
+  const Vec3 across = glm::cross(fit.normal, fit.along);
+  double low[2] = {1e300, 1e300};
+  double high[2] = {-1e300, -1e300};
+  for (const Weighted& w : points) {
+    const Vec3 d = w.p - fit.p;
+    if (std::abs(glm::dot(fit.normal, d)) > reach) continue;
+    const double way[2] = {glm::dot(fit.along, d), glm::dot(across, d)};
+    for (int i = 0; i < 2; ++i) {
+      low[i] = std::min(low[i], way[i]);
+      high[i] = std::max(high[i], way[i]);
+    }
+  }
+  MiddleFinder finder(before, after);
+  std::vector<Middle> middles;
+  const double h = before.voxel_mm();
+  const double step[2] = {std::max(h, (high[0] - low[0]) / kLinesAcross),
+                          std::max(h, (high[1] - low[1]) / kLinesAcross)};
+  for (double u = low[0]; u <= high[0]; u += step[0]) {
+    for (double v = low[1]; v <= high[1]; v += step[1]) {
+      const auto middle = finder.Find(fit.p + u * fit.along + v * across, fit.normal, reach);
+      if (middle) middles.push_back(*middle);
+    }
+  }
+  if (middles.empty()) return middles;
+  std::vector<double> widths;
+  for (const Middle& m : middles) widths.push_back(m.width);
+  const double width = Median(widths);
+  const std::size_t found = middles.size();
+  std::erase_if(middles, [&](const Middle& m) { return std::abs(m.width - width) > std::max(h, 0.25 * width); });
+  // Of a hole the widths differ all over.
+  if (static_cast<double>(middles.size()) < kSameWidth * static_cast<double>(found)) middles.clear();
+  return middles;
+}
+
+bool IsFlat(const Fit& fit) {
+  return fit.wide > 1.5 * fit.thick && fit.wide > 0;
+}
+
+}  // namespace
+
+std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, const KerfSearch& search) {
+  const auto keep = [&](const Vec3& p) {
+    return !search.near || std::abs(glm::dot(search.near->normal_W, p - search.near->p_W)) <= search.reach_mm;
+  };
+  const Loss loss = FindLoss(before, after, search.within, keep);
+  FittedPlane plane;
+  for (const LostCell& cell : loss.cells) plane.volume_mm3 += cell.mm3;
+  if (loss.voxels.size() < 3) return {};
+  const double h = before.voxel_mm();
+  std::vector<Weighted> points;
+  points.reserve(loss.voxels.size());
+  for (const LostVoxel& voxel : loss.voxels) points.push_back({voxel.p_W, voxel.weight});
+
+  // The loss near the surface is a voxel or three to either side of the kerf.
+  std::optional<Fit> fit = FindPlane(points, std::max(4 * h, 0.5), search);
+  if (!fit || !IsFlat(*fit)) return {};
+  double off = 0;
+  for (const Weighted& w : points) {
+    const double d = std::abs(glm::dot(fit->normal, w.p - fit->p));
+    if (d < std::max(4 * h, 0.5)) off = std::max(off, d);
+  }
+  bool by_middles = false;
+  std::vector<Middle> middles;
+  for (int round = 0; round < 2; ++round) {
+    middles = FindMiddles(before, after, *fit, points, off + 4 * h);
+    if (middles.size() < kLeastMiddles) break;
+    const std::optional<Fit> better = FitMiddles(middles, *fit);
+    if (!better || !IsFlat(*better)) break;
+    fit = better;
+    by_middles = true;
+  }
+  std::vector<Vec3> span;
+  if (by_middles) {
+    plane.middles = static_cast<int>(middles.size());
+    std::vector<double> widths;
+    double sum = 0;
+    for (const Middle& m : middles) {
+      widths.push_back(m.width);
+      const double d = glm::dot(fit->normal, m.p - fit->p);
+      sum += d * d;
+      span.push_back(m.p);
+    }
+    plane.rms_mm = std::sqrt(sum / static_cast<double>(middles.size()));
+    plane.width_mm = Median(widths);
+  } else {
+    std::vector<Weighted> cells;
+    for (const LostCell& cell : loss.cells) {
+      if (cell.mm3 <= 0 || std::abs(glm::dot(fit->normal, cell.p_W - fit->p)) > off + h) continue;
+      cells.push_back({cell.p_W, cell.mm3});
+    }
+    const std::optional<Fit> by_volume = FitMoments(cells);
+    if (!by_volume || by_volume->wide < kFlatLoss * by_volume->thick) return {};
+    fit = by_volume;
+    plane.rms_mm = fit->thick;
+    plane.width_mm = std::sqrt(12.0) * fit->thick;
+    for (const Weighted& cell : cells) span.push_back(cell.p);
+  }
+  plane.p_W_mm = fit->p;
+  plane.normal_W = fit->normal;
+  const Vec3 n = glm::abs(plane.normal_W);
+  const int largest = n.x >= n.y && n.x >= n.z ? 0 : n.y >= n.z ? 1 : 2;
+  const bool turn = search.near ? glm::dot(plane.normal_W, search.near->normal_W) < 0 : plane.normal_W[largest] < 0;
+  if (turn) plane.normal_W = -plane.normal_W;
+  Measure(span, *fit, plane);
+  const Vec3 across = glm::cross(fit->normal, fit->along);
+  const double end_mm = 0.5 * plane.depth_mm + 3 * h;
+  const auto phi_at = [&](double way_mm) { return after.SignedDistance(plane.p_W_mm + way_mm * across); };
+  const double ahead = phi_at(end_mm);
+  const double behind = phi_at(-end_mm);
+  // Of a cut through and through, downwards.
+  const bool through = ahead > 0 && behind > 0;
+  const bool back = through || behind == ahead ? across.z > 0 : behind < ahead;
+  plane.depth_W = back ? -across : across;
+  // The sides are found only within the bone.
+  if (plane.depth_mm + 2 * kLevelVoxels * h < kLeastDepth * plane.width_mm) return {};
+  return plane;
+}
+
+std::optional<FittedPlane> FitKerf(const Bone& before, const Bone& after, std::optional<Box3> within) {
+  return FitKerf(before, after, KerfSearch{.within = within, .near = {}});
+}
+
+}  // namespace kerf

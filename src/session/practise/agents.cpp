@@ -1,0 +1,331 @@
+#include "session/practise/agents.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <random>
+#include <vector>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kDegree = kPi / 180;
+/// Above the surface, before and after.
+constexpr double kClear_mm = 3;
+/// In free air it moves at this.
+constexpr double kFree_mm_per_s = 12;
+/// Turns to the cut's direction in so long.
+constexpr double kTurn_s = 0.6;
+/// Slows down to this share at the goal, and leans so much less.
+constexpr double kSlowest = 0.12;
+/// At the end of a step it gives up waiting.
+constexpr double kPatience_s = 25;
+constexpr double kThere_mm = 0.1;
+constexpr double kMostCorrection_mm = 6;
+/// Of tremor, per axis.
+constexpr std::size_t kTones = 3;
+constexpr double kMostDelay_s = 1;
+constexpr double kMostRate_hz = 4000;
+
+constexpr std::array<std::string_view, 3> kNames{"novice", "intermediate", "expert"};
+
+void Check(const char* what, double value, double lower, double upper) {
+  if (value >= lower && value <= upper) return;
+  throw Error(fmt::format("agent: {} = {:g} is not within {:g} to {:g}", what, value, lower, upper));
+}
+
+void Check(const AgentParams& p) {
+  Check("push_N", p.push_N, 0.1, 50);
+  Check("feed_share", p.feed_share, 0.1, 10);
+  Check("tremor_mm", p.tremor_mm, 0, 5);
+  Check("delay_s", p.delay_s, 0, kMostDelay_s);
+  Check("lookahead_mm", p.lookahead_mm, 0, 50);
+  Check("offset_mm", p.offset_mm, -20, 20);
+  Check("roll_deg", p.roll_deg, -45, 45);
+  Check("yaw_deg", p.yaw_deg, -45, 45);
+  Check("deeper_mm", p.deeper_mm, -20, 20);
+  Check("pause_s", p.pause_s, 0, 60);
+  Check("passes", p.passes, 1, 20);
+  Check("correction_Hz", p.correction_Hz, 0, 5);
+}
+
+/// A wavering of 8 to 12 Hz along each axis, as the force that moves the hand's mass so far.
+class Tremor {
+ public:
+  Tremor(double rms_mm, std::uint64_t seed) : amplitude_mm_(rms_mm * std::sqrt(2.0) / kTones) {
+    std::mt19937_64 random(seed);
+    const auto draw = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+    for (Tone& tone : tones_) tone = {2 * kPi * (8 + 4 * draw()), 2 * kPi * draw()};
+  }
+  Vec3 CalcForce(double t_s, double mass_kg) const noexcept {
+    Vec3 f_N{0};
+    for (std::size_t i = 0; i < tones_.size(); ++i) {
+      const Tone& tone = tones_[i];
+      f_N[static_cast<int>(i % 3)] +=
+          1e-3 * mass_kg * tone.w * tone.w * amplitude_mm_ * std::sin(tone.w * t_s + tone.phase);
+    }
+    return f_N;
+  }
+
+ private:
+  struct Tone {
+    double w;  // rad/s
+    double phase;
+  };
+  double amplitude_mm_;
+  std::array<Tone, 3 * kTones> tones_{};
+};
+
+/// Where the handle was some time ago.
+class Memory {
+ public:
+  explicit Memory(double delay_s) : delay_s_(delay_s), places_(static_cast<std::size_t>(kMostRate_hz * kMostDelay_s)) {}
+  void Put(const Vec3& p, double dt_s) noexcept {
+    at_ = (at_ + 1) % places_.size();
+    places_[at_] = p;
+    kept_ = std::min(kept_ + 1, places_.size());
+    dt_s_ = dt_s;
+  }
+  Vec3 Get() const noexcept {
+    if (kept_ == 0) return Vec3(0);
+    const auto back = std::min(static_cast<std::size_t>(delay_s_ / dt_s_), kept_ - 1);
+    return places_[(at_ + places_.size() - back) % places_.size()];
+  }
+
+ private:
+  double delay_s_;
+  double dt_s_ = 0.001;
+  std::vector<Vec3> places_;
+  std::size_t at_ = 0;
+  std::size_t kept_ = 0;
+};
+
+/// A step of the exercise: the tool's lowest point goes straight to {s, t}.
+struct Step {
+  double s_mm;
+  double t_mm;
+  bool cuts;
+};
+
+class Agent final : public BeforeTick {
+ public:
+  Agent(SimulatedDevice& device, const AgentParams& params, const Scene& scene, const Vec3& p_TC_mm,
+        double felt_stiffness_N_per_mm, std::atomic<bool>* done)
+      : device_(device),
+        params_(params),
+        cut_(Misplace(MakeWantedCut(scene.exercise, MakeTool(scene)), params.offset_mm, params.roll_deg,
+                      params.yaw_deg)),
+        feed_mm_per_s_(params.feed_share * scene.exercise.feed_mm_per_s),
+        p_TC_mm_(p_TC_mm),
+        felt_stiffness_N_per_mm_(felt_stiffness_N_per_mm),
+        done_(done),
+        tremor_(params.tremor_mm, params.seed),
+        memory_(params.delay_s) {
+    const double deep_mm = cut_.depth_mm + params.deeper_mm;
+    steps_.push_back({0, -kClear_mm, false});
+    steps_.push_back({0, deep_mm, true});
+    for (int pass = 0; pass < params.passes; ++pass) {
+      steps_.push_back({pass % 2 == 0 ? cut_.length_mm : 0, deep_mm, true});
+    }
+    steps_.push_back({steps_.back().s_mm, -kClear_mm, false});
+    X_cut_ = cut_.CalcToolPose(0, 0);
+    DeviceSample sample;
+    X_start_ = device_.Read(sample) ? sample.X_WH : X_cut_;
+    aim_ = from_ = ToAim(X_start_.Point(p_TC_mm_), X_start_.R_AB);
+    device_.SetIntention({.X_WH = X_start_});
+  }
+
+  void Advance(double dt_s) noexcept override {
+    if (!(dt_s > 0)) return;
+    time_s_ += dt_s;
+    turned_ = std::min(turned_ + dt_s / kTurn_s, 1.0);
+    const Quat R_WT = glm::slerp(X_start_.R_AB, X_cut_.R_AB, turned_);
+    const Vec3 now = ToAim(device_.p_WC_mm(), R_WT);
+    // It sees the tool, which the bone holds back from the handle by the spring between them.
+    memory_.Put(ToAim(device_.p_WC_mm() + device_.force_N() / felt_stiffness_N_per_mm_, R_WT), dt_s);
+    const Vec3 seen = memory_.Get();
+    const Vec3 before = aim_ + correction_;
+    if (step_ < steps_.size()) GoOn(now, seen, dt_s);
+    const Vec3 wanted = aim_ + correction_;
+    Intention intention;
+    intention.X_WH = ToPose(wanted, R_WT);
+    intention.v_W_mm_per_s = cut_.ToWorld((wanted - before) / dt_s) - cut_.start_W;
+    intention.push_W_N = tremor_.CalcForce(time_s_, device_.profile().mass_kg + device_.hand().mass_kg);
+    device_.SetIntention(intention);
+  }
+
+ private:
+  /// {s, t, w} of the tool's lowest point, t being where its rim is, for the handle at p_WC.
+  Vec3 ToAim(const Vec3& p_WC, const Quat& R_WT) const noexcept {
+    const Vec3 p_WT = p_WC - R_WT * p_TC_mm_;
+    return cut_.ToCut(p_WT) + Vec3(0, cut_.radius_mm, 0);
+  }
+  Pose ToPose(const Vec3& aim, const Quat& R_WT) const noexcept {
+    return {R_WT, cut_.ToWorld(aim - Vec3(0, cut_.radius_mm, 0))};
+  }
+
+  void GoOn(const Vec3& now, const Vec3& seen, double dt_s) noexcept {
+    if (pause_s_ > 0) {
+      pause_s_ -= dt_s;
+      if (step_ > 0 && steps_[step_ - 1].cuts) Correct(from_ - seen, dt_s);
+      return;
+    }
+    const Step& step = steps_[step_];
+    const Vec3 to(step.s_mm, step.t_mm, 0);
+    const Vec3 way = to - from_;
+    const double length_mm = glm::length(way);
+    step_s_ += dt_s;
+    if (length_mm < 1e-9) return Next();
+    const Vec3 u = way / length_mm;
+    const double left_mm = glm::dot(to - seen, u);
+    // Before the goal it slows down and leans less.
+    double share = 1;
+    if (step.cuts && params_.lookahead_mm > 0) share = std::clamp(left_mm / params_.lookahead_mm, kSlowest, 1.0);
+    const double speed_mm_per_s = step.cuts ? feed_mm_per_s_ * share : kFree_mm_per_s;
+    const double stiffness_N_per_mm = std::max(device_.hand().stiffness_N_per_mm, 0.05);
+    const double lead_mm = std::max(share, 0.3) * params_.push_N / stiffness_N_per_mm;
+    // It goes on until it sees that it is there, and waits while the tool lags behind.
+    const double ahead_mm = glm::dot(aim_ + correction_ - now, u);
+    if (!step.cuts || ahead_mm < lead_mm) aim_ += u * speed_mm_per_s * dt_s;
+    // What is off beside its way, as it sees it.
+    const Vec3 off = (to - seen) - glm::dot(to - seen, u) * u;
+    Correct(off, dt_s);
+    const bool far = !step.cuts && glm::dot(to - aim_, u) <= 0;
+    if (left_mm <= kThere_mm || far || step_s_ > length_mm / (0.5 * speed_mm_per_s * kSlowest) + kPatience_s) Next();
+  }
+
+  void Correct(const Vec3& off, double dt_s) noexcept {
+    const Vec3 corrected = correction_ + params_.correction_Hz * dt_s * off;
+    if (glm::length(corrected) < kMostCorrection_mm) correction_ = corrected;
+  }
+
+  void Next() noexcept {
+    const Step& step = steps_[step_];
+    // Back to where the goal is, if it went too far; what was corrected beside the way stays.
+    const bool goes_along = step_ + 1 < steps_.size() && steps_[step_ + 1].cuts && step.cuts;
+    aim_ = from_ = Vec3(step.s_mm, step.t_mm, 0);
+    if (!goes_along) correction_ = Vec3(0);
+    step_s_ = 0;
+    pause_s_ = params_.pause_s;
+    if (++step_ >= steps_.size() && done_ != nullptr) done_->store(true);
+  }
+
+  SimulatedDevice& device_;
+  AgentParams params_;
+  WantedCut cut_;
+  double feed_mm_per_s_;
+  Vec3 p_TC_mm_;
+  double felt_stiffness_N_per_mm_;
+  std::atomic<bool>* done_;
+  Tremor tremor_;
+  Memory memory_;
+  std::vector<Step> steps_;
+  std::size_t step_ = 0;
+  Pose X_start_;
+  Pose X_cut_;
+  Vec3 from_{0};  // of this step
+  Vec3 aim_{0};   // {s, t, w}
+  Vec3 correction_{0};
+  double turned_ = 0;
+  double time_s_ = 0;
+  double step_s_ = 0;
+  double pause_s_ = 0;
+};
+
+}  // namespace
+
+std::span<const std::string_view> AgentNames() {
+  return kNames;
+}
+
+AgentParams MakeAgentParams(std::string_view name, std::uint64_t seed) {
+  AgentParams p;
+  p.name = std::string(name);
+  p.seed = seed;
+  if (name == "novice") {
+    p.push_N = 4;
+    p.feed_share = 1.4;
+    p.tremor_mm = 0.3;
+    p.delay_s = 0.3;
+    p.lookahead_mm = 0;
+    p.offset_mm = 1.4;
+    p.roll_deg = 6;
+    p.yaw_deg = 4;
+    p.deeper_mm = 0.8;
+    p.pause_s = 2.5;
+    p.passes = 3;
+    p.correction_Hz = 0.6;
+  } else if (name == "intermediate") {
+    p.push_N = 3;
+    p.feed_share = 1.2;
+    p.tremor_mm = 0.15;
+    p.delay_s = 0.22;
+    p.lookahead_mm = 1;
+    p.offset_mm = 0.6;
+    p.roll_deg = 2.5;
+    p.yaw_deg = 1.8;
+    p.deeper_mm = 0.4;
+    p.pause_s = 1;
+    p.passes = 2;
+    p.correction_Hz = 0.8;
+  } else if (name == "expert") {
+    p.offset_mm = 0.15;
+    p.roll_deg = 0.6;
+    p.yaw_deg = 0.5;
+    p.deeper_mm = 0.05;
+  } else {
+    throw Error(
+        fmt::format("there is no agent \"{}\"; the agents are {}", name.substr(0, 60), fmt::join(kNames, ", ")));
+  }
+  std::mt19937_64 random(seed);
+  const auto vary = [&](double& value) { value *= 0.8 + 0.4 * (static_cast<double>(random() >> 11) * 0x1p-53); };
+  const auto vary_sides = [&](double& value) {
+    vary(value);
+    if (random() % 2 == 0) value = -value;
+  };
+  vary(p.tremor_mm);
+  vary(p.delay_s);
+  vary(p.deeper_mm);
+  vary(p.pause_s);
+  vary_sides(p.offset_mm);
+  vary_sides(p.roll_deg);
+  vary_sides(p.yaw_deg);
+  return p;
+}
+
+WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, double yaw_deg) {
+  WantedCut cut = wanted;
+  const Quat turn =
+      glm::angleAxis(yaw_deg * kDegree, wanted.into_W) * glm::angleAxis(-roll_deg * kDegree, wanted.along_W);
+  const Vec3 about_W = wanted.ToWorld({0.5 * wanted.length_mm, 0.5 * wanted.depth_mm, 0});
+  cut.start_W = about_W + turn * (wanted.start_W - about_W) + offset_mm * wanted.across_W;
+  cut.along_W = turn * wanted.along_W;
+  cut.into_W = turn * wanted.into_W;
+  cut.across_W = turn * wanted.across_W;
+  return cut;
+}
+
+double CalcAgentTime(const AgentParams& params, const Scene& scene) {
+  const WantedCut cut = MakeWantedCut(scene.exercise, MakeTool(scene));
+  const double feed_mm_per_s = params.feed_share * scene.exercise.feed_mm_per_s;
+  const double cut_mm = kClear_mm + cut.depth_mm + params.passes * cut.length_mm;
+  const double slow_mm = params.lookahead_mm * (params.passes + 1);
+  return 3 * (cut_mm + slow_mm / kSlowest) / feed_mm_per_s + (params.passes + 4) * params.pause_s + 30;
+}
+
+MakeHand MakeAgent(const AgentParams& params, const Scene& scene, std::atomic<bool>* done) {
+  if (!scene.exercise.given) throw Error(fmt::format("{}: is no exercise: it has no [exercise]", scene.name));
+  Check(params);
+  return [params, scene, done](SimulatedDevice& device, const LoopSetup&, const Vec3& p_TC_mm,
+                               double felt_stiffness_N_per_mm) -> std::unique_ptr<BeforeTick> {
+    return std::make_unique<Agent>(device, params, scene, p_TC_mm, felt_stiffness_N_per_mm, done);
+  };
+}
+
+}  // namespace kerf

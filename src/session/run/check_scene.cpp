@@ -1,0 +1,78 @@
+#include "session/run/check_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/files/files.h"
+#include "bone/material/region_table.h"
+#include "kerf/error.h"
+#include "session/run/make_bone.h"
+#include "session/scene/doubts.h"
+#include "session/scene/schema.h"
+
+namespace kerf {
+namespace {
+
+struct BoneChecked {
+  std::string text;
+  double voxel_mm = 0;
+  MaterialSummary material;
+};
+
+/// Opens what the scene names. Throws Error when that fails.
+BoneChecked CheckSceneBone(const Scene& scene) {
+  MaterialTable table = DefaultMandibleTable();
+  if (!scene.bone.materials.empty()) table = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
+  MaterialSummary generated;
+  generated.kind = scene.material.kind;
+  switch (scene.bone.source) {
+    case BoneSource::kFile: {
+      MaterialSummary material;
+      const Bone bone = MakeSceneBone(scene, {}, &material);
+      const Vec3 size = bone.CalcBounds().size();
+      return {fmt::format("{}, {:.1f} x {:.1f} x {:.1f} mm, voxels of {} mm", scene.bone.file, size.x, size.y, size.z,
+                          bone.voxel_mm()),
+              bone.voxel_mm(), material};
+    }
+    case BoneSource::kMandible: {
+      const MandibleParams& mandible = scene.bone.mandible;
+      const Vec3 room = MandibleShape(mandible).bounds().size();  // throws when the parameters don't fit together
+      return {fmt::format("generic mandible, within {:.0f} x {:.0f} x {:.0f} mm, voxels of {} mm", room.x, room.y,
+                          room.z, mandible.voxel_mm),
+              mandible.voxel_mm, generated};
+    }
+    case BoneSource::kBlock:
+    case BoneSource::kPlate: {
+      const BlockParams& block = scene.bone.block;
+      CheckBlock(block, table);
+      // So thin that no voxel may lie in it, which only making it tells.
+      if (std::min({block.size_mm.x, block.size_mm.y, block.size_mm.z}) < 2 * block.voxel_mm) MakeSceneBone(scene, {});
+      return {fmt::format("{} {} x {} x {} mm, {} {}, voxels of {} mm", ToString(scene.bone.source), block.size_mm.x,
+                          block.size_mm.y, block.size_mm.z, block.layers.size(),
+                          block.layers.size() == 1 ? "layer" : "layers", block.voxel_mm),
+              block.voxel_mm, generated};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+CheckedScene CheckWholeScene(const Scene& scene) {
+  if (scene.simulation.mode == SceneMode::kSlab) MakeSlabPlane(scene);  // throws when the direction is not in the plane
+  CheckedScene checked;
+  const BoneChecked bone = CheckSceneBone(scene);
+  checked.bone = bone.text;
+  checked.voxel_mm = bone.voxel_mm;
+  checked.material = bone.material;
+  checked.warnings = FindDoubts(scene, bone.voxel_mm);
+  if (scene.coupling.given || scene.device.given || scene.hand.given || scene.loop.given) {
+    checked.loop = MakeLoopSetup(scene);
+    for (const std::string& doubt : FindHandDoubts(scene, *checked.loop)) checked.warnings.push_back(doubt);
+  }
+  checked.warnings.insert(checked.warnings.end(), bone.material.warnings.begin(), bone.material.warnings.end());
+  return checked;
+}
+
+}  // namespace kerf

@@ -1,0 +1,158 @@
+#include "session/run/hand_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace kerf {
+namespace {
+
+/// A hand neither starts nor stops nor pushes at once.
+constexpr double kGentle_s = 0.1;
+/// Share of the resistance that it feels, with which it leans into it. Below 1: else it would lean ever harder against
+/// a wall.
+constexpr double kLean = 0.8;
+constexpr double kLean_s = 0.3;
+/// At the end of a stroke it waits for the tool to come there, to a share of `lead_mm`, but not for ever.
+constexpr double kThere = 0.03;
+constexpr double kPatience_s = 5;
+/// Over the last of it, in share of `lead_mm`, it leans ever less, and it stops there: it goes towards the end no
+/// faster than would take it there in so long, and holds back with a damper of so many times the mass on this time.
+constexpr double kStop_s = 0.15;
+constexpr double kStopDamping = 8;
+constexpr double kFade = 0.1;
+constexpr double kLeastFade_mm = 0.2;
+constexpr double kMostFade_mm = 2;
+/// Of the path, either way, for the direction of a stroke.
+constexpr double kAhead_s = 0.01;
+
+}  // namespace
+
+HandMotion::HandMotion(SimulatedDevice& device, Path path, const SceneHand& hand, const Vec3& p_TC_mm,
+                       double felt_stiffness_N_per_mm)
+    : device_(device),
+      path_(std::move(path)),
+      hand_(hand),
+      p_TC_mm_(p_TC_mm),
+      felt_stiffness_N_per_mm_(felt_stiffness_N_per_mm),
+      X_aim_(start()) {
+  device_.SetIntention({.X_WH = X_aim_});
+}
+
+/// Of the tool along a segment as the path has it, mm/s; never 0.
+double HandMotion::CalcSpeed(std::size_t segment) const {
+  const PathSegment& s = path_.segments()[segment];
+  const double way_mm = glm::distance(path_.CalcPose(segment, s.start_s).p_AB, path_.CalcPose(segment, s.end_s).p_AB);
+  return std::max(way_mm / (s.end_s - s.start_s), 1e-3);
+}
+
+bool HandMotion::IsLastOfChain() const noexcept {
+  return segment_ + 1 >= path_.segments().size() || path_.segments()[segment_ + 1].retract_before;
+}
+
+/// Along the stroke, from whichever is farther ahead, handle or tool, to the stroke's end, mm; below 0 beyond it.
+double HandMotion::CalcWayLeft() const noexcept {
+  const Vec3 p_end = path_.CalcPose(segment_, path_.segments()[segment_].end_s).Point(p_TC_mm_);
+  // On the way back the stroke's last direction counts, on the way there that of the moment.
+  const Vec3 p_from = phase_ == Phase::kBack ? p_end : X_aim_.Point(p_TC_mm_);
+  // What pulls the handle on is a tool that has gone ahead of it.
+  const double tool_ahead_mm = std::max(glm::dot(device_.force_N(), way_W_), 0.0) / felt_stiffness_N_per_mm_;
+  return glm::dot(p_from - device_.p_WC_mm(), way_W_) + glm::distance(p_from, p_end) - tool_ahead_mm;
+}
+
+/// Towards a stroke's end the hand stops itself, N along the stroke.
+double HandMotion::CalcStop(double left_mm) const noexcept {
+  const double mass = 1e-3 * (device_.profile().mass_kg + device_.hand().mass_kg);  // N s^2 / mm
+  const double speed = glm::dot(device_.v_WC_mm_per_s(), way_W_);
+  const double too_fast = std::max(speed - left_mm / kStop_s, 0.0);
+  return -kStopDamping * mass / kStop_s * too_fast;
+}
+
+void HandMotion::EnterNextChain() noexcept {
+  std::size_t next = first_ + 1;
+  while (next < path_.segments().size() && !path_.segments()[next].retract_before) ++next;
+  if (next >= path_.segments().size()) {
+    next = 0;
+    ++rounds_;
+  }
+  first_ = segment_ = next;
+  t_s_ = path_.segments()[next].start_s;
+  X_from_ = X_aim_;
+  share_ = 0;
+  waited_s_ = 0;
+  phase_ = Phase::kOver;
+}
+
+void HandMotion::Advance(double dt_s) noexcept {
+  // The farther the handle lags behind the aim, the slower; at `lead_mm` it waits.
+  const double lag_mm = glm::distance(X_aim_.Point(p_TC_mm_), device_.p_WC_mm());
+  const double wanted = std::clamp(2 * (1 - lag_mm / hand_.lead_mm), 0.0, 1.0);
+  const double gentle = -std::expm1(-dt_s / kGentle_s);
+  pace_ += gentle * (wanted - pace_);
+
+  const Pose X_before = X_aim_;
+  const std::vector<PathSegment>& segments = path_.segments();
+  Vec3 push_W_N{0};
+  switch (phase_) {
+    case Phase::kCut: {
+      t_s_ += pace_ * dt_s;
+      if (t_s_ >= segments[segment_].end_s) {
+        t_s_ = segments[segment_].end_s;
+        if (!IsLastOfChain()) {
+          ++segment_;
+        } else {
+          waited_s_ += dt_s;
+          if (CalcWayLeft() <= kThere * hand_.lead_mm || waited_s_ >= kPatience_s) phase_ = Phase::kBack;
+        }
+      }
+      X_aim_ = path_.CalcPose(segment_, t_s_);
+      const Vec3 ahead =
+          path_.CalcPose(segment_, t_s_ + kAhead_s).p_AB - path_.CalcPose(segment_, t_s_ - kAhead_s).p_AB;
+      const double length = glm::length(ahead);
+      if (length > 1e-12) {
+        way_W_ = ahead / length;
+        const double felt_N = std::max(-glm::dot(device_.force_N(), way_W_), 0.0);
+        push_W_N = std::min(hand_.push_N, kLean * felt_N) * way_W_;
+      }
+      break;
+    }
+    case Phase::kBack: {
+      const double speed_mm_per_s = CalcSpeed(segment_);
+      t_s_ -= pace_ * dt_s * hand_.lift_mm_per_s / speed_mm_per_s;
+      if (t_s_ <= segments[segment_].start_s) {
+        t_s_ = segments[segment_].start_s;
+        if (segment_ > first_) --segment_;
+      }
+      X_aim_ = path_.CalcPose(segment_, t_s_);
+      if (segment_ == first_ && t_s_ <= segments[first_].start_s) EnterNextChain();
+      break;
+    }
+    case Phase::kOver: {
+      const Pose X_to = path_.CalcPose(segment_, t_s_);
+      const double way_mm = std::max(glm::distance(X_from_.p_AB, X_to.p_AB), 1.0);
+      share_ = std::min(share_ + pace_ * dt_s * hand_.lift_mm_per_s / way_mm, 1.0);
+      X_aim_ = {glm::slerp(X_from_.R_AB, X_to.R_AB, share_), glm::mix(X_from_.p_AB, X_to.p_AB, share_)};
+      if (share_ >= 1) {
+        phase_ = Phase::kCut;
+        ++strokes_;
+      }
+      break;
+    }
+  }
+  push_W_N_ += -std::expm1(-dt_s / kLean_s) * (push_W_N - push_W_N_);
+  // It has not come to rest when it turns back.
+  double fade = 1;
+  Vec3 stop_W_N{0};
+  if (phase_ != Phase::kOver && IsLastOfChain()) {
+    const double left_mm = CalcWayLeft();
+    fade = std::clamp(left_mm / std::clamp(kFade * hand_.lead_mm, kLeastFade_mm, kMostFade_mm), 0.0, 1.0);
+    stop_W_N = CalcStop(left_mm) * way_W_;
+  }
+  Intention intention;
+  intention.X_WH = X_aim_;
+  intention.v_W_mm_per_s = (X_aim_.Point(p_TC_mm_) - X_before.Point(p_TC_mm_)) / dt_s;
+  intention.push_W_N = fade * push_W_N_ + stop_W_N;
+  device_.SetIntention(intention);
+}
+
+}  // namespace kerf

@@ -1,0 +1,32 @@
+// What the effect "heat" leaves of a run: figures and a picture of the kerf's surroundings.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "cut/effects/heat/heat.h"
+#include "cut/effects/plan.h"
+#include "kerf/geometry.h"
+
+namespace kerf {
+
+struct HeatReport {
+  HeatParams params;
+  HeatFigures figures;
+  HeatBalance balance_mJ;
+  double memory_MB = 0;
+  HeatSection section;  // across the kerf, through the middle of what is warm; v along the kerf's normal
+};
+
+/// None when the plan has no heat. `X_WT`: a pose of the tool in its kerf. Allocates; between ticks only.
+std::optional<HeatReport> MakeHeatReport(const EffectPlan& effects, const Pose& X_WT);
+
+/// For people, in a line.
+std::string DescribeHeat(const HeatReport& heat);
+/// Stable keys with units.
+nlohmann::ordered_json HeatJson(const HeatReport& heat);
+/// Temperatures at the end of the run, with the lines of 47 C and of a dose of 16 min.
+void WriteHeatPicture(const HeatReport& heat, const std::string& name, const std::string& path);
+
+}  // namespace kerf

@@ -1,0 +1,581 @@
+// What `kerf loop` leaves behind: JSON, CSV, a report and two pictures.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "base/files/files.h"
+#include "base/files/markdown_text.h"
+#include "bone/vdb/bonefile.h"
+#include "cut/force/measured.h"
+#include "kerf/error.h"
+#include "kerf/version.h"
+#include "session/run/results_folder.h"
+#include "session/run/run_loop.h"
+#include "session/run/run_pictures.h"
+#include "session/run/run_scene.h"
+#include "session/run/summary_json.h"
+#include "session/run/write_pieces.h"
+#include "view/plot/plot.h"
+
+namespace kerf {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kHighestRate_Hz = 4000;  // that [loop] rate_hz takes
+
+/// All that a loop may write, but for the pieces.
+constexpr const char* kFiles[] = {"report.md",  "loop.json", "forces.csv",   "lateness.png", "force.png",
+                                  "scene.toml", "bone.vdb",  "before.png",   "after.png",    "cut.png",
+                                  "apart.png",  "heat.png",  "fragments.png"};
+
+/// Removed volume by level set and by occupancy: both are said where they differ by more than this share.
+constexpr double kSameVolume = 0.02;
+
+ordered_json TimesJson(const LoopTimeSummary& t) {
+  return {{"count", t.count},     {"p50_us", t.p50_us}, {"p99_us", t.p99_us},
+          {"p999_us", t.p999_us}, {"max_us", t.max_us}, {"mean_us", t.mean_us}};
+}
+
+const char* ToString(LoopEnd end) {
+  switch (end) {
+    case LoopEnd::kNotYet:
+      return "not yet";
+    case LoopEnd::kAsked:
+      return "asked";
+    case LoopEnd::kDeviceFailed:
+      return "device failed";
+    case LoopEnd::kFailed:
+      return "failed";
+  }
+  return "";
+}
+
+std::string Row(const LoopTimeSummary& t) {
+  return fmt::format("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} |\n", t.name, t.count, t.p50_us, t.p99_us,
+                     t.p999_us, t.max_us);
+}
+
+/// Bars as one outline; nothing where there are none, for a logarithmic axis.
+PlotSeries Outline(const std::string& label, const std::vector<LoopBar>& bars) {
+  PlotSeries series;
+  series.label = label;
+  constexpr double kNothing = 0.5;
+  const auto add = [&](double x, double y) {
+    series.x.push_back(std::max(x, 0.1));
+    series.y.push_back(std::max(y, kNothing));
+  };
+  if (!bars.empty()) add(bars.front().lower_us, 0);
+  for (const LoopBar& bar : bars) {
+    const double count = static_cast<double>(bar.count);
+    add(bar.lower_us, count);
+    add(bar.upper_us, count);
+  }
+  if (!bars.empty()) add(bars.back().upper_us, 0);
+  return series;
+}
+
+PlotSpec MakeLatenessPlot(const LoopSummary& s) {
+  PlotSpec spec;
+  spec.title = "How late ticks began, and how long they took";
+  spec.caption = fmt::format("{} ticks at {:g} Hz, {} missed; {}", s.counts.ticks, s.rate_hz, s.counts.missed,
+                             s.grants.fifo ? fmt::format("SCHED_FIFO {}", s.grants.priority) : "not SCHED_FIFO");
+  spec.x.label = "time (us); bars: eighths of an octave";
+  spec.x.log = true;
+  spec.y.label = "ticks";
+  spec.y.log = true;
+  spec.y.lower = 0.5;
+  spec.series = {Outline("lateness", s.lateness_bars), Outline("tick", s.tick_bars)};
+  PlotSeries period;
+  period.label = fmt::format("period, {:g} us", 1e6 / s.rate_hz);
+  period.x = {1e6 / s.rate_hz, 1e6 / s.rate_hz};
+  period.y = {0.5, std::max<double>(1, static_cast<double>(s.counts.ticks))};
+  period.colour = Rgb8{120, 120, 120};
+  period.dash = 6;
+  spec.series.push_back(period);
+  return spec;
+}
+
+PlotSpec MakeForcePlot(const LoopSummary& s) {
+  PlotSpec spec;
+  spec.title = "Force on the hand";
+  spec.caption = fmt::format("{}; device force = {:.3g} x simulated; slew limit {:.3g} N a tick", DescribeHeld(s),
+                             s.force.scale, s.force.slew_bound_N);
+  spec.x.label = "time (s)";
+  spec.y.label = "force (N)";
+  PlotSeries device;
+  device.label = "on the device, largest in each interval";
+  PlotSeries hand;
+  hand.label = "in the simulation, largest in each interval";
+  // No more points than pixels: the largest of each stretch, so that no spike is lost.
+  const std::vector<ForcePoint>& points = s.force_curve.points();
+  const std::size_t stretch = std::max<std::size_t>(points.size() / 1200, 1);
+  for (std::size_t i = 0; i < points.size(); i += stretch) {
+    ForcePoint largest = points[i];
+    for (std::size_t k = i; k < std::min(i + stretch, points.size()); ++k) {
+      largest = ForcePoint::Merge(largest, points[k]);
+    }
+    device.x.push_back(largest.time_s);
+    device.y.push_back(largest.device_N);
+    hand.x.push_back(largest.time_s);
+    hand.y.push_back(largest.hand_N);
+  }
+  spec.series = {device, hand};
+  return spec;
+}
+
+/// Writes results one by one; one that can't be written takes no other with it. A full disk is the usual reason.
+class ResultWriter {
+ public:
+  /// `name`: a file, or what its several files are.
+  void Write(const std::string& name, const std::function<void()>& write) {
+    try {
+      write();
+    } catch (const Error& e) {
+      if (lost_.empty()) first_ = e.what();
+      lost_.push_back(name);
+    }
+  }
+  bool HasLost(const std::string& name) const { return std::find(lost_.begin(), lost_.end(), name) != lost_.end(); }
+  /// Throws Error: the reason of the first that was lost, and the names of all others.
+  void ThrowIfLost() const {
+    if (lost_.empty()) return;
+    // The sentence names the first one, unless that is one of several files.
+    const bool is_named = first_.find(lost_.front()) != std::string::npos;
+    const std::span<const std::string> others = std::span(lost_).subspan(is_named ? 1 : 0);
+    throw Error(others.empty() ? first_ : fmt::format("{}; also lost: {}", first_, fmt::join(others, ", ")));
+  }
+
+ private:
+  std::string first_;
+  std::vector<std::string> lost_;
+};
+
+/// What grew with the run gets its name, or what was kept of it is written.
+void WriteLogs(LoopSummary& summary, const std::string& folder, ResultWriter& results) {
+  std::vector<std::string>& files = summary.files;
+  results.Write("forces.csv", [&] {
+    if (summary.force_log) {
+      summary.force_log->Commit();
+    } else {
+      WriteTextFile(folder + "/forces.csv", FormatLoopCsv(summary));
+    }
+    files.emplace_back("forces.csv");
+  });
+  results.Write("the sounds", [&] {
+    for (const std::string& name : summary.effect_files.WriteSounds(folder)) files.push_back(name);
+  });
+}
+
+std::string JoinTimes(const std::vector<LoopTimeSummary>& all) {
+  std::string rows;
+  for (const LoopTimeSummary& t : all) rows += Row(t);
+  return rows;
+}
+
+}  // namespace
+
+std::string DescribeHeld(const LoopSummary& s) {
+  return s.hand.empty() ? s.device : fmt::format("{} in the hand {}", s.device, s.hand);
+}
+
+std::string DescribeServed(const LoopSummary& s) {
+  std::string text;
+  for (const auto& [name, figure] : s.served) {
+    std::string words = name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    text += fmt::format("{}{} {:.5g}", text.empty() ? "" : ", ", words, figure);
+  }
+  return text;
+}
+
+std::string DescribeRemoved(const LoopSummary& s) {
+  const double least = kSameVolume * std::max(s.removed_mm3, s.removed_by_occupancy_mm3);
+  if (std::abs(s.removed_mm3 - s.removed_by_occupancy_mm3) <= least) return fmt::format("{:.3f} mm3", s.removed_mm3);
+  return fmt::format(
+      "{:.3f} mm3 by the bone's surface (exact), {:.3f} mm3 by the occupancy of voxels (what the ticks and forces.csv "
+      "add up to; coarse voxels make them differ)",
+      s.removed_mm3, s.removed_by_occupancy_mm3);
+}
+
+std::string DescribeStrokes(const LoopSummary& s) {
+  return fmt::format("{} stroke{} begun", s.strokes, s.strokes == 1 ? "" : "s");
+}
+
+std::string DescribePieces(const LoopSummary& s) {
+  std::string text = s.pieces.size() == 1 ? "one piece" : fmt::format("{} pieces", s.pieces.size());
+  for (std::size_t i = 0; i < s.pieces.size(); ++i) {
+    text += fmt::format("{}{:.3g} cm3", i == 0 ? ": " : ", ", s.pieces[i].volume_mm3 / 1000);
+    if (s.pieces[i].place != PieceFate::kHeld) text += fmt::format(" ({})", ToString(s.pieces[i].place));
+  }
+  if (s.dust_count > 0) {
+    text += fmt::format("; {} crumb{} of {:.3f} mm3 together", s.dust_count, s.dust_count == 1 ? "" : "s", s.dust_mm3);
+  }
+  return text;
+}
+
+std::string DescribeEnergy(const LoopSummary& s) {
+  return fmt::format(
+      "{:.4f} J from the hand + {:.4f} from the spindle as it draws the tool along = {:.4f} into the cut + {:.4f} "
+      "friction + {:.4f} in springs + "
+      "{:.4f} damping + {:.4f} lost to the time step ({:.2g} % of what was put in)",
+      s.hand_J, s.spindle_J, s.cut_J, s.friction_J, s.stored_J, s.damping_J, s.numerical_J,
+      100 * CalcNumericalShare(s));
+}
+
+double CalcNumericalShare(const LoopSummary& s) {
+  const double put_in_J = std::max(s.hand_J, 0.0) + std::max(s.spindle_J, 0.0);
+  return put_in_J > 0 ? std::max(s.numerical_J, 0.0) / put_in_J : 0;
+}
+
+void AddLoopWarnings(LoopSummary& s, int spare_leaves) {
+  if (!s.touched && !s.starts_in_bone) s.warnings.emplace_back("the tool met no bone");
+  if (const double share = CalcNumericalShare(s); share > 0.1) {
+    s.warnings.push_back(fmt::format(
+        "{:.0f} % of the energy that was put in was lost to the time step at {:g} Hz: the tool yields too far "
+        "in a tick; set {}more [simulation] substeps",
+        100 * share, s.rate_hz, s.rate_hz < kHighestRate_Hz ? "a higher rate, or " : ""));
+  }
+  if (s.leaves_used_up_s) {
+    s.warnings.push_back(fmt::format(
+        "the {} blocks of voxels set aside for cutting were used up after {:.1f} s: from then on the tool stops before "
+        "uncut bone; begin again from bone.vdb, or use larger voxels",
+        spare_leaves, *s.leaves_used_up_s));
+  }
+  if (s.starts_in_bone) {
+    s.warnings.emplace_back("the tool was set down inside the bone; what it held there went at once");
+  }
+}
+
+std::string DescribeNoise(const LoopSummary& s) {
+  return fmt::format("{:.2f} mN over the whole run; {}", s.force.noise_above_20_Hz_mN,
+                     s.force.cutting_noise_mN
+                         ? fmt::format("{:.2f} mN in the worst of the seconds in which it cut without a pause",
+                                       *s.force.cutting_noise_mN)
+                         : std::string("while cutting: n/a, no whole second was cut through"));
+}
+
+std::string FormatLoopJson(const Scene& scene, const LoopSummary& s) {
+  ordered_json stages = ordered_json::object();
+  for (const LoopTimeSummary& t : s.stages) stages[t.name] = TimesJson(t);
+  ordered_json steps = ordered_json::array();
+  for (const FidelityStep& step : s.fidelity_steps) {
+    steps.push_back({{"time_s", step.time_s},
+                     {"from", kerf::ToString(step.from)},
+                     {"to", kerf::ToString(step.to)},
+                     {"reason", kerf::ToString(step.reason)},
+                     {"share_over_budget", step.share_over},
+                     {"longest_us", step.longest_us}});
+  }
+  // Without the clock there are no times.
+  const auto times = [&s](const LoopTimeSummary& t) { return s.virtual_time ? ordered_json() : TimesJson(t); };
+  const auto finite = [](double value) { return std::isfinite(value) ? ordered_json(value) : ordered_json(); };
+  const FittedCoupling& fitted = s.setup.fitted;
+  ordered_json pieces = ordered_json::array();
+  for (const PieceSummary& piece : s.pieces) pieces.push_back(PieceJson(piece));
+  const auto bars = [&s](const std::vector<LoopBar>& all) {
+    if (s.virtual_time) return ordered_json();
+    ordered_json list = ordered_json::array();
+    for (const LoopBar& bar : all) list.push_back({bar.lower_us, bar.upper_us, bar.count});
+    return list;
+  };
+  ordered_json served;
+  for (const auto& [name, figure] : s.served) served[name] = figure;
+  ordered_json json = {
+      {"kerf", VersionString()},
+      {"scene", scene.name},
+      {"seconds_asked", s.seconds},
+      {"rate_hz", s.rate_hz},
+      {"virtual_time", s.virtual_time},
+      {"device", s.device},
+      {"served", served},
+      {"hand", s.hand.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(s.hand)},
+      {"coupling",
+       {{"asked_stiffness_N_per_mm", s.setup.asked_stiffness_N_per_mm},
+        {"stiffness_N_per_mm", fitted.coupling.stiffness_N_per_mm},
+        {"damping_Ns_per_mm", fitted.coupling.damping_Ns_per_mm},
+        {"lowered_for_device", fitted.lowered.by_device},
+        {"lowered_for_loop", fitted.lowered.by_loop},
+        {"torsion_Nmm_per_rad", fitted.coupling.torsion_Nmm_per_rad},
+        {"torsion_lowered_for_loop", fitted.lowered.torsion_by_loop},
+        {"device_bears_N_per_mm", finite(fitted.limits.stiffness_N_per_mm)},
+        {"sampled_loop_holds_N_per_mm", finite(fitted.limits.sampled_stiffness_N_per_mm)},
+        {"share_of_sampled_loop", kSampledShare},
+        {"encoder_steps_allow_N_per_mm",
+         s.setup.profile.friction_N > 0 ? finite(fitted.limits.quantum_stiffness_N_per_mm) : ordered_json()}}},
+      {"end", ToString(s.end)},
+      {"failure", s.failure},
+      {"granted",
+       {{"sched_fifo", s.grants.fifo},
+        {"priority", s.grants.priority},
+        {"memory_locked", s.grants.locked},
+        {"timer_slack_1_ns", s.grants.fine_timer},
+        {"scheduling", s.grants.scheduling},
+        {"memory", s.grants.memory}}},
+      {"ticks",
+       {{"count", s.counts.ticks},
+        {"missed", s.counts.missed},
+        {"longest_gap", s.counts.longest_gap},
+        {"with_status", s.counts.status_ticks},
+        {"simulated_s", s.simulated_s},
+        {"wall_s", s.wall_s}}},
+      {"tick", times(s.tick)},
+      {"lateness", times(s.lateness)},
+      {"stages", s.virtual_time ? ordered_json() : stages},
+      {"watchdog_trips", s.watchdog_trips},
+      {"ramps", s.counts.ramps},
+      {"fidelity_steps", steps},
+      {"fidelity_step_count", s.fidelity_step_count},
+      {"force",
+       {{"largest_N", s.force.largest_N},
+        {"largest_step_N", s.force.largest_step_N},
+        {"slew_bound_N", s.force.slew_bound_N},
+        {"largest_simulated_N", s.force.largest_simulated_N},
+        {"scale", s.force.scale},
+        {"noise_above_20_Hz_mN", s.force.noise_above_20_Hz_mN},
+        {"noise_above_20_Hz_while_cutting_mN",
+         s.force.cutting_noise_mN ? ordered_json(*s.force.cutting_noise_mN) : ordered_json()},
+        {"not_finite", s.counts.not_finite + s.device_counts.not_finite},
+        {"bad_poses", s.counts.bad_poses}}},
+      {"hand_strokes", s.strokes},
+      {"hand_rounds", s.rounds},
+      {"volume_before_mm3", s.volume_before_mm3},
+      {"volume_after_mm3", s.volume_after_mm3},
+      {"removed_mm3", s.removed_mm3},
+      {"removed_by_occupancy_mm3", s.removed_by_occupancy_mm3},
+      {"energy",
+       {{"hand_J", s.hand_J},
+        {"spindle_J", s.spindle_J},
+        {"stored_J", s.stored_J},
+        {"cut_J", s.cut_J},
+        {"friction_J", s.friction_J},
+        {"damping_J", s.damping_J},
+        {"numerical_J", s.numerical_J},
+        {"numerical_share_of_input", CalcNumericalShare(s)}}},
+      {"pieces", pieces},
+      {"dust", {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}}},
+      {"published",
+       {{"leaves", s.leaves_sent},
+        {"copy_is_bit_identical", s.mirror_identical},
+        {"log_rows_lost", s.counts.samples_lost}}},
+      {"bone_hash", fmt::format("{:016x}", s.bone_hash)},
+      {"force_hash", fmt::format("{:016x}", s.force_hash)},
+      {"lateness_bars_us", bars(s.lateness_bars)},
+      {"tick_bars_us", bars(s.tick_bars)},
+      {"warnings", s.warnings},
+      {"files", s.files}};
+  if (HaveFiles(s.pieces)) json["surface_error_mm"] = s.surface_error_mm;
+  json["force"]["law"] = scene.force.name();
+  json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
+  json["force"]["blades"] = DescribeBlades(scene.force);
+  if (s.cutting) json["cutting"] = ordered_json::parse(FormatCuttingJson(*s.cutting));
+  if (s.recorded) {
+    json["recording"] = {{"file", s.recorded->path},
+                         {"bytes", s.recorded->bytes},
+                         {"ticks", s.recorded->steps},
+                         {"failure", s.recorded->failure}};
+  }
+  if (s.undone) {
+    json["undo"] = {
+        {"restores", s.undone->restores}, {"checkpoints", s.undone->checkpoints}, {"kept_MB", s.undone->kept_MB}};
+    if (!s.virtual_time) json["undo"]["longest_ms"] = s.undone->longest_ms;
+  }
+  if (s.costs) json["costs"] = CostsJson(*s.costs);
+  if (!s.effects.empty()) json["effects"] = EffectsJson(s.effects);
+  if (s.heat) json["heat"] = HeatJson(*s.heat);
+  if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, !s.virtual_time);
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+std::string FormatLoopCsv(const LoopSummary& s) {
+  std::string csv = FormatForceHeader(s.effects.Header());
+  csv.reserve(csv.size() + 200 * s.rows.size());
+  for (std::size_t i = 0; i < s.rows.size(); ++i) AppendForceRow(s.rows[i], s.effects.Row(i), csv);
+  return csv;
+}
+
+std::string FormatLoopReport(const Scene& scene, const LoopSummary& s, bool pictures) {
+  std::string text = fmt::format("# {}\n\n", EscapeMarkdown(scene.title.empty() ? scene.name : scene.title));
+  text += fmt::format("{} with {}, {:.1f} s of it {} at {:g} Hz.\n\n", MarkdownCode(scene.name),
+                      EscapeMarkdown(DescribeHeld(s)), s.simulated_s, s.virtual_time ? "without the clock" : "live",
+                      s.rate_hz);
+  if (s.end != LoopEnd::kAsked) text += fmt::format("**The loop ended by itself: {}.**\n\n", EscapeMarkdown(s.failure));
+  for (const std::string& warning : s.warnings) text += fmt::format("**Warning: {}.**\n\n", EscapeMarkdown(warning));
+  if (!s.virtual_time) text += fmt::format("- {}\n- {}\n", s.grants.scheduling, s.grants.memory);
+  text += fmt::format("- Coupling: {}. Limits: {}.\n", EscapeMarkdown(DescribeCoupling(s.setup)),
+                      EscapeMarkdown(DescribeLimits(s.setup)));
+  text += fmt::format(
+      "- {} ticks; {} deadlines missed, at most {} in a row; the watchdog made the force zero {} times, and {} times "
+      "it began again from zero.\n",
+      s.counts.ticks, s.counts.missed, s.counts.longest_gap, s.watchdog_trips, s.counts.ramps);
+  text += fmt::format(
+      "- Force that was not finite: {}. Handle poses that were none: {}. Ticks limited or faulty: {} (bits of the "
+      "status column).\n",
+      s.counts.not_finite + s.device_counts.not_finite, s.counts.bad_poses, s.counts.status_ticks);
+  if (!s.served.empty()) text += fmt::format("- The device itself: {}.\n", EscapeMarkdown(DescribeServed(s)));
+  text += fmt::format(
+      "- Largest force on the device {:.3f} N, in the simulation {:.3f} N; largest step from tick to tick {:.4f} N, "
+      "where the slew limit is {:.4g} N a tick.\n",
+      s.force.largest_N, s.force.largest_simulated_N, s.force.largest_step_N, s.force.slew_bound_N);
+  text += fmt::format("- Force law {}.\n", DescribeLaw(scene));
+  if (s.cutting) text += fmt::format("- Cutting: {}.\n", DescribeCuttingEnergy(*s.cutting));
+  text += fmt::format("- Trembling of the device's force (above 20 Hz, RMS): {}.\n", DescribeNoise(s));
+  text +=
+      fmt::format("- {}, {} times through the path, {} removed.\n", DescribeStrokes(s), s.rounds, DescribeRemoved(s));
+  text += fmt::format("- The bone is {}.\n", DescribePieces(s));
+  text += fmt::format("- Energy: {}.\n", DescribeEnergy(s));
+  for (const std::string& effect : DescribeEffects(s.effects))
+    text += fmt::format("- Effect: {}.\n", EscapeMarkdown(effect));
+  if (s.heat) text += fmt::format("- Heat: {}.\n", DescribeHeat(*s.heat));
+  if (s.fragments) text += fmt::format("- Fragments: {}.\n", DescribeFragments(*s.fragments));
+  text += fmt::format("- {} leaves were sent to readers; a copy of the bone made from them is {}.\n", s.leaves_sent,
+                      s.mirror_identical ? "bit-identical to the bone" : "NOT the bone");
+  if (!s.virtual_time) {
+    text += "\n| us | ticks | p50 | p99 | p99.9 | max |\n| --- | --- | --- | --- | --- | --- |\n";
+    text += Row(s.tick) + Row(s.lateness) + JoinTimes(s.stages);
+  }
+  if (s.fidelity_step_count > 0) {
+    text += "\n| time (s) | from | to | why | over budget | longest (us) |\n| --- | --- | --- | --- | --- | --- |\n";
+    for (const FidelityStep& step : s.fidelity_steps) {
+      text += fmt::format("| {:.3f} | {} | {} | {} | {:.0f} % | {:.0f} |\n", step.time_s, kerf::ToString(step.from),
+                          kerf::ToString(step.to), kerf::ToString(step.reason), 100 * step.share_over, step.longest_us);
+    }
+    if (s.fidelity_step_count > static_cast<long>(s.fidelity_steps.size())) {
+      text += fmt::format("\n{} steps in all.\n", s.fidelity_step_count);
+    }
+  }
+  if (!pictures) return text;
+  for (const auto& [file, what] : {std::pair{"before.png", "Before the cut"},
+                                   {"after.png", "After the cut"},
+                                   {"cut.png", "The cut from near"},
+                                   {"apart.png", "The pieces moved apart"},
+                                   {"fragments.png", "The pieces moved apart"},
+                                   {"structures.png", "What must not be cut, and the blade's distance from it"},
+                                   {"guide.png", "The guide, and the way of the tool's middle"},
+                                   {"deviation.png", "Distance from the plan"},
+                                   {"heat.png", "Temperature around the kerf, at the end"},
+                                   {"force.png", "Force"},
+                                   {"lateness.png", "How late ticks began"}}) {
+    if (std::find(s.files.begin(), s.files.end(), file) == s.files.end()) continue;
+    text += fmt::format("\n![{}]({})\n", what, file);
+  }
+  return text;
+}
+
+namespace {
+
+/// The bone, its pieces and the pictures of them.
+void WriteBoneResults(const Scene& scene, LoopSummary& summary, const std::string& folder,
+                      const std::function<void(const std::string&, double)>& progress, double surface_error_mm,
+                      ResultWriter& results) {
+  std::vector<std::string>& files = summary.files;
+  const auto show = [&progress](const char* stage) {
+    return [&progress, stage](double fraction) {
+      if (progress) progress(stage, fraction);
+    };
+  };
+  const std::string title = scene.title.empty() ? scene.name : scene.title;
+  const auto write_one = [&](const std::string& name, const std::function<void(const std::string&)>& write) {
+    results.Write(name, [&] {
+      write(folder + "/" + name);
+      files.push_back(name);
+    });
+  };
+  if (scene.output.bone) write_one("bone.vdb", [&](const std::string& path) { WriteBone(summary.after, path); });
+  const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
+  summary.surface_error_mm = surface_error_mm;
+  std::vector<PieceSurface> surfaces;
+  results.Write("the pieces", [&] {
+    const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, out);
+    surfaces = WritePieces(scene, summary.piece_bones, pieces, surface_error_mm, folder, show("writing the pieces"),
+                           summary.pieces);
+  });
+  for (const PieceSummary& piece : summary.pieces) {
+    if (!piece.file.empty()) files.push_back(piece.file);
+  }
+  if (!scene.output.pictures) return;
+  if (!summary.moments.empty()) {
+    results.Write("the pictures of the bone", [&] {
+      RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
+      pictures.apart = !summary.fragments && !results.HasLost("the pieces");  // fragments.png shows that
+      pictures.out = out;
+      pictures.surfaces = surfaces;
+      for (const std::string& name : WriteRunPictures(pictures, show("drawing the pictures"), summary.warnings))
+        files.push_back(name);
+    });
+  }
+  if (summary.heat && summary.heat->section.columns > 0) {
+    write_one("heat.png", [&](const std::string& path) { WriteHeatPicture(*summary.heat, title, path); });
+  }
+  results.Write("the pictures of the effects", [&] {
+    for (const std::string& name :
+         summary.effect_files.WritePictures(folder, title, summary.after, MakeTool(scene), IsOfPatient(scene))) {
+      files.push_back(name);
+    }
+  });
+  if (summary.fragments) {
+    results.Write("fragments.png", [&] {
+      const bool drawn = WriteFragmentsPicture(*summary.fragments, summary.piece_bones, IsOfPatient(scene), title,
+                                               folder + "/fragments.png");
+      if (drawn) files.emplace_back("fragments.png");
+    });
+  }
+}
+
+}  // namespace
+
+void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string& folder,
+                     const std::function<void(const std::string&, double)>& progress, double surface_error_mm) {
+  MakeFolder(folder);
+  const std::vector<std::string> earlier = ReadEarlierResults(folder, "loop.json");
+  std::vector<std::string>& files = summary.files;
+  files = {"report.md", "loop.json"};
+  ResultWriter results;
+  const auto write_one = [&](const std::string& name, const std::function<void(const std::string&)>& write) {
+    results.Write(name, [&] {
+      write(folder + "/" + name);
+      files.push_back(name);
+    });
+  };
+  // First what was lost while the loop ran.
+  WriteLogs(summary, folder, results);
+  write_one("scene.toml", [&](const std::string& path) { WriteTextFile(path, ResolvedToml(scene)); });
+  if (!summary.virtual_time && !summary.lateness_bars.empty()) {
+    write_one("lateness.png", [&](const std::string& path) { WritePlot(MakeLatenessPlot(summary), path); });
+  }
+  if (!summary.force_curve.points().empty()) {
+    write_one("force.png", [&](const std::string& path) { WritePlot(MakeForcePlot(summary), path); });
+  }
+  // Kept, that is; nothing of the bone may be left.
+  if (!summary.before.empty()) WriteBoneResults(scene, summary, folder, progress, surface_error_mm, results);
+  results.Write("report.md", [&] { WriteTextFile(folder + "/report.md", FormatLoopReport(scene, summary, true)); });
+  results.Write("loop.json", [&] { WriteTextFile(folder + "/loop.json", FormatLoopJson(scene, summary)); });
+  if (!results.HasLost("loop.json")) RemoveStaleResults(folder, earlier, files);
+  results.ThrowIfLost();
+}
+
+void CheckLoopInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
+  std::vector<std::string> outputs;
+  for (const char* name : kFiles) outputs.push_back(fmt::format("{}/{}", folder, name));
+  for (const std::string& name : EffectFiles::Names()) outputs.push_back(fmt::format("{}/{}", folder, name));
+  for (const std::string& name : ReadEarlierResults(folder, "loop.json")) {
+    outputs.push_back(fmt::format("{}/{}", folder, name));
+  }
+  // How many pieces there will be is not known yet.
+  std::error_code none;
+  for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
+    const std::string name = file.path().filename().string();
+    if (name.starts_with("piece_") && name.ends_with(".stl")) outputs.push_back(file.path().string());
+  }
+  std::vector<std::string> inputs = ListInputs(scene, scene_file);
+  inputs.push_back(scene.device.file);
+  CheckInputsStay(inputs, outputs);
+}
+
+}  // namespace kerf

@@ -1,0 +1,156 @@
+#include "session/run/loop_setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/files/files.h"
+#include "cut/hand_sim/setup.h"
+#include "device/devices/profiles.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kMaxProfileBytes = std::size_t{1} << 20;
+constexpr int kMostSpareLeaves = 1 << 16;
+
+DeviceProfile ReadProfile(const SceneDevice& device) {
+  if (device.file.empty()) return FindDeviceProfile(device.profile);
+  try {
+    return FindDeviceProfile(ParseDeviceProfiles(ReadTextFile(device.file, kMaxProfileBytes), device.file),
+                             device.profile);
+  } catch (const Error& e) {
+    if (device.file_place.empty()) throw;
+    throw Error(fmt::format("{}: {}", device.file_place, e.what()));
+  }
+}
+
+/// A stiffness of the simulation, and what the device feels of it.
+std::string Both(double simulated_N_per_mm, double scale) {
+  if (!std::isfinite(simulated_N_per_mm)) return "any";
+  return fmt::format("{:.4g} N/mm ({:.4g} N/mm on the device)", simulated_N_per_mm, simulated_N_per_mm * scale);
+}
+
+/// The pull aside of the teeth where it is more than was measured of any saw; else empty.
+std::string DescribeWalk(const Scene& scene, const LoopSetup& setup) {
+  constexpr double kLeastMeasuredRatio = 1.4;
+  const auto effect = std::find_if(scene.effects.begin(), scene.effects.end(),
+                                   [](const EffectChoice& e) { return std::string(e.name()) == "tangential_force"; });
+  if (effect == scene.effects.end()) return "";
+  const double ratio = std::get<double>(effect->values().front());
+  if (ratio >= kLeastMeasuredRatio) return "";
+  // Hand and coupling in series hold the tool aside, in newtons of the simulation.
+  const double hand_N_per_mm = setup.hand.stiffness_N_per_mm / setup.force_scale;
+  const double K = setup.fitted.coupling.stiffness_N_per_mm;
+  const std::string aside =
+      hand_N_per_mm > 0 ? fmt::format("{:.2g} mm", (1 / K + 1 / hand_N_per_mm) / ratio) : std::string("any way");
+  return fmt::format(
+      "[effects.tangential_force] ratio = {:g} is below the 1.4 to 1.8 that were measured: for each newton of thrust "
+      "the teeth pull the tool aside with {:.2g} N, and it walks {} in this hand; where that leads over the edge of "
+      "the "
+      "bone, it drives itself round it (docs/effects.md)",
+      ratio, 1 / ratio, aside);
+}
+
+}  // namespace
+
+LoopSetup MakeLoopSetup(const Scene& scene) {
+  LoopSetup setup;
+  // Both as they are at the tool.
+  const double scale = scene.device.motion_scale;
+  setup.profile = ScaleProfile(ReadProfile(scene.device), scale);
+  setup.hand = FindHandModel(scene.hand.model);
+  setup.hand.mass_kg /= scale;
+  setup.hand.damping_Ns_per_mm /= scale;
+  setup.hand.stiffness_N_per_mm /= scale;
+  setup.force_map.expected_peak_N = scene.device.expected_peak_N;
+  setup.force_map.expected_peak_torque_Nmm = scene.device.expected_peak_torque_Nmm;
+  setup.force_map.slew_N_per_s = scene.device.slew_N_per_s;
+  setup.force_map.ramp_in_s = scene.device.ramp_s;
+  const ForceMap map(setup.profile, setup.force_map);
+  setup.force_scale = map.force_scale();
+  const CouplingParams asked = MakeCoupledParams(scene).coupling;
+  setup.asked_stiffness_N_per_mm = asked.stiffness_N_per_mm;
+  setup.asked_damping_Ns_per_mm = asked.damping_Ns_per_mm;
+  setup.fitted = FitCoupling(setup.profile, setup.hand, asked, map.force_scale(), map.torque_scale(),
+                             1 / scene.loop.rate_hz, scene.device.delay_ticks);
+  CoupledParams fitted = MakeCoupledParams(scene);
+  fitted.coupling = setup.fitted.coupling;
+  try {
+    CheckParams(fitted);
+  } catch (const Error& e) {
+    throw Error(fmt::format("[coupling], fitted to the device {} in the hand {} at {:g} Hz: {}", setup.profile.name,
+                            setup.hand.name, scene.loop.rate_hz, e.what()));
+  }
+  return setup;
+}
+
+int CountSpareLeaves(const Bone& bone) {
+  const double leaf_mm = 8 * bone.voxel_mm();
+  const double whole = bone.CalcVolume() / (leaf_mm * leaf_mm * leaf_mm);
+  return static_cast<int>(std::clamp(1.1 * whole + 64, 256.0, static_cast<double>(kMostSpareLeaves)));
+}
+
+std::string DescribeCoupling(const LoopSetup& setup) {
+  const FittedCoupling& f = setup.fitted;
+  const std::string loop_share =
+      fmt::format("{:.0f} % of what a loop at this rate holds with this hand", 100 * kSampledShare);
+  const char* const by_device = "what the device bears";
+  std::string text = Both(f.coupling.stiffness_N_per_mm, setup.force_scale);
+  const bool softer = f.coupling.stiffness_N_per_mm < setup.asked_stiffness_N_per_mm;
+  const bool damped_less = f.coupling.damping_Ns_per_mm < setup.asked_damping_Ns_per_mm;
+  if (softer) {
+    text += fmt::format(", lowered from {:.4g} to {}", setup.asked_stiffness_N_per_mm,
+                        f.lowered.by_loop ? loop_share + ": above, the hand might be flung about" : by_device);
+  }
+  if (f.lowered.torsion_by_loop || (f.lowered.by_device && !softer && !damped_less)) {
+    text += fmt::format("; its torsion lowered to {:.4g} N mm/rad, {}", f.coupling.torsion_Nmm_per_rad,
+                        f.lowered.torsion_by_loop ? loop_share : by_device);
+  }
+  if (damped_less) {
+    text += fmt::format(
+        "; its damping lowered from {:.4g} to {:.4g} N s/mm, {}", setup.asked_damping_Ns_per_mm,
+        f.coupling.damping_Ns_per_mm,
+        f.lowered.damping_by_loop ? "what the loop bears at this rate of a velocity that comes late" : by_device);
+  }
+  return text;
+}
+
+std::string DescribeLimits(const LoopSetup& setup) {
+  const CouplingLimits& limits = setup.fitted.limits;
+  return fmt::format(
+      "the device bears {}; a loop at this rate with this hand holds {}; {}",
+      Both(limits.stiffness_N_per_mm, setup.force_scale), Both(limits.sampled_stiffness_N_per_mm, setup.force_scale),
+      setup.profile.friction_N > 0 ? fmt::format("the encoder's steps can't keep it trembling below {}",
+                                                 Both(limits.quantum_stiffness_N_per_mm, setup.force_scale))
+                                   : std::string("the encoder's steps: the device has no friction, no such limit"));
+}
+
+std::vector<std::string> FindHandDoubts(const Scene& scene, const LoopSetup& setup) {
+  std::vector<std::string> doubts;
+  if (scene.coupling.at == CouplingPoint::kGrip && setup.profile.peak_torque_Nmm <= 0) {
+    doubts.push_back(
+        fmt::format("[coupling] at = \"grip\" and the device {} drives no torques: the hand doesn't feel the force's "
+                    "moment about the grip; set at = \"tool\"",
+                    setup.profile.name));
+  }
+  if (const double s = setup.profile.peak_force_N / scene.device.slew_N_per_s; s > 0.1) {
+    doubts.push_back(
+        fmt::format("[device] slew_N_per_s = {:g}: the device's force needs {:.2g} s to its peak, so it comes late, "
+                    "and what it gives "
+                    "back can be more than it took; give at least {:.3g}",
+                    scene.device.slew_N_per_s, s, 10 * setup.profile.peak_force_N));
+  }
+  if (scene.loop.rate_hz < 500) {
+    doubts.push_back(fmt::format(
+        "[loop] rate_hz = {:g}: below 500 ticks a second the steps of the force from tick to tick may be felt",
+        scene.loop.rate_hz));
+  }
+  if (const std::string walks = DescribeWalk(scene, setup); !walks.empty()) doubts.push_back(walks);
+  if (setup.fitted.lowered.any()) doubts.push_back("the coupling is " + DescribeCoupling(setup));
+  return doubts;
+}
+
+}  // namespace kerf

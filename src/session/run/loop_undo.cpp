@@ -1,0 +1,113 @@
+#include "session/run/loop_undo.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "kerf/error.h"
+
+namespace kerf {
+
+LoopAction ParseLoopAction(const std::string& text) {
+  const auto fail = [&] {
+    throw Error(
+        fmt::format("\"{}\" is no action; write TIME:checkpoint=NAME, TIME:undo, TIME:undo=NAME, TIME:redo or "
+                    "TIME:rpm=SPEED, TIME in s",
+                    text));
+  };
+  LoopAction action;
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos) fail();
+  const auto [end, error] = std::from_chars(text.data(), text.data() + colon, action.at_s);
+  if (error != std::errc{} || end != text.data() + colon || !(action.at_s >= 0 && action.at_s <= 1e9)) fail();
+  const std::size_t equals = text.find('=', colon);
+  const std::string word = text.substr(colon + 1, equals == std::string::npos ? equals : equals - colon - 1);
+  if (equals != std::string::npos) action.name = text.substr(equals + 1);
+  const bool named = equals != std::string::npos;
+  if (word == "checkpoint" && !action.name.empty()) {
+    action.kind = LoopAction::Kind::kCheckpoint;
+  } else if (word == "undo" && named == !action.name.empty()) {
+    action.kind = LoopAction::Kind::kUndo;
+  } else if (word == "redo" && !named) {
+    action.kind = LoopAction::Kind::kRedo;
+  } else if (word == "rpm" && named) {
+    action.kind = LoopAction::Kind::kSpindle;
+    const auto [stop, fault] = std::from_chars(action.name.data(), action.name.data() + action.name.size(), action.rpm);
+    if (fault != std::errc{} || stop != action.name.data() + action.name.size() || !(std::abs(action.rpm) <= 100'000)) {
+      fail();
+    }
+  } else {
+    fail();
+  }
+  return action;
+}
+
+LoopUndo::LoopUndo(CoupledSimulation& simulation, double most_MB)
+    : journal_(simulation.KeepHistory(), UndoParams{.most_MB = most_MB}) {}
+
+bool LoopUndo::Do(const LoopAction& action, const Tell& tell) {
+  if (!is_idle()) return false;
+  if (action.kind == LoopAction::Kind::kCheckpoint) {
+    const std::uint32_t number = journal_.Name(action.name);
+    tell("checkpoint", action.name, number);
+    if (!exchange_.AskCheckpoint(number)) throw Error("more is asked for than the loop can take up");
+    asked_checkpoint_ = number;
+    return true;
+  }
+  const bool redo = action.kind == LoopAction::Kind::kRedo;
+  journal_.Drain();
+  UndoJob* job = redo ? journal_.PrepareRedo()
+                      : journal_.PrepareUndo(action.name.empty() ? journal_.FindOneBack() : journal_.Find(action.name));
+  tell(redo ? "redo" : "undo", action.name, job->number);
+  asked_ = action;
+  if (!exchange_.Send(*job)) throw Error("more is asked for than the loop can take up");
+  return true;
+}
+
+bool LoopUndo::Poll() {
+  if (const UndoJob* job = journal_.job()) {
+    const RestoreJob::State state = job->state.load(std::memory_order_acquire);
+    if (state == RestoreJob::State::kWaiting || state == RestoreJob::State::kRunning) return false;
+    const std::string why = WhyRefused(state);
+    if (journal_.Finish()) {
+      ++restores_;
+      asked_.reset();
+      journal_.Drain();
+      return true;
+    }
+    if (state != RestoreJob::State::kChanged) throw Error(why);
+    const LoopAction again = *asked_;
+    Do(again, [](const std::string&, const std::string&, std::uint32_t) {});
+    return false;
+  }
+  journal_.Drain();
+  if (asked_checkpoint_ != 0) {
+    const std::vector<UndoCheckpoint> made = journal_.checkpoints();
+    // The newest is the one asked for last; it may be gone already where little memory is kept.
+    if (!made.empty() && made.back().number >= asked_checkpoint_) asked_checkpoint_ = 0;
+  }
+  return false;
+}
+
+void LoopUndo::Repeat(const RecordedStep& step, const std::vector<RecordedEvent>& names) {
+  Poll();
+  if ((step.flags & kRecordedCheckpoint) != 0) {
+    std::string name = "checkpoint";
+    for (const RecordedEvent& event : names) {
+      if (event.what == "checkpoint" && event.number == step.checkpoint) name = event.name;
+    }
+    const std::uint32_t number = journal_.Name(name);
+    asked_checkpoint_ = number;
+    if (number != step.checkpoint || !exchange_.AskCheckpoint(number)) {
+      throw Error(fmt::format("the recording's checkpoint {} can't be made again", step.checkpoint));
+    }
+  } else if ((step.flags & (kRecordedUndo | kRecordedRedo)) != 0) {
+    journal_.Drain();
+    const bool redo = (step.flags & kRecordedRedo) != 0;
+    UndoJob* job = redo ? journal_.PrepareRedo() : journal_.PrepareUndo(step.checkpoint);
+    if (!exchange_.Send(*job)) throw Error("the recording's undo can't be done again");
+  }
+}
+
+}  // namespace kerf

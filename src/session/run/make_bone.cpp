@@ -1,0 +1,52 @@
+#include "session/run/make_bone.h"
+
+#include "base/files/files.h"
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
+#include "bone/models/mandible.h"
+#include "bone/vdb/bonefile.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+/// With the table of regions that the scene names, or its own.
+Bone MakePlainBone(const Scene& scene, const std::function<void(double)>& progress) {
+  MaterialTable materials = DefaultMandibleTable();
+  if (!scene.bone.materials.empty()) {
+    materials = ParseRegionTable(ReadTextFile(scene.bone.materials), scene.bone.materials);
+  }
+  switch (scene.bone.source) {
+    case BoneSource::kFile: {
+      ReadBoneOptions options;
+      options.hu = scene.material.kind == MaterialKind::kCt;
+      Bone bone = ReadBone(scene.bone.file, options);
+      if (!scene.bone.materials.empty()) {
+        for (const auto& [id, volume_mm3] : bone.CalcRegionVolumes()) {
+          if (id == 0 || materials.Contains(id)) continue;
+          throw Error(scene.bone.materials + ": has no row for region " + std::to_string(id) + " of " +
+                      scene.bone.file);
+        }
+        bone.set_materials(materials);
+      }
+      return bone;
+    }
+    case BoneSource::kBlock:
+    case BoneSource::kPlate:
+      return MakeBlock(scene.bone.block, materials);
+    case BoneSource::kMandible:
+      return MakeMandible(scene.bone.mandible, materials, progress);
+  }
+  throw Error("the scene names no bone");
+}
+
+}  // namespace
+
+Bone MakeSceneBone(const Scene& scene, const std::function<void(double)>& progress, MaterialSummary* material) {
+  Bone bone = MakePlainBone(scene, progress);
+  MaterialSummary summary = ApplySceneMaterial(scene, bone);
+  if (material != nullptr) *material = std::move(summary);
+  return bone;
+}
+
+}  // namespace kerf

@@ -1,0 +1,199 @@
+#include "session/run/replay_body.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/core/hash.h"
+#include "kerf/error.h"
+#include "session/run/session_recorder.h"
+
+namespace kerf {
+namespace {
+
+// Of a time that is a sum of many.
+constexpr double kSameTime_s = 1e-9;
+
+constexpr std::uint32_t kBeside = kRecordedPieceLeaves | kRecordedCheckpoint | kRecordedUndo | kRecordedRedo;
+constexpr std::uint32_t kTold = kBeside | kRecordedTakenUp;
+// Of the flags that come out of a tick.
+constexpr std::uint32_t kCompared =
+    kRecordedReadFailed | kRecordedWriteFailed | kRecordedForceOff | kRecordedPieceLeaves;
+
+}  // namespace
+
+bool ReplayDevice::Read(DeviceSample& sample) noexcept {
+  if (handed_over_) return behind_.Read(sample);
+  sample.X_WH = step_.X;
+  sample.buttons = step_.buttons;
+  return (step_.flags & kRecordedReadFailed) == 0;
+}
+
+bool ReplayDevice::Write(const Vec3& f_H_W_N, const Vec3& tau_H_W_Nmm) noexcept {
+  const bool wrote = behind_.Write(f_H_W_N, tau_H_W_Nmm);
+  return handed_over_ ? wrote : (step_.flags & kRecordedWriteFailed) == 0;
+}
+
+RecordedSteps::RecordedSteps(RecordingReader& reader, double until_s) : reader_(reader), until_s_(until_s) {}
+
+const RecordedStep* RecordedSteps::Peek() {
+  if (step_ >= reader_.damage().whole_steps) return nullptr;
+  while (at_ == block_.steps.size()) {
+    if (!reader_.ReadBlock(blocks_, block_)) return nullptr;
+    ++blocks_;
+    at_ = 0;
+  }
+  const RecordedStep& next = block_.steps[at_];
+  const bool set_down = (next.flags & kRecordedSetDown) != 0;
+  if (!set_down && time_s_ + CalcElapsed(next, reader_.head().rate_hz) > until_s_ + kSameTime_s) return nullptr;
+  return &next;
+}
+
+void RecordedSteps::Pop() {
+  const RecordedStep& step = block_.steps[at_++];
+  ++step_;
+  time_s_ += CalcElapsed(step, reader_.head().rate_hz);
+}
+
+namespace {
+
+/// Of things in the order of their steps.
+template <typename T>
+const T* FindAt(const std::vector<T>& noted, std::uint64_t step) {
+  const auto it =
+      std::lower_bound(noted.begin(), noted.end(), step, [](const T& a, std::uint64_t b) { return a.step < b; });
+  return it == noted.end() || it->step != step ? nullptr : &*it;
+}
+
+}  // namespace
+
+const RecordedState* RecordedSteps::FindState() const {
+  return FindAt(block_.states, step_);
+}
+const RecordedHash* RecordedSteps::FindHash() const {
+  return FindAt(block_.hashes, step_);
+}
+
+void CheckBone(const RecordingHead& head, const Bone& bone) {
+  if (const std::uint64_t hash = bone.CalcHash(); hash != head.bone_hash) {
+    throw Error(fmt::format("the bone is not the one that was recorded: its state is {:016x}, the recording's {:016x}",
+                            hash, head.bone_hash));
+  }
+  if (bone.CalcMaterialHash() != head.material_hash) {
+    throw Error("the bone is not the one that was recorded: it has the same voxels, but is of other material");
+  }
+}
+
+void CheckEnd(const RecordingReader& recording, Replayed& replayed) {
+  const std::optional<RecordingEnd>& end = recording.end();
+  if (replayed.divergence || !end || replayed.steps != end->steps) return;
+  const char* what = end->bone_hash && *end->bone_hash != replayed.bone_hash ? "the bone at the end"
+                     : end->voxel_hash != replayed.voxel_hash                ? "the voxels at the end"
+                     : end->force_hash != replayed.force_hash                ? "the forces, all together"
+                     : end->time_s != replayed.time_s                        ? "the time at the end"
+                                                                             : nullptr;
+  if (what != nullptr) replayed.divergence = {replayed.steps, replayed.time_s, what};
+}
+
+void ReplayCheck::Expect(const RecordedSteps& steps, const RecordedStep& step) {
+  number_ = steps.step();
+  step_ = step;
+  const RecordedState* state = steps.FindState();
+  const RecordedHash* hash = steps.FindHash();
+  state_ = state != nullptr ? std::optional(*state) : std::nullopt;
+  hash_ = hash != nullptr ? std::optional(*hash) : std::nullopt;
+  const std::string wrong = events_.Take(step, number_, steps.time_s());
+  if (!wrong.empty()) Diverge(steps.time_s(), wrong);
+  // When the tool is set down nothing is noted.
+  const bool set_down = (step.flags & kRecordedSetDown) != 0;
+  const auto is_due = [&](int every) { return !set_down && (number_ + 1) % static_cast<std::uint64_t>(every) == 0; };
+  const RecordingHead& head = recording_.head();
+  if (state_.has_value() != is_due(head.state_every_steps)) {
+    Diverge(steps.time_s(), state_ ? "a row of states that is too many" : "a row of states is missing");
+  }
+  if (hash_.has_value() != is_due(head.hash_every_steps)) {
+    Diverge(steps.time_s(), hash_ ? "hashes that are too many" : "hashes are missing");
+  }
+}
+
+void ReplayCheck::Diverge(double time_s, const std::string& what) {
+  if (!divergence_) divergence_ = {number_, time_s, what};
+}
+
+void ReplayCheck::Compare(const TickToRecord& came, double time_s) {
+  force_hash_ = MixHash(force_hash_ ^ came.hash);
+  voxel_hash_ = came.voxel_hash;
+  removed_mm3_ += came.state.removed_mm3;
+  if (divergence_) return;
+  if (const std::string what = FindDifference(came, time_s); !what.empty()) Diverge(time_s, what);
+}
+
+std::string ReplayCheck::FindDifference(const TickToRecord& came, double time_s) const {
+  const RecordedStep& step = came.step;
+  const std::uint16_t mask = MaskOf(recording_.head().check_bits);
+  const bool forces = (step.force_check & mask) != step_.force_check || (hash_ && hash_->force != force_hash_);
+  const bool voxels = (step.bone_check & mask) != step_.bone_check || (hash_ && hash_->bone != voxel_hash_);
+  if (forces || voxels) {
+    std::string what = forces && voxels ? "the forces (or the tool's pose) and the voxels"
+                       : forces         ? "the forces or the tool's pose"
+                                        : "the voxels";
+    if (!forces || !state_) return what;
+    const Vec3& now = came.state.f_N;
+    return what + fmt::format("; force recorded {:.3f} {:.3f} {:.3f} N, now {:.3f} {:.3f} {:.3f} N", state_->f_N.x,
+                              state_->f_N.y, state_->f_N.z, now.x, now.y, now.z);
+  }
+  if (((step.flags ^ step_.flags) & kCompared) != 0) return "what happened beside the tick";
+  if (!state_) return "";
+  RecordedState now = came.state;
+  now.time_s = time_s;
+  now.removed_mm3 = removed_mm3_;
+  const std::string difference = DescribeDifference(*state_, now);
+  return difference.empty() ? "" : fmt::format("the row of states of {:.3f} s: {}", time_s, difference);
+}
+
+ReplayBody::ReplayBody(StepBody& body, CoupledSimulation& simulation, ReplayDevice& device, RecordedSteps& steps,
+                       std::function<void(const RecordedStep&)> beside)
+    : body_(body),
+      simulation_(simulation),
+      device_(device),
+      steps_(steps),
+      beside_(std::move(beside)),
+      check_(steps.recording()) {}
+
+bool ReplayBody::Prepare() {
+  if (done_) check_.Compare(MakeTickToRecord(*done_), steps_.time_s());
+  done_.reset();
+  while (const RecordedStep* next = steps_.Peek()) {
+    step_ = *next;
+    check_.Expect(steps_, step_);
+    steps_.Pop();
+    if ((step_.flags & kRecordedSetDown) != 0) {
+      simulation_.SetDown(step_.X);
+      continue;
+    }
+    device_.Give(step_);
+    if ((step_.flags & kTold) != 0) beside_(step_);
+    return true;
+  }
+  return false;
+}
+
+bool ReplayBody::Tick(double dt_s, TickObserver& observer, LoopTick& report) {
+  if (handed_over_) {
+    const bool good = body_.Tick(dt_s, observer, report);
+    report.given.taken_up = std::exchange(first_, false);
+    return good;
+  }
+  if ((step_.flags & kRecordedForceOff) != 0) body_.RampIn();
+  const auto fidelity = static_cast<Fidelity>(step_.fidelity);
+  if (simulation_.fidelity() != fidelity) body_.SetFidelity(fidelity);
+  body_.set_rpm(step_.rpm);
+  body_.Tick(step_.dt_s, observer, report);
+  report.given.skipped = step_.skipped;
+  report.given.taken_up = (step_.flags & kRecordedTakenUp) != 0;
+  done_ = report;
+  return true;
+}
+
+}  // namespace kerf

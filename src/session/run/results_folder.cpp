@@ -1,0 +1,39 @@
+#include "session/run/results_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "base/files/files.h"
+
+namespace kerf {
+
+std::vector<std::string> ReadEarlierResults(const std::string& folder, const std::string& list) {
+  std::vector<std::string> names;
+  std::error_code failed;
+  if (!std::filesystem::is_regular_file(folder + "/" + list, failed)) return names;
+  const auto summary = nlohmann::json::parse(ReadTextFile(folder + "/" + list), nullptr, false);
+  if (!summary.is_object() || !summary.contains("kerf") || !summary.contains("files")) return names;
+  for (const auto& file : summary["files"]) {
+    if (!file.is_string()) continue;
+    const std::filesystem::path name(file.get<std::string>());
+    const std::string extension = name.extension().string();
+    constexpr std::string_view kResults[] = {".png", ".svg", ".stl", ".vdb", ".csv", ".wav", ".md"};
+    const bool result = std::find(std::begin(kResults), std::end(kResults), extension) != std::end(kResults);
+    if (result && name == name.filename()) names.push_back(name.string());
+  }
+  return names;
+}
+
+void RemoveStaleResults(const std::string& folder, const std::vector<std::string>& earlier,
+                        const std::vector<std::string>& written) {
+  for (const std::string& name : earlier) {
+    if (std::find(written.begin(), written.end(), name) != written.end()) continue;
+    std::error_code ignored;
+    std::filesystem::remove(std::filesystem::path(folder) / name, ignored);
+  }
+}
+
+}  // namespace kerf

@@ -1,0 +1,372 @@
+#include "session/run/run_pictures.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <numeric>
+
+#include "bone/grid/surface.h"
+#include "bone/mesh/reduce.h"
+#include "view/picture/colours.h"
+#include "view/picture/picture.h"
+#include "view/plot/plot.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kCloseUpMm = 34;        // height of what the close-up shows
+constexpr double kShortestBandMm = 0.4;  // thinner runs of a region join their neighbour
+
+/// Where the tool met bone first and hardest, and how it stood.
+struct Moments {
+  std::size_t first = 0;  // tick of first contact
+  std::size_t peak = 0;   // tick of the largest force
+  std::size_t last = 0;   // last tick in bone
+  bool any = false;
+};
+
+Moments FindMoments(const std::vector<TickRecord>& ticks) {
+  Moments m;
+  double peak = 0;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    if (ticks[i].out.engaged_teeth <= 0) continue;
+    if (!m.any) m.first = i;
+    m.any = true;
+    m.last = i;
+    const double force = glm::length(ticks[i].out.f_T_W_N);
+    if (force > peak) {
+      peak = force;
+      m.peak = i;
+    }
+  }
+  return m;
+}
+
+Shape ShapeOf(const Bone& bone, TriangleMesh mesh, std::vector<LegendEntry>* legend) {
+  Shape shape;
+  SurfaceColours colours = CalcSurfaceColours(bone, mesh, ColourBy::kTissue);
+  shape.point_colours = std::move(colours.points);
+  shape.mesh_W = std::move(mesh);
+  if (legend) *legend = std::move(colours.legend);
+  return shape;
+}
+
+/// The closed parts of a surface that enclose less than `volume_mm3`.
+TriangleMesh KeepSmallParts(const TriangleMesh& mesh, double volume_mm3) {
+  std::vector<std::uint32_t> part(mesh.points.size());
+  std::iota(part.begin(), part.end(), 0U);
+  const auto find = [&](std::uint32_t p) {
+    while (part[p] != p) p = part[p] = part[part[p]];
+    return p;
+  };
+  for (const auto& t : mesh.triangles) {
+    for (const std::uint32_t p : {t[1], t[2]}) part[find(p)] = find(t[0]);
+  }
+  std::vector<double> sums(mesh.points.size(), 0);
+  for (const auto& t : mesh.triangles) {
+    const Vec3& a = mesh.points[t[0]];
+    sums[find(t[0])] += glm::dot(a, glm::cross(mesh.points[t[1]], mesh.points[t[2]])) / 6;
+  }
+  TriangleMesh small;
+  std::map<std::uint32_t, std::uint32_t> ids;
+  for (auto t : mesh.triangles) {
+    const double enclosed = sums[find(t[0])];
+    if (enclosed <= 0 || enclosed >= volume_mm3) continue;
+    for (std::uint32_t& p : t) {
+      const auto [at, is_new] = ids.emplace(p, static_cast<std::uint32_t>(small.points.size()));
+      if (is_new) small.points.push_back(mesh.points[p]);
+      p = at->second;
+    }
+    small.triangles.push_back(t);
+  }
+  return small;
+}
+
+/// The bone after the cut: its pieces, and what is too small to be one.
+void AddAfter(const RunPictures& run, PictureSpec& spec) {
+  for (const PieceSurface& piece : run.surfaces) {
+    spec.shapes.push_back(piece.shape);
+    for (const LegendEntry& entry : piece.legend) {
+      const bool listed = std::any_of(spec.legend.begin(), spec.legend.end(),
+                                      [&](const LegendEntry& other) { return other.text == entry.text; });
+      if (!listed) spec.legend.push_back(entry);
+    }
+  }
+  TriangleMesh dust = KeepSmallParts(ExtractSurface(run.after), run.scene.output.smallest_piece_mm3);
+  if (!dust.triangles.empty()) spec.shapes.push_back(ShapeOf(run.after, std::move(dust), nullptr));
+}
+
+Vec3 UpNotAlong(const Vec3& direction) {
+  return std::abs(glm::normalize(direction).z) < 0.9 ? Vec3(0, 0, 1) : Vec3(0, -1, 0);
+}
+
+bool ShowsBone(const PictureSpec& spec) {
+  return std::any_of(spec.shapes.begin(), spec.shapes.end(),
+                     [](const Shape& shape) { return !shape.mesh_W.triangles.empty(); });
+}
+
+Vec3 Centroid(const TriangleMesh& mesh) {
+  Vec3 sum(0);
+  for (const Vec3& p : mesh.points) sum += p;
+  return mesh.points.empty() ? sum : sum / static_cast<double>(mesh.points.size());
+}
+
+/// The bone seen from the side that the cut is on, a little from above and in front.
+Camera OverviewCamera(const Bone& bone, const Vec3& cut_W) {
+  const double side = cut_W.x - bone.CalcBounds().centre().x;
+  return {Vec3(side >= 0 ? 0.75 : -0.75, -1, 0.55), Vec3(0, 0, 1), {}, 0};
+}
+
+/// The point of the tool that led the way at a tick.
+Vec3 LeadingPoint(const std::vector<TickRecord>& ticks, std::size_t i, double reach_mm) {
+  const Vec3 feed = ticks[i].X_WT.p_AB - ticks[i > 0 ? i - 1 : i].X_WT.p_AB;
+  const double length = glm::length(feed);
+  return ticks[i].X_WT.p_AB + (length > 0 ? reach_mm / length * feed : Vec3(0));
+}
+
+/// Level, in the disc's plane, away from the middle of the bone.
+Vec3 CalcOutward(const Bone& bone, const Vec3& p_W, const Vec3& normal) {
+  Vec3 outward = p_W - bone.CalcBounds().centre();
+  outward.z = 0;
+  outward -= glm::dot(outward, normal) * normal;
+  outward.z = 0;
+  if (glm::length(outward) < 1e-6) outward = Vec3(-normal.y, normal.x, 0);
+  if (glm::length(outward) < 1e-6) outward = Vec3(0, -1, 0);
+  return glm::normalize(outward);
+}
+
+}  // namespace
+
+bool IsOfPatient(const Scene& scene) {
+  return scene.bone.source == BoneSource::kFile || scene.bone.source == BoneSource::kMandible;
+}
+
+PieceSurface MakePieceSurface(const Bone& piece, double error_mm) {
+  PieceSurface surface;
+  surface.shape = ShapeOf(piece, ExtractSurface(piece), &surface.legend);
+  const TriangleMesh& full = surface.shape.mesh_W;
+  surface.full_triangles = full.triangles.size();
+  if (!(error_mm > 0)) {
+    surface.mesh_W = full;
+    return surface;
+  }
+  std::vector<std::uint32_t> colours;
+  colours.reserve(full.points.size());
+  for (const Rgb8& c : surface.shape.point_colours) colours.push_back(c[0] + 256U * c[1] + 65536U * c[2]);
+  const double errors_mm[] = {error_mm / 4, error_mm};
+  std::vector<ReducedMesh> steps = ReduceInSteps(full, errors_mm, colours);
+  std::vector<Rgb8> kept;
+  for (const std::uint32_t p : steps[0].from) kept.push_back(surface.shape.point_colours[p]);
+  surface.shape.mesh_W = std::move(steps[0].mesh);
+  surface.shape.point_colours = std::move(kept);
+  surface.mesh_W = std::move(steps[1].mesh);
+  return surface;
+}
+
+std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress,
+                                          std::vector<std::string>& warnings) {
+  std::vector<std::string> written;
+  std::vector<std::string> left_out;
+  const Moments moments = FindMoments(run.ticks);
+  const TickRecord& first = run.ticks[moments.any ? moments.first : 0];
+  const TickRecord& peak = run.ticks[moments.any ? moments.peak : 0];
+  const bool patient = IsOfPatient(run.scene);
+  const Tool tool = MakeTool(run.scene);
+  const Camera overview = OverviewCamera(run.before, peak.X_WT.p_AB);
+  const std::string name = run.scene.title.empty() ? run.scene.name : run.scene.title;
+  const auto write = [&](const PictureSpec& spec, const char* file) {
+    if (!ShowsBone(spec)) {
+      left_out.emplace_back(file);
+      return;
+    }
+    WritePicture(spec, run.folder + "/" + file);
+    written.emplace_back(file);
+    if (progress) progress(static_cast<double>(written.size()) / 5);
+  };
+  const auto base = [&](const std::string& title) {
+    PictureSpec spec;
+    spec.title = title;
+    spec.orientation = patient ? Orientation::kPatient : Orientation::kAxes;
+    return spec;
+  };
+
+  PictureSpec before = base(name + ": before the cut");
+  before.shapes.push_back(ShapeOf(run.before, ExtractSurface(run.before), &before.legend));
+  before.tools.push_back({tool, first.X_WT, 1});
+  before.camera = overview;
+  before.caption = fmt::format("{:.1f} cm3 of bone; {}, at first contact", run.before.CalcVolume() / 1000,
+                               DescribeTool(run.scene.tool));
+  write(before, "before.png");
+  before = {};
+
+  PictureSpec after = base(name + ": after the cut");
+  AddAfter(run, after);
+  after.caption = fmt::format("{} separate piece{}{}", run.pieces.size(), run.pieces.size() == 1 ? "" : "s",
+                              run.out.empty() ? "" : " in place");
+  for (const PieceOut& piece : run.out) {
+    if (piece.id != kAllDust) after.caption += fmt::format(", 1 {}", ToString(piece.fate));
+    if (piece.fate != PieceFate::kMoved) continue;
+    Shape shape = ShapeOf(piece.bone, ExtractSurface(piece.bone), nullptr);
+    for (Vec3& p : shape.mesh_W.points) p += piece.move_mm;
+    after.shapes.push_back(std::move(shape));
+  }
+  after.camera = overview;
+  after.fit_to_tool = false;
+  write(after, "after.png");
+
+  // The kerf's mouth on the outer side of the bone, seen a little from above and from one side of the disc's plane.
+  PictureSpec cut = base(name + ": the cut from near");
+  cut.shapes = after.shapes;
+  cut.legend = after.legend;
+  const TickRecord& last = run.ticks[moments.any ? moments.last : 0];
+  const Vec3 normal = peak.X_WT.Vector({0, 0, 1});
+  const Vec3 middle = 0.5 * (LeadingPoint(run.ticks, moments.first, CalcReach(tool)) +
+                             LeadingPoint(run.ticks, moments.last, CalcReach(tool)));
+  const Vec3 across = glm::dot(normal, overview.toward_eye_W) < 0 ? -normal : normal;
+  const Vec3 outward = CalcOutward(run.before, middle, normal);
+  const Vec3 toward_eye = outward + 0.55 * across + Vec3(0, 0, 0.35);
+  const double travel_mm = glm::length(last.X_WT.p_AB - first.X_WT.p_AB);
+  cut.camera = MakeCamera(toward_eye, UpNotAlong(toward_eye), middle, std::clamp(travel_mm + 12, 16.0, 48.0));
+  cut.tools.push_back({tool, peak.X_WT, 1});
+  const double peak_N = glm::length(peak.out.f_T_W_N);
+  if (peak_N > 0) {
+    const Vec3 tail = LeadingPoint(run.ticks, moments.peak, CalcReach(tool));
+    const Vec3 tip = tail + peak.out.f_T_W_N / peak_N * 8.0;
+    cut.arrows.push_back({tail, tip, kForceColour, fmt::format("{:.1f} N", peak_N)});
+  }
+  cut.caption = fmt::format(
+      "bone after the cut; tool and force on it (from its leading edge) when that was largest: {:.1f} N at {:.2f} s",
+      peak_N, peak.time_s);
+  if (moments.any) write(cut, "cut.png");
+  cut = {};
+  after = {};
+
+  if (run.apart && run.pieces.size() > 1) {
+    PictureSpec apart = base(name + ": the pieces moved apart");
+    constexpr double kGapMm = 6;
+    for (const PieceSurface& piece : run.surfaces) {
+      if (apart.legend.empty()) apart.legend = piece.legend;
+      Shape shape = piece.shape;
+      const double side = glm::dot(Centroid(shape.mesh_W) - peak.X_WT.p_AB, normal);
+      for (Vec3& p : shape.mesh_W.points) p += (side < 0 ? -kGapMm : kGapMm) * normal;
+      apart.shapes.push_back(std::move(shape));
+    }
+    apart.camera = {across + 0.75 * outward + Vec3(0, 0, 0.45), Vec3(0, 0, 1), {}, 0};
+    apart.caption =
+        fmt::format("{} pieces, moved {:g} mm apart along the spindle's axis; the cut faces show the layers",
+                    run.pieces.size(), 2 * kGapMm);
+    write(apart, "apart.png");
+  }
+
+  if (moments.any && run.force_plot) {
+    WritePlot(MakeForcePlot(run.ticks, run.after.materials(), name), run.folder + "/force.png");
+    written.emplace_back("force.png");
+  }
+  if (!left_out.empty()) {
+    warnings.push_back(fmt::format("no bone is left to draw: {} {} not written", fmt::join(left_out, " and "),
+                                   left_out.size() == 1 ? "is" : "are"));
+  }
+  return written;
+}
+
+namespace {
+
+struct Run {
+  int region;
+  double x0;
+  double x1;
+};
+
+/// Stretches of travel in which one region carries most of the force; short ones joined to the one before.
+std::vector<Run> FindRegionRuns(const std::vector<TickRecord>& ticks, std::size_t segment) {
+  std::vector<Run> runs;
+  for (const TickRecord& t : ticks) {
+    if (t.segment != segment || t.out.main_region == 0) continue;
+    const bool goes_on = !runs.empty() && t.travel_mm - runs.back().x1 < kShortestBandMm;
+    if (!goes_on || runs.back().region != t.out.main_region)
+      runs.push_back({t.out.main_region, t.travel_mm, t.travel_mm});
+    runs.back().x1 = t.travel_mm;
+  }
+  std::vector<Run> merged;
+  for (const Run& run : runs) {
+    const bool adjoins = !merged.empty() && run.x0 - merged.back().x1 < kShortestBandMm;
+    if (adjoins && (run.x1 - run.x0 < kShortestBandMm || merged.back().region == run.region)) {
+      merged.back().x1 = run.x1;
+      continue;
+    }
+    if (adjoins) merged.back().x1 = run.x0;
+    merged.push_back(run);
+  }
+  return merged;
+}
+
+/// Pale, and told apart from their neighbours; by order of appearance, so that neighbours always differ.
+constexpr Rgb8 kBandColours[] = {{252, 232, 205}, {219, 234, 245}, {222, 240, 226},
+                                 {240, 226, 238}, {250, 244, 205}, {228, 228, 228}};
+
+}  // namespace
+
+PlotSpec MakeForcePlot(const std::vector<TickRecord>& ticks, const MaterialTable& materials, const std::string& name) {
+  PlotSpec plot;
+  plot.title = name + ": force on the tool";
+  plot.x.label = "travel along the feed since first contact (mm); for a plunge, the depth";
+  plot.y.label = "force (N)";
+  plot.y.lower = 0;
+  plot.y_right.label = "engaged teeth";
+  plot.y_right.lower = 0;
+  std::size_t segments = 0;
+  std::size_t longest = 0;
+  double longest_mm = -1;
+  for (const TickRecord& t : ticks) {
+    segments = std::max(segments, t.segment + 1);
+    if (t.travel_mm > longest_mm) {
+      longest_mm = t.travel_mm;
+      longest = t.segment;
+    }
+  }
+  // A curve ends a little after its stroke's last contact.
+  std::vector<double> end_mm(segments, 0);
+  for (const TickRecord& t : ticks) {
+    if (t.out.engaged_teeth > 0) end_mm[t.segment] = t.travel_mm + 0.2;
+  }
+  constexpr std::size_t kMostCurves = 6;
+  for (std::size_t segment = 0; segment < std::min(segments, kMostCurves); ++segment) {
+    PlotSeries force;
+    force.label = segments > 1 ? fmt::format("force, stroke {}", segment + 1) : std::string("force");
+    PlotSeries teeth;
+    teeth.label = "engaged teeth";
+    teeth.right_axis = true;
+    teeth.width = 1;
+    for (const TickRecord& t : ticks) {
+      if (t.segment != segment || !t.touched || t.travel_mm > end_mm[segment]) continue;
+      force.x.push_back(t.travel_mm);
+      force.y.push_back(glm::length(t.out.f_T_W_N));
+      teeth.x.push_back(t.travel_mm);
+      teeth.y.push_back(t.out.engaged_teeth);
+    }
+    if (force.x.size() < 2) continue;
+    plot.series.push_back(std::move(force));
+    if (segments == 1) plot.series.push_back(std::move(teeth));
+  }
+  std::map<int, std::size_t> order;  // of the regions' first appearances
+  for (const Run& run : FindRegionRuns(ticks, longest)) {
+    const std::size_t colour = order.emplace(run.region, order.size()).first->second % std::size(kBandColours);
+    // The name where there is room for it, else the number, else nothing.
+    const double share = (run.x1 - run.x0) / longest_mm;
+    std::string label = share > 0.025 ? fmt::format("{}", run.region) : std::string();
+    if (materials.Contains(run.region)) {
+      const std::string named = fmt::format("{} {}", run.region, materials.At(run.region).name);
+      if (share > 0.009 * static_cast<double>(named.size())) label = named;
+    }
+    plot.bands.push_back({run.x0, run.x1, label, kBandColours[colour]});
+  }
+  plot.caption = fmt::format("bands: the region that carries most of the force{}",
+                             segments > 1 ? fmt::format(", on stroke {}", longest + 1) : std::string());
+  return plot;
+}
+
+}  // namespace kerf

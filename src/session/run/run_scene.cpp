@@ -1,0 +1,292 @@
+#include "session/run/run_scene.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "base/files/files.h"
+#include "bone/grid/surface.h"
+#include "bone/vdb/bonefile.h"
+#include "cut/force/measured.h"
+#include "kerf/error.h"
+#include "kerf/version.h"
+#include "session/run/expected_files.h"
+#include "session/run/make_bone.h"
+#include "session/run/results_folder.h"
+#include "session/run/run_pictures.h"
+#include "session/run/run_slab.h"
+#include "session/run/run_warnings.h"
+#include "session/run/summary_json.h"
+#include "session/run/write_pieces.h"
+
+namespace kerf {
+namespace {
+
+using nlohmann::ordered_json;
+
+double PeakMemoryMB() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+/// A disc that is set down clear of the bone removes nothing in its first tick, or a shaving.
+constexpr double kInBoneMm3 = 0.1;
+
+}  // namespace
+
+PieceSummary Summarize(const ResultPiece& piece) {
+  PieceSummary summary{piece.volume_mm3, piece.bone->CalcBounds(), "", 0, PieceFate::kHeld, Vec3(0)};
+  if (piece.out == nullptr) return summary;
+  summary.place = piece.out->fate;
+  summary.move_mm = piece.out->move_mm;
+  summary.bounds_W.lower += summary.move_mm;
+  summary.bounds_W.upper += summary.move_mm;
+  return summary;
+}
+
+ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz) {
+  ForceSummary summary;
+  double time_before_s = 0;
+  double sum_N_s = 0;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const TickRecord& t = ticks[i];
+    // The last tick of a segment may be shorter than the others.
+    const double dt_s = std::min(t.time_s - time_before_s, 1 / rate_hz);
+    time_before_s = t.time_s;
+    const double force_N = glm::length(t.out.f_T_W_N);
+    summary.impulse_Ns += force_N * dt_s;
+    summary.thrust_Ns += t.out.thrust_sum_N * dt_s;
+    if (i > 0 && ticks[i - 1].segment == t.segment) {
+      summary.work_Nmm -= glm::dot(t.out.f_T_W_N, t.X_WT.p_AB - ticks[i - 1].X_WT.p_AB);
+    }
+    if (t.out.engaged_teeth > 0) {
+      summary.cutting_time_s += dt_s;
+      sum_N_s += force_N * dt_s;
+    }
+    summary.engaged_teeth_peak = std::max(summary.engaged_teeth_peak, t.out.engaged_teeth);
+    if (force_N > summary.peak_N) {
+      summary.peak_N = force_N;
+      summary.peak_time_s = t.time_s;
+    }
+  }
+  if (summary.cutting_time_s > 0) summary.mean_N = sum_N_s / summary.cutting_time_s;
+  return summary;
+}
+
+double RunSummary::CalcOut_mm3() const {
+  if (!fragments) return 0;
+  return fragments->CalcAside_mm3() + fragments->CalcDeleted_mm3() + fragments->CalcDustOut_mm3();
+}
+
+std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file) {
+  std::vector<std::string> inputs{scene_file,      scene.bone.file,  scene.bone.materials, scene.material.ct_law_file,
+                                  scene.path.file, scene.device.file};
+  for (const EffectChoice& effect : scene.effects) {
+    for (const auto& file : effect.files()) {
+      if (file != nullptr) inputs.push_back(file->name);
+    }
+  }
+  return inputs;
+}
+
+void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder) {
+  std::vector<std::string> outputs;
+  // Whatever the scene asks for: what it doesn't, an earlier run may have left, and is removed.
+  for (const char* name : {"scene.toml", "forces.csv", "bone.vdb", "summary.json", "before.png", "after.png", "cut.png",
+                           "apart.png", "force.png", "heat.png", "fragments.png", "slab.csv", "slab.png", "left.vdb",
+                           "slice.vdb", "right.vdb", "left.stl", "slice.stl", "right.stl"}) {
+    outputs.push_back(fmt::format("{}/{}", folder, name));
+  }
+  for (const std::string& name : EffectFiles::Names()) outputs.push_back(fmt::format("{}/{}", folder, name));
+  for (const std::string& name : ReadEarlierResults(folder)) outputs.push_back(fmt::format("{}/{}", folder, name));
+  // How many pieces there will be is not known yet.
+  std::error_code none;
+  for (const auto& file : std::filesystem::directory_iterator(folder, none)) {
+    const std::string name = file.path().filename().string();
+    if (name.starts_with("piece_") && name.ends_with(".stl")) outputs.push_back(file.path().string());
+  }
+  CheckInputsStay(ListInputs(scene, scene_file), outputs);
+}
+
+RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
+                    const CostOptions& costs, const RunSession& session, double surface_error_mm) {
+  const auto stage = [&](const char* name) {
+    return [&progress, name](double fraction) {
+      if (progress) progress(name, fraction);
+    };
+  };
+  MakeFolder(folder);
+  const std::vector<std::string> earlier = ReadEarlierResults(folder);
+  const Path path = MakePath(scene);
+  CheckRunTicks(path, scene.simulation.rate_hz);
+  const auto expected_ticks = static_cast<double>(path.CountTicks(scene.simulation.rate_hz));
+  if (const std::string lack = DescribeLackOfSpace(
+          ListExpectedFiles(scene, session.replay != nullptr ? 0 : expected_ticks, folder, session.record));
+      !lack.empty()) {
+    throw Error(lack);
+  }
+  const SimulationParams params = MakeSimulationParams(scene);
+  RunSummary summary;
+  const Bone before = MakeSceneBone(scene, stage("making the bone"), &summary.material);
+  const double rate_hz = scene.simulation.rate_hz;
+  SessionTap tap(session, scene, RecordedKind::kRun, before);
+  RunResult result = RunPath(before, params, path, rate_hz, scene.tool.rpm, stage("cutting"), costs, tap.tap());
+
+  summary.hash_before = before.CalcHash();
+  summary.hash_after = result.bone.CalcHash();
+  tap.Finish(summary.hash_after);
+  summary.volume_before_mm3 = before.CalcVolume();
+  summary.volume_after_mm3 = result.bone.CalcVolume();
+  summary.removed_mm3 = result.removed_mm3;
+  for (std::size_t id = 0; id < result.removed_mm3_by_region.size(); ++id) {
+    const double mm3 = result.removed_mm3_by_region[id];
+    if (mm3 > 0) summary.removed_mm3_by_region[static_cast<int>(id)] = mm3;
+  }
+  summary.materials = before.materials();
+  summary.force = SummarizeForces(result.ticks, rate_hz);
+  summary.effects = result.effects;
+  summary.effects.rows.clear();
+  const double turns_per_s = std::abs(scene.tool.rpm) / 60;
+  summary.cutting = CalcCuttingEnergy(scene, summary.effects,
+                                      {summary.force.thrust_Ns * turns_per_s, path.duration_s(),
+                                       summary.force.cutting_time_s * turns_per_s, summary.removed_mm3});
+  summary.ticks = result.ticks.size();
+  for (std::size_t i = 0; i < result.ticks.size(); ++i) {
+    const TickRecord& t = result.ticks[i];
+    summary.ticks_with_status += t.out.status != kTickOk ? 1 : 0;
+    summary.touched = summary.touched || t.touched;
+    const bool set_down =
+        i == 0 || (t.segment != result.ticks[i - 1].segment && path.segments()[t.segment].retract_before);
+    summary.starts_in_bone = summary.starts_in_bone || (set_down && t.out.removed_mm3 > kInBoneMm3);
+  }
+  summary.simulated_s = path.duration_s();
+  summary.ticks_wall_s = result.wall_s;
+  summary.times = result.times;
+  summary.costs = result.costs;
+  summary.voxel_mm = before.voxel_mm();
+  summary.heat = std::move(result.heat);
+  summary.fragments = std::move(result.fragments);
+  summary.bone_memory_MB = static_cast<double>(result.bone.CalcMemoryBytes()) / 1e6;
+
+  const auto add_file = [&](const std::string& name) { summary.files.push_back(name); };
+  WriteTextFile(folder + "/scene.toml", ResolvedToml(scene));
+  add_file("scene.toml");
+  WriteForceLog(folder + "/forces.csv", result.ticks, scene.output.forces_every_ticks, &result.effects);
+  add_file("forces.csv");
+  for (const std::string& name : result.files.WriteSounds(folder)) add_file(name);
+  if (scene.output.bone) {
+    result.bone.set_note("cut_by_scene", scene.name);
+    WriteBone(result.bone, folder + "/bone.vdb");
+    add_file("bone.vdb");
+  }
+
+  stage("taking the pieces apart")(0);
+  const Pieces split = SplitPieces(result.bone, scene.output.smallest_piece_mm3);
+  summary.dust_count = split.dust_count;
+  summary.dust_mm3 = split.dust_mm3;
+  const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
+  const std::vector<ResultPiece> pieces = ListPieces(split.pieces, out);
+  summary.surface_error_mm = surface_error_mm;
+  for (const ResultPiece& piece : pieces) summary.pieces.push_back(Summarize(piece));
+  const std::vector<PieceSurface> surfaces = WritePieces(scene, split.pieces, pieces, surface_error_mm, folder,
+                                                         stage("taking the pieces apart"), summary.pieces);
+  for (const PieceSummary& piece : summary.pieces) {
+    if (!piece.file.empty()) add_file(piece.file);
+  }
+  if (session.replay != nullptr) summary.warnings = session.replay->FindWarnings();
+  for (const std::string& warning : FindRunWarnings(scene, summary)) summary.warnings.push_back(warning);
+  if (scene.output.pictures) {
+    RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
+    pictures.apart = !summary.fragments;  // fragments.png shows that
+    pictures.surfaces = surfaces;
+    if (summary.fragments) pictures.out = summary.fragments->out;
+    for (const std::string& name : WriteRunPictures(pictures, stage("drawing the pictures"), summary.warnings)) {
+      add_file(name);
+    }
+    if (summary.heat && summary.heat->section.columns > 0) {
+      WriteHeatPicture(*summary.heat, scene.title.empty() ? scene.name : scene.title, folder + "/heat.png");
+      add_file("heat.png");
+    }
+    for (const std::string& name : result.files.WritePictures(folder, scene.title.empty() ? scene.name : scene.title,
+                                                              result.bone, params.tool, IsOfPatient(scene))) {
+      add_file(name);
+    }
+    if (summary.fragments &&
+        WriteFragmentsPicture(*summary.fragments, split.pieces, IsOfPatient(scene),
+                              scene.title.empty() ? scene.name : scene.title, folder + "/fragments.png")) {
+      add_file("fragments.png");
+    }
+  }
+  summary.peak_memory_MB = PeakMemoryMB();
+  add_file("summary.json");
+  WriteTextFile(folder + "/summary.json", FormatSummaryJson(scene, summary));
+  RemoveStaleResults(folder, earlier, summary.files);
+  return summary;
+}
+
+Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& progress) {
+  const Bone bone = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
+  CheckBone(replay.head(), bone);
+  const auto cutting = [&](double f) { progress("cutting", f); };
+  if (scene.simulation.mode == SceneMode::kSlab) {
+    RunSlab(scene, MakeSlabProfile(scene, bone), cutting, &replay);
+    return replay.MakeReport(bone.CalcHash());
+  }
+  const RunResult result = RunPath(bone, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz,
+                                   scene.tool.rpm, cutting, {}, &replay);
+  return replay.MakeReport(result.bone.CalcHash());
+}
+
+std::string FormatSummaryJson(const Scene& scene, const RunSummary& s) {
+  ordered_json json;
+  json["kerf"] = {{"version", VersionString()}, {"commit", CommitString()}, {"compiler", CompilerString()}};
+  json["scene"] = scene.name;
+  json["bone"] = {{"voxel_mm", s.voxel_mm},
+                  {"hash_before", fmt::format("{:016x}", s.hash_before)},
+                  {"hash_after", fmt::format("{:016x}", s.hash_after)},
+                  {"volume_before_mm3", s.volume_before_mm3},
+                  {"volume_after_mm3", s.volume_after_mm3},
+                  {"memory_MB", s.bone_memory_MB}};
+  json["material"] = ordered_json::parse(FormatMaterialJson(scene, s.material));
+  ordered_json regions = ordered_json::array();
+  for (const auto& [id, mm3] : s.removed_mm3_by_region) {
+    ordered_json row = {{"region", id}, {"removed_mm3", mm3}};
+    if (s.materials.Contains(id)) {
+      const Region& region = s.materials.At(id);
+      row["name"] = region.name;
+      row["tissue"] = ToString(region.tissue);
+      row["E_GPa"] = region.E_MPa / 1000;
+      row["nu"] = region.nu;
+      row["estimate"] = region.estimate;
+    }
+    regions.push_back(row);
+  }
+  json["removed"] = {{"total_mm3", s.removed_mm3},
+                     {"removed_plus_remaining_minus_initial_mm3",
+                      s.removed_mm3 + s.volume_after_mm3 + s.CalcOut_mm3() - s.volume_before_mm3},
+                     {"by_region", regions}};
+  json["force"] = ForceJson(scene.force.name(), s.force);
+  json["force"]["accuracy"] = DescribeAccuracy(scene.force, MakeTool(scene));
+  json["force"]["blades"] = DescribeBlades(scene.force);
+  json["cutting"] = ordered_json::parse(FormatCuttingJson(s.cutting));
+  if (!s.effects.on.empty()) json["effects"] = EffectsJson(s.effects);
+  if (s.heat) json["heat"] = HeatJson(*s.heat);
+  if (s.fragments) json["fragments"] = FragmentsJson(*s.fragments, true);
+  json["pieces"] = ordered_json::array();
+  for (const PieceSummary& piece : s.pieces) json["pieces"].push_back(PieceJson(piece));
+  if (HaveFiles(s.pieces)) json["surface_error_mm"] = s.surface_error_mm;
+  json["dust"] = {{"count", s.dust_count}, {"volume_mm3", s.dust_mm3}};
+  json["ticks"] = TicksJson(s);
+  if (s.costs) json["costs"] = CostsJson(*s.costs);
+  json["peak_memory_MB"] = s.peak_memory_MB;
+  json["warnings"] = s.warnings;
+  json["files"] = s.files;
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace kerf

@@ -1,0 +1,99 @@
+// `kerf run`: a scene in, a folder of results out.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bone/mesh/reduce.h"
+#include "session/run/cutting_energy.h"
+#include "session/run/run.h"
+#include "session/run/run_tap.h"
+#include "session/run/scene_material.h"
+#include "session/scene/scene.h"
+
+namespace kerf {
+
+/// A separate piece of the bone after the cut.
+struct PieceSummary {
+  double volume_mm3 = 0;
+  Box3 bounds_W;                       // where it is
+  std::string file;                    // its STL in the output folder; empty when none was asked for
+  std::size_t triangles = 0;           // in that file
+  PieceFate place = PieceFate::kHeld;  // held: in the bone
+  Vec3 move_mm{0};                     // from where it was cut off
+};
+
+PieceSummary Summarize(const ResultPiece& piece);
+
+struct ForceSummary {
+  double peak_N = 0;  // largest magnitude of the force on the tool
+  double peak_time_s = 0;
+  double mean_N = 0;      // over the ticks with a tooth engaged
+  double impulse_Ns = 0;  // integral of the magnitude
+  double work_Nmm = 0;    // done by the hand against the force along the path
+  double engaged_teeth_peak = 0;
+  double cutting_time_s = 0;  // with a tooth engaged
+  double thrust_Ns = 0;       // integral of the sum of the teeth's thrusts
+};
+
+struct RunSummary {
+  std::uint64_t hash_before = 0;
+  std::uint64_t hash_after = 0;
+  double volume_before_mm3 = 0;
+  double volume_after_mm3 = 0;  // in the bone: without what was taken out
+  double removed_mm3 = 0;
+  std::map<int, double> removed_mm3_by_region;
+  MaterialTable materials;  // as used: uniform when the scene says so
+  MaterialSummary material;
+  ForceSummary force;
+  CuttingEnergy cutting;
+  EffectRecord effects;  // without its rows
+  std::vector<PieceSummary> pieces;
+  std::size_t dust_count = 0;
+  double dust_mm3 = 0;
+  bool starts_in_bone = false;  // teeth were engaged in the first tick of a stroke that was set down
+  bool touched = false;         // any tooth was ever engaged
+  std::size_t ticks = 0;
+  std::size_t ticks_with_status = 0;  // any bit of TickOutput::status
+  double simulated_s = 0;
+  double ticks_wall_s = 0;
+  TickTimes times;
+  std::optional<StageCosts> costs;
+  double voxel_mm = 0;
+  double bone_memory_MB = 0;
+  std::optional<HeatReport> heat;
+  std::optional<FragmentsReport> fragments;
+  double peak_memory_MB = 0;          // of the whole program
+  std::vector<std::string> files;     // written, relative to the output folder
+  double surface_error_mm = 0;        // of the pieces' files, at most; 0: they have all triangles
+  std::vector<std::string> warnings;  // a sentence each
+
+  double CalcOut_mm3() const;  // taken out of the bone, not cut: set aside, hidden and deleted pieces, dust
+};
+
+/// What is being done (for a progress bar) and how much of it, 0..1.
+using RunProgress = std::function<void(const std::string& stage, double fraction)>;
+
+/// Runs `scene` and writes into `folder` (made when missing): forces.csv, scene.toml (resolved), and, as the scene
+/// asks: bone.vdb, piece_N.stl, before.png, after.png, cut.png, apart.png, force.png, heat.png, fragments.png; what its
+/// effects leave (EffectFiles); summary.json last. The pieces' surfaces are reduced to `surface_error_mm`; 0: not at
+/// all. Results of an earlier run in the same folder, by the list in its summary.json, are replaced or removed. Throws
+/// Error.
+RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProgress& progress,
+                    const CostOptions& costs = {}, const RunSession& session = {},
+                    double surface_error_mm = kSurfaceErrorMm);
+/// A run, in either mode, gone through again without writing anything. Throws Error.
+Replayed ReplayScene(const Scene& scene, RunReplay& replay, const RunProgress& progress);
+
+/// The files that a run of the scene reads; some may be "".
+std::vector<std::string> ListInputs(const Scene& scene, const std::string& scene_file);
+
+/// Throws Error when a result in `folder` would replace one of the run's own inputs: `scene_file`, the bone, the path,
+/// the table of regions or that of laws.
+void CheckInputsStay(const Scene& scene, const std::string& scene_file, const std::string& folder);
+
+std::string FormatSummaryJson(const Scene& scene, const RunSummary& summary);
+ForceSummary SummarizeForces(const std::vector<TickRecord>& ticks, double rate_hz);
+
+}  // namespace kerf

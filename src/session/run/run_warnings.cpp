@@ -1,0 +1,70 @@
+#include "session/run/run_warnings.h"
+
+#include <fmt/format.h>
+
+#include "session/scene/doubts.h"
+
+namespace kerf {
+namespace {
+
+/// What a tool on a path does not let the effects do.
+std::vector<std::string> FindEffectWarnings(const Scene& scene, const EffectRecord& record) {
+  std::vector<std::string> warnings;
+  const EffectChoice* guide = FindChoice(scene.effects, "guide");
+  for (const EffectFigure& figure : record.figures) {
+    const std::string column = figure.column();
+    if (column == "spindle_stalled" && figure.largest > 0) {
+      warnings.emplace_back(
+          "the spindle stalled, and the tool went on along its path without cutting; see spindle_stalled in "
+          "forces.csv");
+    }
+    const auto beyond = [&](const char* what, double limit_mm) {
+      if (figure.largest <= limit_mm + 1e-3) return;
+      warnings.push_back(fmt::format(
+          "the path goes {:.3g} mm {} of the guide, which can't hold a tool on a path; 'kerf loop' has one in a hand",
+          figure.largest - limit_mm, what));
+    };
+    if (column == "guide_deviation_mm") beyond("beyond the tolerance", guide->GetNumber("tolerance_mm"));
+    if (column == "guide_depth_mm" && guide->GetNumber("depth_mm") > 0) {
+      beyond("past the depth stop", guide->GetNumber("depth_mm"));
+    }
+  }
+  return warnings;
+}
+
+void Append(std::vector<std::string> more, std::vector<std::string>& warnings) {
+  warnings.insert(warnings.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+std::vector<std::string> FindRunWarnings(const Scene& scene, const RunSummary& summary) {
+  std::vector<std::string> warnings = FindDoubts(scene, summary.voxel_mm);
+  Append(summary.material.warnings, warnings);
+  if (!summary.touched && !summary.starts_in_bone) warnings.emplace_back("the saw met no bone on its path");
+  if (summary.starts_in_bone) {
+    warnings.emplace_back("the saw was set down inside the bone; what the disc held there went at once");
+  }
+  if (summary.ticks_with_status > 0) {
+    warnings.push_back(fmt::format("{} ticks report that something was not done as asked; see the status column",
+                                   summary.ticks_with_status));
+  }
+  Append(FindEnergyWarnings(scene, summary.cutting), warnings);
+  Append(FindEffectWarnings(scene, summary.effects), warnings);
+  return warnings;
+}
+
+std::vector<std::string> FindSlabRunWarnings(const Scene& scene, const SlabSummary& summary) {
+  std::vector<std::string> warnings = FindDoubts(scene, summary.voxel_mm);
+  Append(summary.material.warnings, warnings);
+  if (summary.end.deepest_mm <= 0 && scene.tool.rpm > 0 && scene.slab.hold == SlabBody::kSlice) {
+    warnings.emplace_back("the blade met no bone on its path");
+  }
+  if (summary.starts_in_bone) {
+    warnings.emplace_back(
+        "the blade was set down inside the bone; its slice's spring is slack there, and what lies above counts as cut");
+  }
+  return warnings;
+}
+
+}  // namespace kerf

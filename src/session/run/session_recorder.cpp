@@ -1,0 +1,278 @@
+#include "session/run/session_recorder.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+
+#include "base/core/hash.h"
+#include "base/files/files.h"
+#include "kerf/error.h"
+#include "kerf/version.h"
+#include "session/run/run_scene.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kMostProcBytes = std::size_t{16} << 20;
+
+std::string DescribeMachine() {
+  std::string processor = "unknown processor";
+  try {
+    const std::string info = ReadTextFile("/proc/cpuinfo", kMostProcBytes);
+    const std::size_t at = info.find("model name");
+    const std::size_t from = at == std::string::npos ? at : info.find(": ", at);
+    if (from != std::string::npos) processor = info.substr(from + 2, info.find('\n', from) - from - 2);
+  } catch (const Error&) {
+    // It is for people only.
+  }
+  utsname system{};
+  if (uname(&system) != 0) return processor;
+  return fmt::format("{}, {} {} {}", processor, system.sysname, system.release, system.machine);
+}
+
+std::uint32_t FlagOf(RestoreEvent::Kind kind) {
+  switch (kind) {
+    case RestoreEvent::Kind::kCheckpoint:
+      return kRecordedCheckpoint;
+    case RestoreEvent::Kind::kUndo:
+      return kRecordedUndo;
+    case RestoreEvent::Kind::kRedo:
+      return kRecordedRedo;
+    case RestoreEvent::Kind::kNone:
+      break;
+  }
+  return 0;
+}
+
+class Mixer {
+ public:
+  void Mix(double x) { hash_ = MixHash(hash_ ^ std::bit_cast<std::uint64_t>(x)); }
+  void Mix(const Vec3& v) {
+    for (int axis = 0; axis < 3; ++axis) Mix(v[axis]);
+  }
+  void Mix(const Quat& q) {
+    for (const double x : {q.w, q.x, q.y, q.z}) Mix(x);
+  }
+  std::uint64_t hash() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 0;
+};
+
+}  // namespace
+
+RecordingHead MakeRecordingHead(const Scene& scene, const std::string& scene_file, RecordedKind kind, const Bone& bone,
+                                const Pose& X_WT_start) {
+  RecordingHead head;
+  head.kind = kind;
+  head.scene_name = scene.name;
+  // A scene that was made up has no file.
+  if (!scene_file.empty()) head.scene_file = std::filesystem::absolute(scene_file).lexically_normal().string();
+  head.scene_toml = ResolvedToml(scene);
+  head.bone_hash = bone.CalcHash();
+  head.material_hash = bone.CalcMaterialHash();
+  head.voxel_mm = bone.voxel_mm();
+  head.rate_hz = kind == RecordedKind::kLoop ? scene.loop.rate_hz : scene.simulation.rate_hz;
+  head.X_WT_start = X_WT_start;
+  // A minute at 4 kHz would be a megabyte of checks alone; one in 256 that slips through is found by the next.
+  head.check_bits = head.rate_hz > 1500 ? 8 : 16;
+  head.state_every_steps = std::max(1, static_cast<int>(std::lround(head.rate_hz / 100)));
+  head.version = VersionString();
+  head.commit = CommitString();
+  head.compiler = CompilerString();
+  head.machine = DescribeMachine();
+  head.created = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                             fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+  return head;
+}
+
+std::map<std::string, std::string> ReadSceneFiles(const Scene& scene, const std::string& scene_file) {
+  std::map<std::string, std::string> files;
+  for (const std::string& name : ListInputs(scene, scene_file)) {
+    if (name.empty() || name == scene_file || name == scene.bone.file) continue;
+    files[name] = ReadTextFile(name, kMostFileBytes / 2);
+  }
+  return files;
+}
+
+RecordedScene OpenRecordedScene(RecordingReader& recording, const std::string& bone_file) {
+  const RecordingHead& head = recording.head();
+  RecordedScene recorded;
+  recorded.files = std::make_unique<FileShelf>(recording.ReadFiles());
+  recorded.scene = ParseScene(head.scene_toml, head.scene_file.empty() ? head.scene_name + ".toml" : head.scene_file);
+  recorded.scene.name = head.scene_name;
+  if (!bone_file.empty()) {
+    recorded.scene.bone.source = BoneSource::kFile;
+    recorded.scene.bone.file = std::filesystem::absolute(bone_file).lexically_normal().string();
+  }
+  const std::string& bone = recorded.scene.bone.file;
+  if (recorded.scene.bone.source == BoneSource::kFile && !std::filesystem::exists(bone)) {
+    throw Error(fmt::format("{}: its bone is not at {}; --bone FILE says where it is", recording.path(), bone));
+  }
+  return recorded;
+}
+
+std::vector<std::string> FindDamageWarnings(const RecordingReader& recording) {
+  const RecordingDamage& damage = recording.damage();
+  std::vector<std::string> warnings;
+  if (!damage.sentence.empty()) warnings.push_back(damage.sentence);
+  if (damage.whole_steps < damage.known_steps) {
+    warnings.push_back(
+        fmt::format("the replay ends at {:.3f} s: bone and forces after that depend on what is missing; 'kerf log' "
+                    "shows what else was read",
+                    damage.whole_s));
+  }
+  return warnings;
+}
+
+TickToRecord MakeTickToRecord(const LoopTick& tick) {
+  const CoupledOutput& out = tick.out;
+  const LoopGiven& given = tick.given;
+  TickToRecord record;
+  RecordedStep& step = record.step;
+  step.X = given.sample.X_WH;
+  step.buttons = given.sample.buttons;
+  step.dt_s = given.dt_s;
+  step.skipped = given.skipped;
+  step.rpm = given.rpm;
+  step.fidelity = static_cast<std::uint8_t>(given.fidelity);
+  if (!given.read) step.flags |= kRecordedReadFailed;
+  if (!given.wrote) step.flags |= kRecordedWriteFailed;
+  if (given.force_off) step.flags |= kRecordedForceOff;
+  if (given.piece != 0) step.flags |= kRecordedPieceLeaves;
+  step.piece = given.piece;
+  step.flags |= FlagOf(given.restore.kind);
+  if (given.taken_up) step.flags |= kRecordedTakenUp;
+  step.checkpoint = given.restore.number;
+  Mixer mixer;
+  mixer.Mix(tick.f_device_N);
+  mixer.Mix(out.f_H_W_N);
+  mixer.Mix(out.tau_H_W_Nmm);
+  mixer.Mix(out.f_cut_W_N);
+  mixer.Mix(out.X_WT.p_AB);
+  mixer.Mix(out.X_WT.R_AB);
+  mixer.Mix(out.removed_mm3);
+  mixer.Mix(static_cast<double>(out.status));
+  record.hash = mixer.hash();
+  record.voxel_hash = tick.voxel_hash;
+  step.force_check = CheckOf(record.hash);
+  step.bone_check = CheckOf(record.voxel_hash);
+  record.state.p_WT_mm = out.X_WT.p_AB;
+  record.state.f_N = out.f_H_W_N;
+  record.state.removed_mm3 = out.removed_mm3;
+  record.state.engaged_teeth = out.engaged_teeth;
+  return record;
+}
+
+TickToRecord MakeTickToRecord(const TickInput& in, const TickOutput& out, std::uint64_t voxel_hash) {
+  TickToRecord record;
+  record.step.X = in.X_WT;
+  record.step.dt_s = in.dt_s;
+  record.step.rpm = in.rpm;
+  Mixer mixer;
+  mixer.Mix(out.f_T_W_N);
+  mixer.Mix(out.tau_TG_W_Nmm);
+  mixer.Mix(out.removed_mm3);
+  mixer.Mix(out.engaged_teeth);
+  mixer.Mix(static_cast<double>(out.status));
+  record.hash = mixer.hash();
+  record.voxel_hash = voxel_hash;
+  record.step.force_check = CheckOf(record.hash);
+  record.step.bone_check = CheckOf(voxel_hash);
+  record.state.p_WT_mm = in.X_WT.p_AB;
+  record.state.f_N = out.f_T_W_N;
+  record.state.removed_mm3 = out.removed_mm3;
+  record.state.engaged_teeth = out.engaged_teeth;
+  return record;
+}
+
+SessionRecorder::SessionRecorder(const std::string& path, const RecordingHead& head,
+                                 const std::map<std::string, std::string>& files)
+    : rate_hz_(head.rate_hz),
+      check_mask_(MaskOf(head.check_bits)),
+      state_every_(head.state_every_steps),
+      hash_every_(head.hash_every_steps) {
+  writer_.emplace(path, head, files, ReadKeyFile());
+  bytes_ = writer_->bytes();
+}
+
+template <typename Do>
+void SessionRecorder::Try(Do&& act) {
+  if (!writer_) return;
+  try {
+    act();
+    bytes_ = writer_->bytes();
+  } catch (const Error& e) {
+    steps_ = writer_->written_steps();
+    failure_ = fmt::format("the recording ended at {:.3f} s: {}", writer_->written_s(), e.what());
+    writer_.reset();
+  }
+}
+
+void SessionRecorder::Take(const TickToRecord& tick) {
+  Try([&] {
+    time_s_ += CalcElapsed(tick.step, rate_hz_);
+    RecordedStep step = tick.step;
+    step.force_check &= check_mask_;
+    step.bone_check &= check_mask_;
+    writer_->Add(step, time_s_);
+    ++steps_;
+    force_hash_ = MixHash(force_hash_ ^ tick.hash);
+    voxel_hash_ = tick.voxel_hash;
+    removed_mm3_ += tick.state.removed_mm3;
+    if (steps_ % static_cast<std::uint64_t>(state_every_) == 0) {
+      RecordedState state = tick.state;
+      state.time_s = time_s_;
+      state.removed_mm3 = removed_mm3_;
+      writer_->AddState(state);
+    }
+    if (steps_ % static_cast<std::uint64_t>(hash_every_) == 0) writer_->AddHash(force_hash_, voxel_hash_);
+  });
+}
+
+void SessionRecorder::TakeSetDown(const Pose& X) {
+  Try([&] {
+    RecordedStep step;
+    step.X = X;
+    step.dt_s = 0;
+    step.flags = kRecordedSetDown;
+    writer_->Add(step, time_s_);
+    ++steps_;
+  });
+}
+
+void SessionRecorder::Lose(std::uint64_t ticks) {
+  Try([&] {
+    writer_->Flush();
+    throw Error(fmt::format("{}: {} ticks came faster than they could be written", writer_->path(), ticks));
+  });
+}
+
+void SessionRecorder::AddEvent(const std::string& what, const std::string& name, std::uint32_t number) {
+  Try([&] { writer_->AddEvent({0, 0, what, name, number}); });
+}
+
+void SessionRecorder::AddPiece(std::uint32_t number, const std::string& bytes) {
+  Try([&] { writer_->AddPiece(number, bytes); });
+}
+
+void SessionRecorder::FlushAt(double now_s) {
+  constexpr double kLongest_s = 0.35;
+  if (bytes_ != flushed_bytes_) {
+    flushed_bytes_ = bytes_;
+    flushed_at_s_ = now_s;
+  }
+  if (now_s - flushed_at_s_ > kLongest_s) Try([&] { writer_->Flush(); });
+}
+
+void SessionRecorder::Finish(const std::string& why, std::optional<std::uint64_t> bone_hash) {
+  Try([&] { writer_->Finish({steps_, time_s_, force_hash_, voxel_hash_, bone_hash, why}); });
+}
+
+}  // namespace kerf

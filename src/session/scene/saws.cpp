@@ -1,0 +1,95 @@
+#include "session/scene/saws.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/core/csv.h"
+#include "base/core/describe.h"
+#include "kerf/error.h"
+#include "saws_csv.h"
+
+namespace kerf {
+namespace {
+
+constexpr std::size_t kMostSaws = 9;  // a key each
+constexpr std::size_t kLongestName = 30;
+
+const std::vector<std::string> kColumns{"name",  "shape",  "diameter_mm", "thickness_mm",
+                                        "teeth", "flutes", "rpm",         "source"};
+
+double ParseWithin(const std::string& text, std::size_t column, Range range, const CsvPlace& place) {
+  const double value = ParseCsvNumber(text, 0, kColumns[column].c_str(), place);
+  if (!(value >= range.lower && value <= range.upper)) {
+    place.Fail(fmt::format("{} = {} is not within {} to {}", kColumns[column], value, range.lower, range.upper));
+  }
+  return value;
+}
+
+int ParseCount(const std::string& text, std::size_t column, Range range, const CsvPlace& place) {
+  const double value = ParseWithin(text, column, range, place);
+  if (value != std::floor(value)) place.Fail(fmt::format("{} = {} is no whole number", kColumns[column], value));
+  return static_cast<int>(value);
+}
+
+void ExpectNone(const std::string& text, std::size_t column, const char* shape, const CsvPlace& place) {
+  if (text != "none") {
+    place.Fail(fmt::format("a {} has no {}; write none, not {}", shape, kColumns[column], Quote(text)));
+  }
+}
+
+Saw ParseSaw(const std::vector<std::string>& fields, const CsvPlace& place) {
+  Saw saw;
+  saw.name = fields[0];
+  if (saw.name.empty() || saw.name.size() > kLongestName) {
+    place.Fail(fmt::format("name = {} is not of 1 to {} characters", Quote(saw.name), kLongestName));
+  }
+  if (fields[1] == "disc") {
+    saw.tool.diameter_mm = ParseWithin(fields[2], 2, {1, 200}, place);
+    saw.tool.thickness_mm = ParseWithin(fields[3], 3, {0.02, 10}, place);
+    saw.tool.teeth = ParseCount(fields[4], 4, {1, 1000}, place);
+    ExpectNone(fields[5], 5, "disc", place);
+  } else if (fields[1] == "ball") {
+    saw.tool.kind = ToolKind::kBall;
+    saw.tool.diameter_mm = ParseWithin(fields[2], 2, {0.5, 50}, place);
+    ExpectNone(fields[3], 3, "ball", place);
+    ExpectNone(fields[4], 4, "ball", place);
+    saw.tool.flutes = ParseCount(fields[5], 5, {1, 100}, place);
+  } else {
+    place.Fail(fmt::format("shape = {} is neither disc nor ball", Quote(fields[1])));
+  }
+  saw.tool.rpm = ParseWithin(fields[6], 6, {1, 100'000}, place);
+  saw.source = fields[7];
+  if (saw.source.empty()) place.Fail("source is empty; say where the sizes come from");
+  return saw;
+}
+
+}  // namespace
+
+std::vector<Saw> ParseSaws(const std::string& text, const std::string& file) {
+  std::vector<Saw> saws;
+  ReadCsv(text, file, kColumns, [&saws](const std::vector<std::string>& fields, const CsvPlace& place) {
+    if (saws.size() == kMostSaws) place.Fail(fmt::format("more than {} saws", kMostSaws));
+    Saw saw = ParseSaw(fields, place);
+    for (const Saw& other : saws) {
+      if (other.name == saw.name) place.Fail(fmt::format("saw {} is given twice", Quote(saw.name)));
+    }
+    saws.push_back(std::move(saw));
+  });
+  if (saws.empty()) throw Error(fmt::format("{}: no saw below the header", file));
+  return saws;
+}
+
+const std::vector<Saw>& BuiltInSaws() {
+  static const std::vector<Saw> saws = ParseSaws(kSawsCsv, "saws.csv (built in)");
+  return saws;
+}
+
+void TakeUpSaw(Scene& scene, const Saw& saw) {
+  const Vec3 grip_mm = scene.tool.grip_mm;
+  scene.tool = saw.tool;
+  scene.tool.grip_mm = grip_mm;
+  if (saw.tool.kind == ToolKind::kBall) scene.slab = {};
+}
+
+}  // namespace kerf

@@ -1,0 +1,136 @@
+#include "session/score/columns.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr int kRimPoints = 120;
+/// A tool that is further than this beside the wanted plane is not in the wanted cut.
+constexpr double kBeside_mm = 8;
+
+/// phi between two points of a line, linear.
+double CalcCrossing(double t0, double phi0, double t1, double phi1) {
+  return phi0 == phi1 ? t1 : t0 + (t1 - t0) * phi0 / (phi0 - phi1);
+}
+
+}  // namespace
+
+double CalcColumnStep(double voxel_mm, const WantedCut& cut) {
+  const double most_mm = std::max(voxel_mm, 0.2);
+  return cut.length_mm / std::max(std::ceil(cut.length_mm / most_mm), 1.0);
+}
+
+std::vector<CutColumn> FindColumns(const PhiSampler& before, const WantedCut& cut, double beyond_mm) {
+  const double step_mm = CalcColumnStep(before.voxel_mm(), cut);
+  const double dt_mm = 0.5 * before.voxel_mm();
+  std::vector<CutColumn> columns;
+  const auto further = static_cast<int>(std::ceil(beyond_mm / step_mm));
+  const auto last = static_cast<int>(std::lround(cut.length_mm / step_mm)) + further;
+  for (int i = -further; i <= last; ++i) {
+    CutColumn column;
+    column.s_mm = i * step_mm;
+    bool found = false;
+    double t0 = -kAbove_mm;
+    double phi0 = before.Calc(cut.ToWorld({column.s_mm, t0, 0}));
+    for (double t = t0 + dt_mm; t < kBelow_mm; t += dt_mm) {
+      const double phi = before.Calc(cut.ToWorld({column.s_mm, t, 0}));
+      if (phi0 >= 0 && phi < 0 && !found) {
+        column.near_mm = CalcCrossing(t0, phi0, t, phi);
+        found = true;
+      }
+      if (phi0 < 0 && phi >= 0 && found) column.far_mm = CalcCrossing(t0, phi0, t, phi);
+      if (found && phi >= 0 && t > column.far_mm + kGap_mm && column.far_mm > column.near_mm) break;
+      if (!found && t > cut.depth_mm + kAbove_mm) break;
+      t0 = t;
+      phi0 = phi;
+    }
+    if (found && column.far_mm > column.near_mm) columns.push_back(column);
+  }
+  return columns;
+}
+
+DepthGauge::DepthGauge(const Bone& before, const WantedCut& cut) : cut_(cut) {
+  const PhiSampler phi(before);
+  step_mm_ = CalcColumnStep(before.voxel_mm(), cut);
+  const double beyond_mm = cut.radius_mm;
+  columns_ = FindColumns(phi, cut, beyond_mm);
+  first_mm_ = -std::ceil(beyond_mm / step_mm_) * step_mm_;
+  at_.assign(static_cast<std::size_t>((cut.length_mm - 2 * first_mm_) / step_mm_ + 1.5), -1);
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const auto place = static_cast<std::size_t>(std::lround((columns_[i].s_mm - first_mm_) / step_mm_));
+    if (place < at_.size()) at_[place] = static_cast<int>(i);
+  }
+}
+
+const CutColumn* DepthGauge::Find(double s_mm) const {
+  const long place = std::lround((s_mm - first_mm_) / step_mm_);
+  if (place < 0 || place >= static_cast<long>(at_.size())) return nullptr;
+  const int i = at_[static_cast<std::size_t>(place)];
+  return i < 0 ? nullptr : &columns_[static_cast<std::size_t>(i)];
+}
+
+/// visit(column, p): each point of the tool's rim that is not beside the cut, in the cut's frame, and its column.
+template <typename Visit>
+void DepthGauge::VisitRim(const Pose& X_WT, Visit&& visit) const {
+  const Vec3 centre = cut_.ToCut(X_WT.p_AB);
+  if (std::abs(centre.z) > kBeside_mm + cut_.radius_mm) return;
+  for (int i = 0; i < kRimPoints; ++i) {
+    const double turn = 2 * kPi * i / kRimPoints;
+    const double c = cut_.radius_mm * std::cos(turn);
+    const double s = cut_.radius_mm * std::sin(turn);
+    const Vec3 p = cut_.is_disc ? cut_.ToCut(X_WT.Point({c, s, 0})) : centre + Vec3(c, s, 0);
+    if (std::abs(p.z) > kBeside_mm) continue;
+    if (const CutColumn* column = Find(p.x); column != nullptr) visit(*column, p);
+  }
+}
+
+std::optional<DepthReading> DepthGauge::Calc(const Pose& X_WT) const {
+  std::optional<DepthReading> reading;
+  VisitRim(X_WT, [&](const CutColumn& column, const Vec3& p) {
+    const double depth_mm = p.y - column.near_mm;
+    const double beyond_mm = p.y - column.far_mm;
+    if (!reading) reading = {depth_mm, cut_.depth_mm - depth_mm};
+    reading->depth_mm = std::max(reading->depth_mm, depth_mm);
+    reading->to_goal_mm = std::min(reading->to_goal_mm, cut_.depth_mm - depth_mm);
+    // Beside the line the bone may end anywhere, as at a round border.
+    const bool on_line = column.s_mm > -0.5 * step_mm_ && column.s_mm < cut_.length_mm + 0.5 * step_mm_;
+    if (on_line) reading->beyond_mm = std::max(reading->beyond_mm, beyond_mm);
+  });
+  return reading;
+}
+
+void DepthGauge::TakeDepths(const Pose& X_WT, std::vector<double>& deepest_mm) const {
+  VisitRim(X_WT, [&](const CutColumn& column, const Vec3& p) {
+    double& deepest = deepest_mm[static_cast<std::size_t>(&column - columns_.data())];
+    deepest = std::max(deepest, p.y - column.near_mm);
+  });
+}
+
+double CalcBladeDepth(const PhiSampler& before, const Tool& tool, const Pose& X_WT) {
+  const double radius_mm = CalcTooth(tool).tool_radius_mm;
+  const double step_mm = std::max(0.5 * before.voxel_mm(), radius_mm / 100);
+  double deepest_mm = 0;
+  for (int i = 0; i < kRimPoints; ++i) {
+    const double turn = 2 * kPi * i / kRimPoints;
+    const Vec3 out = std::cos(turn) * Vec3(1, 0, 0) + std::sin(turn) * Vec3(0, 1, 0);
+    const auto phi = [&](double in_mm) { return before.Calc(X_WT.Point((radius_mm - in_mm) * out)); };
+    double phi0 = phi(0);
+    if (phi0 >= 0) continue;
+    double depth_mm = radius_mm;
+    for (double in_mm = step_mm; in_mm < radius_mm; in_mm += step_mm) {
+      const double phi1 = phi(in_mm);
+      if (phi1 >= 0) {
+        depth_mm = CalcCrossing(in_mm - step_mm, phi0, in_mm, phi1);
+        break;
+      }
+      phi0 = phi1;
+    }
+    deepest_mm = std::max(deepest_mm, depth_mm);
+  }
+  return deepest_mm;
+}
+
+}  // namespace kerf

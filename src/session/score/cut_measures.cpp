@@ -1,0 +1,207 @@
+#include "session/score/cut_measures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+namespace kerf {
+namespace {
+
+constexpr double kDegrees = 57.29577951308232;
+/// A cell's share of its own volume that must be gone for the place to count as cut.
+constexpr double kCutShare = 0.02;
+
+/// The plane of the wanted cut in squares: which of them hold bone of it, and which were cut.
+class CutArea {
+ public:
+  CutArea(const PhiSampler& before, const WantedCut& cut)
+      : cut_(cut),
+        edge_mm_(std::max(1.5 * before.voxel_mm(), 0.2)),
+        s0_mm_(-cut.radius_mm),
+        t0_mm_(-kAbove_mm),
+        columns_(static_cast<int>((cut.length_mm + 2 * cut.radius_mm) / edge_mm_) + 1),
+        rows_(static_cast<int>((cut.depth_mm + kAbove_mm) / edge_mm_) + 1),
+        state_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), kNothing) {
+    for (int i = 0; i < columns_; ++i) {
+      for (int k = 0; k < rows_; ++k) {
+        const Vec3 p_W = cut.ToWorld({s0_mm_ + (i + 0.5) * edge_mm_, t0_mm_ + (k + 0.5) * edge_mm_, 0});
+        if (cut.CalcDistance(p_W) >= 0 || before.Calc(p_W) >= 0) continue;
+        state_[Index(i, k)] = kBone;
+        middle_W_ += p_W;
+        ++bone_;
+      }
+    }
+  }
+
+  void Mark(const Vec3& stw) {
+    const int i = static_cast<int>(std::floor((stw.x - s0_mm_) / edge_mm_));
+    const int k = static_cast<int>(std::floor((stw.y - t0_mm_) / edge_mm_));
+    if (i < 0 || k < 0 || i >= columns_ || k >= rows_) return;
+    char& state = state_[Index(i, k)];
+    if (state == kBone) ++cut_count_;
+    if (state == kBone) state = kCut;
+  }
+
+  bool empty() const { return bone_ == 0; }
+  double CalcArea() const { return bone_ * edge_mm_ * edge_mm_; }
+  double CalcCutArea() const { return cut_count_ * edge_mm_ * edge_mm_; }
+  double CalcCutShare() const { return bone_ == 0 ? 0 : static_cast<double>(cut_count_) / bone_; }
+  Vec3 middle_W() const { return bone_ == 0 ? cut_.start_W : middle_W_ / static_cast<double>(bone_); }
+
+ private:
+  static constexpr char kNothing = 0, kBone = 1, kCut = 2;
+  std::size_t Index(int i, int k) const {
+    return static_cast<std::size_t>(i) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(k);
+  }
+  const WantedCut& cut_;
+  double edge_mm_, s0_mm_, t0_mm_;
+  int columns_, rows_;
+  std::vector<char> state_;
+  Vec3 middle_W_{0};
+  int bone_ = 0;
+  int cut_count_ = 0;
+};
+
+double CalcMean(const std::vector<double>& x) {
+  double sum = 0;
+  for (const double v : x) sum += v;
+  return sum / static_cast<double>(x.size());
+}
+
+void MeasureDepthErrors(const WantedCut& cut, std::span<const CutColumn> columns, const std::vector<double>& depths,
+                        ScoreSheet& sheet) {
+  std::vector<double> errors;
+  double too_deep_mm = 0;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const double error_mm = depths[i] - cut.depth_mm;
+    errors.push_back(std::abs(error_mm));
+    too_deep_mm = std::max(too_deep_mm, error_mm);
+  }
+  if (errors.empty()) return;
+  SetValue(sheet, "depth_error_mean_mm", CalcMean(errors));
+  std::sort(errors.begin(), errors.end());
+  const auto p95 = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(errors.size()))) - 1;
+  SetValue(sheet, "depth_error_p95_mm", errors[p95]);
+  SetValue(sheet, "depth_error_worst_mm", errors.back());
+  SetValue(sheet, "too_deep_mm", too_deep_mm);
+}
+
+}  // namespace
+
+PlaneError CalcPlaneError(const CutPlane& fitted, const WantedCut& cut, const Vec3& p_W) {
+  Vec3 n = fitted.normal_W;
+  if (glm::dot(n, cut.across_W) < 0) n = -n;
+  const double along = glm::dot(n, cut.along_W);
+  const double into = glm::dot(n, cut.into_W);
+  const double across = glm::dot(n, cut.across_W);
+  PlaneError error;
+  // From p_W's place in the wanted plane, along its normal, to the fitted one.
+  const Vec3 wanted_W = p_W - glm::dot(p_W - cut.start_W, cut.across_W) * cut.across_W;
+  error.offset_mm = across > 1e-6 ? glm::dot(fitted.p_W - wanted_W, n) / across : 0;
+  error.roll_deg = std::atan2(into, across) * kDegrees;
+  error.yaw_deg = std::atan2(along, across) * kDegrees;
+  error.angle_deg = std::atan2(std::hypot(along, into), across) * kDegrees;
+  return error;
+}
+
+std::vector<double> MeasureDepths(const Bone& before, const Bone& after, const WantedCut& cut,
+                                  std::span<const CutColumn> columns, std::span<const RemovedCell> cells) {
+  if (columns.empty()) return {};
+  const double h = before.voxel_mm();
+  const PhiSampler phi_before(before);
+  const PhiSampler phi_after(after);
+  // Below 0 where bone was and is no more.
+  const auto lost = [&](const Vec3& stw) {
+    const Vec3 p_W = cut.ToWorld(stw);
+    return std::max(phi_before.Calc(p_W), -phi_after.Calc(p_W));
+  };
+  struct Deepest {
+    double t_mm = -1e300;
+    Vec3 stw{0};
+  };
+  std::vector<Deepest> deepest(columns.size());
+  const double step_mm = CalcColumnStep(h, cut);
+  for (const RemovedCell& cell : cells) {
+    if (cell.mm3 < kCutShare * h * h * h) continue;
+    const Vec3 stw = cut.ToCut(cell.p_W);
+    const auto at = std::lower_bound(columns.begin(), columns.end(), stw.x - 0.5 * step_mm,
+                                     [](const CutColumn& c, double s) { return c.s_mm < s; });
+    if (at == columns.end() || std::abs(at->s_mm - stw.x) > step_mm) continue;
+    Deepest& d = deepest[static_cast<std::size_t>(at - columns.begin())];
+    if (stw.y > d.t_mm) d = {stw.y, stw};
+  }
+  std::vector<double> depths(columns.size(), 0);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const Deepest& d = deepest[i];
+    if (d.t_mm < -1e200) continue;
+    // The bottom about that cell: where the lines into the bone leave what is lost.
+    double bottom_mm = -1e300;
+    for (int across = -4; across <= 4; ++across) {
+      const double w = d.stw.z + 0.5 * across * h;
+      double t0 = d.t_mm - 3 * h;
+      double lost0 = lost({columns[i].s_mm, t0, w});
+      for (double t = t0 + 0.25 * h; t <= d.t_mm + 2 * h; t += 0.25 * h) {
+        const double lost1 = lost({columns[i].s_mm, t, w});
+        if (lost0 < 0 && lost1 >= 0) bottom_mm = std::max(bottom_mm, t0 + (t - t0) * lost0 / (lost0 - lost1));
+        t0 = t;
+        lost0 = lost1;
+      }
+    }
+    if (bottom_mm < -1e200) bottom_mm = d.t_mm;
+    depths[i] = std::max(bottom_mm - columns[i].near_mm, 0.0);
+  }
+  return depths;
+}
+
+void MeasureCut(const Bone& before, const Bone& after, const std::optional<WantedCut>& cut, ScoreSheet& sheet) {
+  const std::vector<RemovedCell> cells = FindRemoved(before, after);
+  const std::array<bool, 256> canal = FindRegionsOf(before, Tissue::kCanal);
+  double removed_mm3 = 0;
+  double breach_mm3 = 0;
+  for (const RemovedCell& cell : cells) {
+    removed_mm3 += cell.mm3;
+    if (cell.region > 0 && cell.region < 256 && canal[static_cast<std::size_t>(cell.region)]) breach_mm3 += cell.mm3;
+  }
+  SetValue(sheet, "removed_mm3", removed_mm3);
+  if (std::find(canal.begin(), canal.end(), true) != canal.end()) SetValue(sheet, "breach_mm3", breach_mm3);
+  if (!cut) return;
+
+  const PhiSampler phi(before);
+  CutArea area(phi, *cut);
+  const double cell_mm3 = before.voxel_mm() * before.voxel_mm() * before.voxel_mm();
+  const double beside_mm = cut->margin_mm + 0.5 * cut->thickness_mm;
+  double outside_mm3 = 0;
+  for (const RemovedCell& cell : cells) {
+    const Vec3 stw = cut->ToCut(cell.p_W);
+    if (cell.mm3 > kCutShare * cell_mm3 && std::abs(stw.z) <= beside_mm) area.Mark(stw);
+    if (cut->CalcDistance(cell.p_W) > cut->margin_mm) outside_mm3 += cell.mm3;
+  }
+  SetValue(sheet, "outside_mm3", outside_mm3);
+  if (area.empty()) {
+    sheet.warnings.emplace_back("the wanted cut does not meet the bone");
+    return;
+  }
+  const double planned_mm3 = area.CalcArea() * cut->thickness_mm;
+  const double share = area.CalcCutShare();
+  SetValue(sheet, "cut_share", share);
+  SetValue(sheet, "planned_mm3", planned_mm3);
+  SetValue(sheet, "under_mm3", (1 - share) * planned_mm3);
+  SetValue(sheet, "dice", 2 * share * planned_mm3 / (planned_mm3 + removed_mm3));
+  if (area.CalcCutArea() > 0) SetValue(sheet, "kerf_width_mm", (removed_mm3 - outside_mm3) / area.CalcCutArea());
+  for (MeasureRow& row : sheet.rows) {
+    // A quarter of the wanted cut's volume.
+    if (std::string_view(row.info->key) == "outside_mm3") row.half = std::max(0.25 * planned_mm3, 1e-3);
+  }
+  if (const std::optional<MiddlePlane> fitted = FitMiddlePlane(before, after, cells)) {
+    const PlaneError error = CalcPlaneError(fitted->plane, *cut, area.middle_W());
+    SetValue(sheet, "plane_offset_mm", error.offset_mm);
+    SetValue(sheet, "plane_roll_deg", error.roll_deg);
+    SetValue(sheet, "plane_yaw_deg", error.yaw_deg);
+    SetValue(sheet, "plane_angle_deg", error.angle_deg);
+  }
+  // Where the bone is not to be cut through, the depth is what was wanted.
+  if (sheet.kind == ExerciseKind::kBicortical || sheet.kind == ExerciseKind::kOsteotomy) return;
+  const std::vector<CutColumn> columns = FindColumns(phi, *cut, 0);
+  MeasureDepthErrors(*cut, columns, MeasureDepths(before, after, *cut, columns, cells), sheet);
+}
+
+}  // namespace kerf

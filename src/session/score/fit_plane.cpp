@@ -1,0 +1,184 @@
+// A plane through what was removed: first by volume, then half-way between the two walls of the kerf, which lie true to
+// a small part of a voxel.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <map>
+#include <utility>
+
+#include "base/core/symmetric_eigen.h"
+#include "session/score/cut_measures.h"
+
+namespace kerf {
+namespace {
+
+/// A removed volume has a plane where its shorter extent in it is so many times the extent across.
+constexpr double kFlat = 1.5;
+/// Nearer to the surface than so many voxels no wall is looked for: its edge is rounded.
+constexpr double kSkin = 1.25;
+/// Walls are looked for so far from the middle.
+constexpr double kWall_mm = 5;
+/// Places where the kerf is narrower than this share of the usual, as at its bottom, are left out.
+constexpr double kNarrow = 0.75;
+/// Fewer places than this, or less extent of them, in voxels: the fit by volume stands.
+constexpr std::size_t kLeastPlaces = 12;
+constexpr double kLeastExtent = 0.8;
+constexpr int kTurns = 2;
+
+using Matrix = std::array<std::array<double, 3>, 3>;
+
+double Determinant(const Matrix& m) {
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
+/// x of m x = y, by Cramer's rule; 0 for a matrix that has none.
+std::array<double, 3> Solve(const Matrix& m, const std::array<double, 3>& y) {
+  const double all = Determinant(m);
+  std::array<double, 3> x{};
+  if (!(std::abs(all) > 1e-12)) return x;
+  for (std::size_t k = 0; k < 3; ++k) {
+    Matrix with = m;
+    for (std::size_t i = 0; i < 3; ++i) with[i][k] = y[i];
+    x[k] = Determinant(with) / all;
+  }
+  return x;
+}
+
+/// A place of the plane, and where the kerf is there.
+struct Place {
+  double u;
+  double v;
+  double middle_mm;
+  double width_mm;
+};
+
+/// From a point in the kerf along a direction to its wall; none when there is none within reach, or it is the bone's
+/// own surface.
+std::optional<double> FindWall(const PhiSampler& before, const PhiSampler& after, const Vec3& p_W, const Vec3& way_W) {
+  const double step_mm = 0.25 * after.voxel_mm();
+  double last = after.Calc(p_W);
+  for (double x = step_mm; x < kWall_mm; x += step_mm) {
+    const Vec3 q_W = p_W + x * way_W;
+    const double now = after.Calc(q_W);
+    if (now < 0) {
+      if (before.Calc(q_W) > -kSkin * after.voxel_mm()) return {};
+      return x - step_mm * now / (now - last);
+    }
+    last = now;
+  }
+  return {};
+}
+
+std::optional<Place> FindPlace(const PhiSampler& before, const PhiSampler& after, const CutPlane& plane, const Vec3& eu,
+                               const Vec3& ev, const Vec3& uvw) {
+  const Vec3 n = plane.normal_W;
+  const double h = after.voxel_mm();
+  for (const double aside : {0.0, 0.5, -0.5, 1.0, -1.0}) {
+    const double w = uvw.z + aside * h;
+    const Vec3 p_W = plane.p_W + uvw.x * eu + uvw.y * ev + w * n;
+    if (after.Calc(p_W) <= 0 || before.Calc(p_W) > -kSkin * h) continue;
+    const std::optional<double> up = FindWall(before, after, p_W, n);
+    const std::optional<double> down = FindWall(before, after, p_W, -n);
+    if (!up || !down) return {};
+    return Place{uvw.x, uvw.y, w + 0.5 * (*up - *down), *up + *down};
+  }
+  return {};
+}
+
+std::optional<CutPlane> Refine(const PhiSampler& before, const PhiSampler& after, const CutPlane& plane,
+                               std::span<const RemovedCell> cells) {
+  const Vec3 n = plane.normal_W;
+  const Vec3 least = std::abs(n.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  const Vec3 eu = glm::normalize(glm::cross(n, least));
+  const Vec3 ev = glm::cross(n, eu);
+  const double h = before.voxel_mm();
+  // A place a square of a voxel's edge, where the most of it was lost.
+  struct Start {
+    double mm3 = 0;
+    Vec3 uvw{0};
+  };
+  std::map<std::pair<int, int>, Start> starts;
+  for (const RemovedCell& cell : cells) {
+    if (cell.in_mm < kSkin * h) continue;
+    const Vec3 d = cell.p_W - plane.p_W;
+    const Vec3 uvw(glm::dot(d, eu), glm::dot(d, ev), glm::dot(d, n));
+    Start& start = starts[{static_cast<int>(std::floor(uvw.x / h)), static_cast<int>(std::floor(uvw.y / h))}];
+    if (cell.mm3 > start.mm3) start = {cell.mm3, uvw};
+  }
+  std::vector<Place> places;
+  std::vector<double> widths;
+  for (const auto& [square, start] : starts) {
+    if (const std::optional<Place> place = FindPlace(before, after, plane, eu, ev, start.uvw)) {
+      places.push_back(*place);
+      widths.push_back(place->width_mm);
+    }
+  }
+  if (places.size() < kLeastPlaces) return {};
+  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
+  std::nth_element(widths.begin(), middle, widths.end());
+  Matrix m{};
+  std::array<double, 3> y{};
+  for (const Place& place : places) {
+    if (place.width_mm < kNarrow * *middle) continue;
+    const std::array<double, 3> x{1, place.u, place.v};
+    for (std::size_t a = 0; a < 3; ++a) {
+      y[a] += x[a] * place.middle_mm;
+      for (std::size_t b = 0; b < 3; ++b) m[a][b] += x[a] * x[b];
+    }
+  }
+  // Least variance of the places in any direction of the plane.
+  const double count = m[0][0];
+  if (count < static_cast<double>(kLeastPlaces)) return {};
+  const double uu = m[1][1] / count - m[0][1] * m[0][1] / (count * count);
+  const double vv = m[2][2] / count - m[0][2] * m[0][2] / (count * count);
+  const double uv = m[1][2] / count - m[0][1] * m[0][2] / (count * count);
+  const double smallest = 0.5 * (uu + vv) - std::hypot(0.5 * (uu - vv), uv);
+  if (smallest < kLeastExtent * kLeastExtent * h * h) return {};
+  const std::array<double, 3> fit = Solve(m, y);
+  return CutPlane{plane.p_W + fit[0] * n, glm::normalize(n - fit[1] * eu - fit[2] * ev)};
+}
+
+}  // namespace
+
+std::optional<MiddlePlane> FitMiddlePlane(const Bone& before, const Bone& after, std::span<const RemovedCell> cells) {
+  double sum = 0;
+  Vec3 centre_W{0};
+  for (const RemovedCell& cell : cells) {
+    if (cell.mm3 <= 0) continue;
+    sum += cell.mm3;
+    centre_W += cell.mm3 * cell.p_W;
+  }
+  if (!(sum > 0)) return {};
+  centre_W /= sum;
+  Matrix spread{};
+  for (const RemovedCell& cell : cells) {
+    if (cell.mm3 <= 0) continue;
+    const Vec3 d = cell.p_W - centre_W;
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        spread[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)] += cell.mm3 / sum * d[i] * d[k];
+      }
+    }
+  }
+  const SymmetricEigen eigen = CalcSymmetricEigen(spread);
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return eigen.values[a] < eigen.values[b]; });
+  MiddlePlane fitted;
+  fitted.plane = {centre_W, glm::normalize(eigen.vectors[order[0]])};
+  fitted.thickness_mm = std::sqrt(std::max(eigen.values[order[0]], 0.0));
+  fitted.extent_mm = std::sqrt(std::max(eigen.values[order[1]], 0.0));
+  if (fitted.extent_mm < kFlat * fitted.thickness_mm) return {};
+  const PhiSampler phi_before(before);
+  const PhiSampler phi_after(after);
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const std::optional<CutPlane> refined = Refine(phi_before, phi_after, fitted.plane, cells);
+    if (!refined) break;
+    fitted.plane = *refined;
+  }
+  return fitted;
+}
+
+}  // namespace kerf

@@ -1,0 +1,196 @@
+#include "session/score/measures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr const char* kPlunge =
+    "plunge past the far cortex: novices 11.9, experienced 6.1 mm (cadaver, n = 30, p < 0.001, 2017); 7.6 against 5.1 "
+    "mm (Alajmo 2012); drills, as a stand-in for saws";
+constexpr const char* kAccuracy =
+    "planned against achieved cuts: freehand 2.1 mm, pitch 4.5, roll 7.4 degrees; navigated 1.2 mm, 3.5, 2.6 degrees "
+    "(Bernstein 2017, 224 cuts each); cut-off 2 mm and 4 degrees";
+constexpr const char* kProduct =
+    "what is left of the bone, judged by program and by people alike (Mikkelsen 2024, 33 trainees), and voxel by voxel "
+    "against experts (Kerwin 2012)";
+constexpr const char* kTimePath = "time (p <= 0.001) and path length (p <= 0.007) tell groups apart (ArthroS, n = 60)";
+constexpr const char* kStructures =
+    "drilling near, exposing and injuring critical structures (Sewell 2008); experts more cautious near them (Ioannou "
+    "2017)";
+constexpr const char* kJitter = "jitter and smoothness of the motion tell residents from experts (microscope)";
+constexpr const char* kNone = "";
+
+constexpr std::array kMeasures{
+    MeasureInfo{"cut_share", "share of the wanted cut that was made", "",
+                "area of the wanted cut's plane in bone, of which something was removed within the margin / all of it",
+                kProduct, 0},
+    MeasureInfo{"line_share", "share of the line that was gone along", "",
+                "share of the line's places where the tool was at least half as deep as wanted, within 8 mm of the "
+                "wanted plane; below 0.8 the exercise is not finished",
+                kNone, 0},
+    MeasureInfo{"depth_error_mean_mm", "depth error, mean", "mm",
+                "mean over the line of |depth reached - depth wanted|", kNone, 0},
+    MeasureInfo{"depth_error_p95_mm", "depth error, 95th percentile", "mm", "of the same", kNone, 0},
+    MeasureInfo{"depth_error_worst_mm", "depth error, worst", "mm", "largest of the same", kNone, 0},
+    MeasureInfo{"too_deep_mm", "too deep by at most", "mm",
+                "largest over the line of depth reached - depth wanted, 0 where it is not too deep", kPlunge, 1},
+    MeasureInfo{"plunge_max_mm", "plunge past the far side, largest", "mm",
+                "furthest that the tool's rim was, along the line, beyond where the wanted plane leaves the bone",
+                kPlunge, 5},
+    MeasureInfo{"plunge_mean_mm", "plunge past the far side, mean of the passes", "mm",
+                "mean over the times that the rim was beyond by 0.1 mm or more, of the largest in each", kNone, 0},
+    MeasureInfo{"plunges", "passes beyond the far side", "", "how many such times", kNone, 0},
+    MeasureInfo{"plane_offset_mm", "offset of the cut's plane", "mm",
+                "signed distance of the fitted middle plane from the wanted one, where the bone's middle in the wanted "
+                "cut is",
+                kAccuracy, 2},
+    MeasureInfo{"plane_roll_deg", "roll of the cut's plane about the line", "degrees",
+                "angle by which the fitted plane leans to the side", kNone, 0},
+    MeasureInfo{"plane_yaw_deg", "yaw of the cut's plane about the way into the bone", "degrees",
+                "angle by which it is turned away from the line", kNone, 0},
+    MeasureInfo{"plane_angle_deg", "angle between wanted and fitted plane", "degrees", "between their normals, 0 to 90",
+                kAccuracy, 4},
+    MeasureInfo{"outside_mm3", "removed outside the wanted cut and its margin", "mm3",
+                "volume of what was removed further than the margin from the wanted cut", kProduct, 0},
+    MeasureInfo{"removed_mm3", "removed in all", "mm3", "volume before - volume after", kNone, 0},
+    MeasureInfo{"planned_mm3", "bone in the wanted cut", "mm3", "its area in bone x the kerf's width", kNone, 0},
+    MeasureInfo{"under_mm3", "left of the wanted cut", "mm3", "(1 - cut_share) x planned_mm3", kNone, 0},
+    MeasureInfo{"dice", "likeness of wanted and removed (Dice)", "",
+                "2 cut_share planned_mm3 / (planned_mm3 + removed_mm3)", kNone, 0},
+    MeasureInfo{"kerf_width_mm", "width of the cut", "mm",
+                "(removed_mm3 - outside_mm3) / area of the wanted cut that was cut; larger where it went too deep",
+                kNone, 0},
+    MeasureInfo{"force_mean_N", "force on the hand, mean", "N", "mean over the time in contact of |force|", kNone, 0},
+    MeasureInfo{"force_peak_N", "force on the hand, peak", "N", "largest |force|", kNone, 0},
+    MeasureInfo{"force_rms_N", "force on the hand, root mean square", "N", "over the time in contact", kNone, 0},
+    MeasureInfo{"force_over_s", "time above the force limit", "s", "time with |force| > force_limit_N", kNone, 0},
+    MeasureInfo{"feed_mean_mm_per_s", "feed in contact, mean", "mm/s",
+                "mean speed of the tool's centre, smoothed over 0.2 s, in contact", kNone, 0},
+    MeasureInfo{"feed_cv", "unevenness of the feed", "", "standard deviation of that speed / its mean", kNone, 0},
+    MeasureInfo{"sparc", "smoothness of the motion (SPARC)", "",
+                "- arc length of the speed's amplitude spectrum, 0 to 20 Hz, both to their largest (Balasubramanian "
+                "2012)",
+                kNone, 0},
+    MeasureInfo{"jitter_mm", "jitter of the tool", "mm",
+                "median, in contact, of the centre's distance from its own mean over 0.1 s around", kJitter, 0.1},
+    MeasureInfo{"time_total_s", "time", "s", "from the beginning to the end of the recording", kTimePath, 0},
+    MeasureInfo{"time_active_s", "time in contact", "s", "time in which the tool touched bone", kNone, 0},
+    MeasureInfo{"path_length_mm", "path length", "mm", "of the tool's centre, 50 points a second", kTimePath, 0},
+    MeasureInfo{"strokes", "strokes", "", "times that the tool came into contact, 0.3 s or more after it left it",
+                kNone, 0},
+    MeasureInfo{"nerve_distance_mm", "least distance to the nerve canal", "mm",
+                "of the turning tool from the canal's region; below 0: so deep in it", kNone, 0},
+    MeasureInfo{"near_miss_s", "time within 2 mm of the nerve canal", "s", "of the turning tool", kStructures, 4},
+    MeasureInfo{"breaches", "cuts into the nerve canal", "", "times that a tooth cut in its region, 0.3 s apart",
+                kStructures, 1},
+    MeasureInfo{"breach_mm3", "removed of the nerve canal", "mm3", "volume of its region before - after", kStructures,
+                1},
+};
+
+constexpr std::array kGroove{Goal{"too_deep_mm", 3},   Goal{"plane_offset_mm", 1}, Goal{"plane_angle_deg", 1},
+                             Goal{"outside_mm3", 1},   Goal{"jitter_mm", 1},       Goal{"path_length_mm", 0.5},
+                             Goal{"time_total_s", 0.5}};
+constexpr std::array kThrough{Goal{"plunge_max_mm", 3}, Goal{"plane_offset_mm", 1},  Goal{"plane_angle_deg", 1},
+                              Goal{"jitter_mm", 1},     Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
+constexpr std::array kCanal{Goal{"near_miss_s", 2}, Goal{"breaches", 1},         Goal{"breach_mm3", 2},
+                            Goal{"too_deep_mm", 2}, Goal{"plane_offset_mm", 1},  Goal{"plane_angle_deg", 1},
+                            Goal{"jitter_mm", 1},   Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
+constexpr std::array kLine{Goal{"plane_offset_mm", 2}, Goal{"plane_angle_deg", 2}, Goal{"outside_mm3", 2},
+                           Goal{"jitter_mm", 2},       Goal{"too_deep_mm", 1},     Goal{"path_length_mm", 0.5},
+                           Goal{"time_total_s", 0.5}};
+constexpr std::array kOsteotomy{Goal{"plane_offset_mm", 3}, Goal{"plane_angle_deg", 3},  Goal{"outside_mm3", 1},
+                                Goal{"jitter_mm", 0.5},     Goal{"path_length_mm", 0.5}, Goal{"time_total_s", 0.5}};
+
+MeasureRow& FindRow(ScoreSheet& sheet, std::string_view key) {
+  const MeasureInfo& info = FindMeasure(key);
+  return *std::find_if(sheet.rows.begin(), sheet.rows.end(), [&](const MeasureRow& r) { return r.info == &info; });
+}
+
+}  // namespace
+
+std::span<const MeasureInfo> Measures() {
+  return kMeasures;
+}
+
+const MeasureInfo& FindMeasure(std::string_view key) {
+  for (const MeasureInfo& info : kMeasures) {
+    if (info.key == key) return info;
+  }
+  throw Error(fmt::format("there is no measure \"{}\"", key));
+}
+
+std::span<const Goal> GoalsOf(ExerciseKind kind) {
+  switch (kind) {
+    case ExerciseKind::kGroove:
+    case ExerciseKind::kStopBeforeFar:
+      return kGroove;
+    case ExerciseKind::kBicortical:
+      return kThrough;
+    case ExerciseKind::kBesideCanal:
+      return kCanal;
+    case ExerciseKind::kFollowLine:
+      return kLine;
+    case ExerciseKind::kOsteotomy:
+      return kOsteotomy;
+  }
+  return {};
+}
+
+double CalcPoints(double value, double half) {
+  return std::exp2(-std::abs(value) / half);
+}
+
+std::optional<double> ScoreSheet::Get(std::string_view key) const {
+  const MeasureInfo& info = FindMeasure(key);
+  for (const MeasureRow& row : rows) {
+    if (row.info == &info) return row.value;
+  }
+  return {};
+}
+
+ScoreSheet MakeSheet(std::optional<ExerciseKind> kind) {
+  ScoreSheet sheet;
+  sheet.kind = kind;
+  for (const MeasureInfo& info : kMeasures) {
+    MeasureRow row;
+    row.info = &info;
+    row.half = info.half;
+    sheet.rows.push_back(row);
+  }
+  if (!kind) return sheet;
+  for (const Goal& goal : GoalsOf(*kind)) FindRow(sheet, goal.key).weight = goal.weight;
+  return sheet;
+}
+
+void SetValue(ScoreSheet& sheet, std::string_view key, std::optional<double> value) {
+  if (value && !std::isfinite(*value)) value.reset();
+  FindRow(sheet, key).value = value;
+}
+
+void CalcTotal(ScoreSheet& sheet) {
+  double sum = 0;
+  double weights = 0;
+  for (MeasureRow& row : sheet.rows) {
+    row.points.reset();
+    if (row.weight == 0) continue;
+    weights += row.weight;
+    // What could not be measured, as the plane of a cut that there is none of, earns nothing.
+    row.points = row.value ? CalcPoints(*row.value, row.half) : 0;
+    sum += row.weight * *row.points;
+  }
+  sheet.total.reset();
+  if (!sheet.incomplete.empty()) {
+    for (MeasureRow& row : sheet.rows) row.points.reset();
+    return;
+  }
+  if (weights > 0) sheet.total = 100 * sheet.Get("cut_share").value_or(0) * sum / weights;
+}
+
+}  // namespace kerf

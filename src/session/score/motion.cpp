@@ -1,0 +1,230 @@
+#include "session/score/motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <span>
+
+#include "base/core/spectrum.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kRow_s = 0.004;
+/// Two of a kind that are nearer in time are one.
+constexpr double kApart_s = 0.3;
+/// For path length and speed: encoders' steps are evened out.
+constexpr double kBlock_s = 0.02;
+constexpr double kSmooth_s = 0.2;
+/// A period of tremor: over it, that has a mean of 0.
+constexpr double kJitter_s = 0.1;
+/// A pass beyond the far side begins here and ends at half of it.
+constexpr double kPass_mm = 0.1;
+constexpr double kNear_mm = 2;
+/// The nerve's distance is looked up in one row of so many.
+constexpr std::size_t kNerveRows = 5;
+/// SPARC: up to so many Hz, and no further than where the amplitude falls below that share.
+constexpr double kSparc_Hz = 20;
+constexpr double kSparcShare = 0.05;
+
+/// A mean place over a block of time.
+struct Block {
+  Vec3 p_W{0};
+  double time_s = 0;
+  bool contact = false;
+};
+
+/// - arc length of the normalised amplitude spectrum of a speed that is sampled every kBlock_s.
+double CalcSparc(const std::vector<double>& speed) {
+  std::size_t size = 4;
+  while (size < 4 * speed.size()) size *= 2;
+  std::vector<double> padded(size, 0);
+  std::copy(speed.begin(), speed.end(), padded.begin() + static_cast<std::ptrdiff_t>((size - speed.size()) / 2));
+  const std::vector<double> amplitudes = CalcAmplitudes(padded);
+  const double largest = *std::max_element(amplitudes.begin(), amplitudes.end());
+  if (!(largest > 0)) return 0;
+  const double step_Hz = 1 / (kBlock_s * static_cast<double>(size));
+  const auto count = std::min(amplitudes.size(), static_cast<std::size_t>(kSparc_Hz / step_Hz) + 1);
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (amplitudes[i] >= kSparcShare * largest) last = i;
+  }
+  double length = 0;
+  for (std::size_t i = 1; i <= last; ++i) {
+    length += std::hypot(1.0 / static_cast<double>(last), (amplitudes[i] - amplitudes[i - 1]) / largest);
+  }
+  return -length;
+}
+
+/// Sums from the beginning, for means over any stretch.
+/// So much of the wanted depth is enough for a place of the line to be gone along.
+constexpr double kGoneAlong = 0.5;
+
+std::vector<Vec3> SumPlaces(std::span<const Vec3> p) {
+  std::vector<Vec3> sums(p.size() + 1, Vec3(0));
+  for (std::size_t i = 0; i < p.size(); ++i) sums[i + 1] = sums[i] + p[i];
+  return sums;
+}
+
+}  // namespace
+
+void MotionMeter::Take(const MotionTick& tick) {
+  end_s_ = std::max(end_s_, tick.time_s);
+  if (tick.contact) {
+    contact_s_ += tick.dt_s;
+    force_sum_ += tick.force_N * tick.dt_s;
+    force2_sum_ += tick.force_N * tick.force_N * tick.dt_s;
+    if (tick.time_s - left_s_ > kApart_s) ++strokes_;
+    left_s_ = tick.time_s;
+  }
+  force_peak_N_ = std::max(force_peak_N_, tick.force_N);
+  if (force_limit_N_ > 0 && tick.force_N > force_limit_N_) force_over_s_ += tick.dt_s;
+  for (std::size_t id = 0; id < cuts_.size(); ++id) {
+    if ((tick.regions_cut[id / 64] >> (id % 64) & 1) == 0) continue;
+    if (tick.time_s - cuts_[id].last_s > kApart_s) ++cuts_[id].count;
+    cuts_[id].last_s = tick.time_s;
+  }
+  row_ = {tick.time_s, tick.X_WT, tick.contact || (any_ && row_.contact), tick.turns};
+  any_ = true;
+  if (tick.time_s + 1e-9 < next_s_) return;
+  rows_.push_back(row_);
+  row_.contact = false;
+  next_s_ = tick.time_s + kRow_s;
+}
+
+void MotionMeter::MeasureForces(ScoreSheet& sheet) const {
+  SetValue(sheet, "force_peak_N", force_peak_N_);
+  if (contact_s_ > 0) {
+    SetValue(sheet, "force_mean_N", force_sum_ / contact_s_);
+    SetValue(sheet, "force_rms_N", std::sqrt(force2_sum_ / contact_s_));
+  }
+  if (force_limit_N_ > 0) SetValue(sheet, "force_over_s", force_over_s_);
+}
+
+void MotionMeter::MeasureMotion(ScoreSheet& sheet) const {
+  std::vector<Block> blocks;
+  std::vector<Vec3> places;
+  for (std::size_t i = 0; i < rows_.size();) {
+    Block block;
+    std::size_t k = i;
+    for (; k < rows_.size() && rows_[k].time_s < rows_[i].time_s + kBlock_s - 1e-9; ++k) {
+      block.p_W += rows_[k].X_WT.p_AB;
+      block.contact = block.contact || rows_[k].contact;
+    }
+    block.p_W /= static_cast<double>(k - i);
+    block.time_s = 0.5 * (rows_[i].time_s + rows_[k - 1].time_s);
+    blocks.push_back(block);
+    i = k;
+  }
+  double path_mm = 0;
+  std::vector<double> speed;
+  std::vector<double> feed;
+  const auto half = static_cast<std::size_t>(std::lround(0.5 * kSmooth_s / kBlock_s));
+  for (std::size_t i = 1; i < blocks.size(); ++i) {
+    const double way_mm = glm::distance(blocks[i].p_W, blocks[i - 1].p_W);
+    const double dt_s = blocks[i].time_s - blocks[i - 1].time_s;
+    path_mm += way_mm;
+    speed.push_back(dt_s > 0 ? way_mm / dt_s : 0);
+    const std::size_t a = i > half ? i - half : 0;
+    const std::size_t b = std::min(i + half, blocks.size() - 1);
+    const double over_s = blocks[b].time_s - blocks[a].time_s;
+    if (blocks[i].contact && over_s > 0) feed.push_back(glm::distance(blocks[b].p_W, blocks[a].p_W) / over_s);
+  }
+  SetValue(sheet, "path_length_mm", path_mm);
+  if (speed.size() >= 4) SetValue(sheet, "sparc", CalcSparc(speed));
+  if (feed.empty()) return;
+  double mean = 0;
+  for (const double f : feed) mean += f / static_cast<double>(feed.size());
+  double variance = 0;
+  for (const double f : feed) variance += (f - mean) * (f - mean) / static_cast<double>(feed.size());
+  SetValue(sheet, "feed_mean_mm_per_s", mean);
+  if (mean > 0) SetValue(sheet, "feed_cv", std::sqrt(variance) / mean);
+
+  for (const Row& row : rows_) places.push_back(row.X_WT.p_AB);
+  const std::vector<Vec3> sums = SumPlaces(places);
+  // As many rows as there are in it, one of them in the middle.
+  const auto side = static_cast<std::size_t>(0.5 * kJitter_s / kRow_s);
+  std::vector<double> jitter_mm;
+  for (std::size_t i = side; i + side < rows_.size(); ++i) {
+    if (!rows_[i].contact) continue;
+    const Vec3 mean_W = (sums[i + side + 1] - sums[i - side]) / static_cast<double>(2 * side + 1);
+    jitter_mm.push_back(glm::distance(places[i], mean_W));
+  }
+  if (jitter_mm.empty()) return;
+  const auto middle = jitter_mm.begin() + static_cast<std::ptrdiff_t>(jitter_mm.size() / 2);
+  std::nth_element(jitter_mm.begin(), middle, jitter_mm.end());
+  SetValue(sheet, "jitter_mm", *middle);
+}
+
+void MotionMeter::MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const {
+  const std::vector<CutColumn>& columns = gauge.columns();
+  std::vector<double> deepest_mm(columns.size(), -kAbove_mm);
+  for (const Row& row : rows_) {
+    if (row.contact) gauge.TakeDepths(row.X_WT, deepest_mm);
+  }
+  int places = 0;
+  int gone_along = 0;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].s_mm < 0 || columns[i].s_mm > gauge.cut().length_mm) continue;
+    const double wanted_mm = std::min(gauge.cut().depth_mm, columns[i].far_mm - columns[i].near_mm);
+    ++places;
+    if (deepest_mm[i] >= kGoneAlong * wanted_mm) ++gone_along;
+  }
+  if (places > 0) SetValue(sheet, "line_share", static_cast<double>(gone_along) / places);
+}
+
+void MotionMeter::MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const {
+  if (gauge.columns().empty()) return;
+  double largest_mm = 0;
+  double pass_mm = 0;
+  double sum_mm = 0;
+  int passes = 0;
+  const auto end_pass = [&] {
+    if (pass_mm <= 0) return;
+    sum_mm += pass_mm;
+    ++passes;
+    pass_mm = 0;
+  };
+  for (const Row& row : rows_) {
+    const std::optional<DepthReading> reading = gauge.Calc(row.X_WT);
+    const double beyond_mm = reading ? reading->beyond_mm : -1;
+    largest_mm = std::max(largest_mm, beyond_mm);
+    if (beyond_mm >= kPass_mm) pass_mm = std::max(pass_mm, beyond_mm);
+    if (beyond_mm < 0.5 * kPass_mm) end_pass();
+  }
+  end_pass();
+  SetValue(sheet, "plunge_max_mm", largest_mm);
+  SetValue(sheet, "plunge_mean_mm", passes > 0 ? sum_mm / passes : 0);
+  SetValue(sheet, "plunges", passes);
+}
+
+void MotionMeter::MeasureNerve(const Tool& tool, const RegionDistance& nerve, ScoreSheet& sheet) const {
+  double least_mm = 1e9;
+  double near_s = 0;
+  for (std::size_t i = 0; i < rows_.size(); i += kNerveRows) {
+    if (!rows_[i].turns) continue;
+    const double distance_mm = nerve.Calc(tool, rows_[i].X_WT);
+    least_mm = std::min(least_mm, distance_mm);
+    if (distance_mm < kNear_mm && i > 0) near_s += rows_[i].time_s - rows_[i - kNerveRows].time_s;
+  }
+  if (least_mm < 1e8) SetValue(sheet, "nerve_distance_mm", least_mm);
+  SetValue(sheet, "near_miss_s", near_s);
+}
+
+void MotionMeter::Finish(const Tool& tool, const DepthGauge* gauge, const RegionDistance* nerve,
+                         const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const {
+  SetValue(sheet, "time_total_s", end_s_);
+  SetValue(sheet, "time_active_s", contact_s_);
+  SetValue(sheet, "strokes", strokes_);
+  MeasureForces(sheet);
+  MeasureMotion(sheet);
+  if (gauge != nullptr) MeasureLine(*gauge, sheet);
+  if (gauge != nullptr) MeasurePlunge(*gauge, sheet);
+  if (nerve == nullptr || nerve->empty()) return;
+  MeasureNerve(tool, *nerve, sheet);
+  int breaches = 0;
+  for (std::size_t id = 0; id < cuts_.size(); ++id) breaches += nerve_regions[id] ? cuts_[id].count : 0;
+  SetValue(sheet, "breaches", breaches);
+}
+
+}  // namespace kerf

@@ -1,0 +1,72 @@
+// What the tool did, from the ticks of a recording.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "kerf/bone.h"
+#include "kerf/tool.h"
+#include "session/score/columns.h"
+#include "session/score/measures.h"
+#include "session/score/region_distance.h"
+
+namespace kerf {
+
+/// A tick, as far as it is measured.
+struct MotionTick {
+  double time_s = 0;  // at its end, since the beginning
+  double dt_s = 0;    // that it lasted
+  Pose X_WT;
+  double force_N = 0;                          // on the hand, magnitude
+  bool contact = false;                        // the tool touches bone
+  bool turns = true;                           // the spindle does
+  std::array<std::uint64_t, 4> regions_cut{};  // as CoupledOutput's
+};
+
+/// Takes the ticks as they come and keeps one in 4 ms.
+class MotionMeter {
+ public:
+  explicit MotionMeter(double force_limit_N) : force_limit_N_(force_limit_N) {}
+
+  void Take(const MotionTick& tick);
+  /// Fills the sheet's measures of force, time and motion; `gauge`: for the plunge, may be null; `nerve`: for its
+  /// distance and breaches, may be null or empty; `nerve_regions`: its regions.
+  void Finish(const Tool& tool, const DepthGauge* gauge, const RegionDistance* nerve,
+              const std::array<bool, 256>& nerve_regions, ScoreSheet& sheet) const;
+
+ private:
+  struct Row {
+    double time_s;
+    Pose X_WT;
+    bool contact;
+    bool turns;
+  };
+  void MeasureForces(ScoreSheet& sheet) const;
+  void MeasureMotion(ScoreSheet& sheet) const;
+  void MeasureLine(const DepthGauge& gauge, ScoreSheet& sheet) const;
+  void MeasurePlunge(const DepthGauge& gauge, ScoreSheet& sheet) const;
+  void MeasureNerve(const Tool& tool, const RegionDistance& nerve, ScoreSheet& sheet) const;
+
+  double force_limit_N_;
+  std::vector<Row> rows_;
+  Row row_{};
+  bool any_ = false;
+  double next_s_ = 0;
+  double end_s_ = 0;
+  double contact_s_ = 0;
+  double force_sum_ = 0;   // over contact, N s
+  double force2_sum_ = 0;  // N^2 s
+  double force_peak_N_ = 0;
+  double force_over_s_ = 0;
+  int strokes_ = 0;
+  double left_s_ = -1e9;  // contact was last then
+  /// By region: times that a tooth cut in it, and when last.
+  struct Cuts {
+    int count = 0;
+    double last_s = -1e9;
+  };
+  std::array<Cuts, 256> cuts_{};
+};
+
+}  // namespace kerf

@@ -1,0 +1,216 @@
+#include "session/score/score.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <optional>
+#include <string_view>
+
+#include "base/compress/bytes.h"
+#include "kerf/error.h"
+#include "session/run/make_bone.h"
+#include "session/run/run.h"
+#include "session/run/run_loop.h"
+#include "session/run/run_tap.h"
+#include "session/score/cut_measures.h"
+#include "session/score/motion.h"
+
+namespace kerf {
+namespace {
+
+/// A time and a way that are enough for an exercise: half of the points are left at twice as much.
+constexpr double kReady_s = 5;
+constexpr double kReady_mm = 20;
+
+using Progress = std::function<void(const std::string&, double)>;
+
+struct GoneThrough {
+  Bone before;
+  Bone after;
+  std::vector<std::string> warnings;
+};
+
+void NoteDivergence(const std::optional<Divergence>& divergence, std::vector<std::string>& warnings) {
+  if (!divergence) return;
+  warnings.push_back(fmt::format("gone through again, it comes out other than recorded from {:.3f} s on: {}",
+                                 divergence->time_s, divergence->what));
+}
+
+GoneThrough GoThroughLoop(RecordingReader& recording, const Scene& scene, const ScoreOptions& options,
+                          const Progress& progress, MotionMeter& meter) {
+  LoopOptions loop;
+  loop.virtual_time = true;
+  loop.seconds = std::clamp(recording.duration_s(), 0.01, kMostLoop_s);
+  loop.log = LoopLog::kNowhere;
+  loop.keep_bones = true;
+  loop.stop = options.stop;
+  loop.replay.recording = &recording;
+  double last_s = 0;
+  loop.take_tick = [&](const LoopSample& sample, std::span<const double>) {
+    const CoupledOutput& out = sample.report.out;
+    MotionTick tick;
+    tick.time_s = sample.time_s;
+    tick.dt_s = std::max(sample.time_s - last_s, 0.0);
+    last_s = sample.time_s;
+    tick.X_WT = out.X_WT;
+    tick.force_N = glm::length(out.f_H_W_N);
+    tick.contact = glm::length(out.f_cut_W_N) + glm::length(out.f_face_W_N) > 0 || out.engaged_teeth > 0;
+    tick.turns = std::abs(sample.report.given.rpm) >= 1;
+    tick.regions_cut = out.regions_cut;
+    meter.Take(tick);
+  };
+  LoopSummary summary = RunLoop(scene, loop, progress);
+  if (options.stop != nullptr && options.stop->load()) throw Error("the scoring was interrupted");
+  GoneThrough gone{std::move(summary.before), std::move(summary.after), {}};
+  if (summary.replayed) NoteDivergence(summary.replayed->divergence, gone.warnings);
+  return gone;
+}
+
+GoneThrough GoThroughRun(RecordingReader& recording, const Scene& scene, const Progress& progress, MotionMeter& meter) {
+  RunReplay replay(recording, 1e300, false);
+  Bone before = MakeSceneBone(scene, [&](double f) { progress("making the bone", f); });
+  CheckBone(replay.head(), before);
+  RunResult result = RunPath(
+      before, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz, scene.tool.rpm,
+      [&](double f) { progress("cutting", f); }, {}, &replay);
+  double last_s = 0;
+  for (const TickRecord& record : result.ticks) {
+    MotionTick tick;
+    tick.time_s = record.time_s;
+    tick.dt_s = std::max(record.time_s - last_s, 0.0);
+    last_s = record.time_s;
+    tick.X_WT = record.X_WT;
+    tick.force_N = glm::length(record.out.f_T_W_N);
+    tick.contact = record.out.engaged_teeth > 0;
+    tick.turns = scene.tool.rpm >= 1;
+    const int id = record.out.main_region;
+    if (id > 0 && id < 256) tick.regions_cut[static_cast<std::size_t>(id) / 64] |= std::uint64_t{1} << (id % 64);
+    meter.Take(tick);
+  }
+  GoneThrough gone{std::move(before), std::move(result.bone), {}};
+  NoteDivergence(replay.MakeReport(gone.after.CalcHash()).divergence, gone.warnings);
+  return gone;
+}
+
+/// What half of the points for time and way are lost at.
+void SetHalves(const WantedCut& cut, const SceneExercise& exercise, ScoreSheet& sheet) {
+  const double way_mm = cut.length_mm + 2 * cut.depth_mm + kReady_mm;
+  const double time_s = way_mm / exercise.feed_mm_per_s + kReady_s;
+  for (MeasureRow& row : sheet.rows) {
+    const std::string_view key = row.info->key;
+    if (key == "time_total_s") row.half = 2 * time_s;
+    if (key == "path_length_mm") row.half = 2 * way_mm;
+  }
+}
+
+/// A loop's and a path's, when all went as it should.
+constexpr std::array<std::string_view, 3> kGoodEnds{"asked", "stopped", "the path's end"};
+/// Of the measure line_share: less is an exercise that was given up or cut off.
+constexpr double kFinished = 0.8;
+
+std::vector<std::string> FindIncomplete(const RecordingReader& recording, const ScoreSheet& sheet) {
+  std::vector<std::string> found;
+  if (sheet.state != RecordingState::kWhole) {
+    found.push_back(fmt::format("the recording is {}", ToString(sheet.state)));
+  }
+  if (!recording.head().taken_up_from.empty()) found.emplace_back("it goes on from another recording");
+  if (recording.end() && std::find(kGoodEnds.begin(), kGoodEnds.end(), recording.end()->why) == kGoodEnds.end()) {
+    found.push_back(fmt::format("the session ended by a failure: {}", recording.end()->why));
+  }
+  if (!sheet.kind) return found;
+  const double share = sheet.Get("line_share").value_or(0);
+  if (share < kFinished) {
+    found.push_back(
+        fmt::format("{}: the tool has gone along {:.0f} % of the line, of {:.0f} % at least",
+                    sheet.state == RecordingState::kWhole ? "the exercise is not finished" : "as far as it can be read",
+                    100 * share, 100 * kFinished));
+  }
+  return found;
+}
+
+}  // namespace
+
+StepsDigests CalcStepsDigests(RecordingReader& recording) {
+  constexpr std::size_t kChunk = 4096;  // of steps; blocks may be split otherwise
+  StepsDigests digests;
+  Digest digest{};
+  ByteWriter bytes;
+  std::size_t count = 0;
+  std::size_t moves = 0;
+  std::optional<Pose> last;
+  const auto add = [&digest](const std::string& chunk) {
+    return CalcDigest({reinterpret_cast<const char*>(digest.data()), digest.size()}, chunk);
+  };
+  RecordedBlock block;
+  for (std::size_t i = 0; recording.ReadBlock(i, block); ++i) {
+    for (const RecordedStep& step : block.steps) {
+      const Vec3& p = step.X.p_AB;
+      const Quat& q = step.X.R_AB;
+      for (const double x : {p.x, p.y, p.z, q.w, q.x, q.y, q.z, step.dt_s, step.rpm}) bytes.Put(x);
+      bytes.Put(step.buttons);
+      bytes.Put(step.flags);
+      const bool moved = last && (last->p_AB != p || last->R_AB != q);
+      last = step.X;
+      if (moved && ++moves == kBeginningMoves) digests.beginning = ToHex(add(bytes.bytes()));
+      if (++count % kChunk != 0) continue;
+      digest = add(bytes.bytes());
+      bytes = {};
+    }
+  }
+  digests.all = ToHex(add(bytes.bytes()));
+  if (moves < kBeginningMoves) digests.beginning = digests.all;
+  return digests;
+}
+
+ScoreSheet ScoreRecording(RecordingReader& recording, const ScoreOptions& options,
+                          const std::function<void(const std::string&, double)>& progress) {
+  const Progress show = [&](const std::string& stage, double fraction) {
+    if (progress) progress(stage, fraction);
+  };
+  const RecordingHead& head = recording.head();
+  if (head.kind == RecordedKind::kSlab) {
+    throw Error(fmt::format("{}: is a recording of slab mode, in which no bone is cut", recording.path()));
+  }
+  const RecordedScene recorded = OpenRecordedScene(recording, options.bone_file);
+  const Scene& scene = recorded.scene;
+  const SceneExercise& exercise = scene.exercise;
+  ScoreSheet sheet = MakeSheet(exercise.given ? std::optional(exercise.kind) : std::nullopt);
+  sheet.recording = recording.path();
+  sheet.scene = head.scene_name;
+  sheet.title = scene.title;
+  sheet.created = head.created;
+  sheet.level = exercise.given ? exercise.level : 0;
+  sheet.state = recording.damage().state;
+  sheet.seal = recording.seal();
+  const StepsDigests digests = CalcStepsDigests(recording);
+  sheet.steps_digest = digests.all;
+  sheet.beginning_digest = digests.beginning;
+  if (const std::string damage = recording.DescribeDamage(); !damage.empty()) sheet.warnings.push_back(damage);
+
+  const Tool tool = MakeTool(scene);
+  MotionMeter meter(exercise.given ? exercise.force_limit_N : 0);
+  const GoneThrough gone = head.kind == RecordedKind::kLoop ? GoThroughLoop(recording, scene, options, show, meter)
+                                                            : GoThroughRun(recording, scene, show, meter);
+  sheet.warnings.insert(sheet.warnings.end(), gone.warnings.begin(), gone.warnings.end());
+  show("measuring", 0);
+  std::optional<WantedCut> cut;
+  std::optional<DepthGauge> gauge;
+  if (exercise.given) {
+    cut = MakeWantedCut(exercise, tool);
+    gauge.emplace(gone.before, *cut);
+    SetHalves(*cut, exercise, sheet);
+  }
+  MeasureCut(gone.before, gone.after, cut, sheet);
+  show("measuring", 0.5);
+  const RegionDistance nerve(gone.before, Tissue::kCanal);
+  meter.Finish(tool, gauge ? &*gauge : nullptr, &nerve, FindRegionsOf(gone.before, Tissue::kCanal), sheet);
+  sheet.incomplete = FindIncomplete(recording, sheet);
+  CalcTotal(sheet);
+  show("measuring", 1);
+  return sheet;
+}
+
+}  // namespace kerf

@@ -1,0 +1,342 @@
+#include "view/live/bone_chunks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <glm/geometric.hpp>
+#include <map>
+#include <set>
+#include <unordered_map>
+#include <utility>
+
+#include "bone/grid/grids.h"
+#include "bone/grid/set_leaf.h"
+#include "kerf/error.h"
+#include "view/live/chunk_mesher.h"
+
+namespace kerf {
+namespace {
+
+using Index = std::array<int, 3>;
+constexpr int kLeaf = 8;
+constexpr int kLeavesAcross = BoneChunks::kVoxels / kLeaf;
+
+int FloorDiv(int a, int b) {
+  return a >= 0 ? a / b : -((-a + b - 1) / b);
+}
+
+struct IndexHash {
+  std::size_t operator()(const Index& i) const {
+    std::size_t h = 0;
+    for (const int part : i) h = h * 0x9e3779b97f4a7c15u + static_cast<std::uint32_t>(part);
+    return h ^ (h >> 29);
+  }
+};
+
+// The leaves that the samples of a chunk lie in: its own, and as many more on each side as two samples reach.
+struct LeafValues {
+  const float* values;  // null: `uniform` throughout
+  float uniform;
+};
+int Beyond(int step) {
+  return (2 * step + kLeaf - 1) / kLeaf;
+}
+
+void FillSamples(const std::vector<LeafValues>& leaves, int step, std::vector<float>& samples) {
+  constexpr std::size_t kEdge = kLeaf;
+  const auto s = static_cast<std::size_t>(step);
+  const auto beyond = static_cast<std::size_t>(Beyond(step));
+  const std::size_t reach = kLeavesAcross + 2 * beyond;
+  const std::size_t n = static_cast<std::size_t>(BoneChunks::kVoxels / step) + 4;
+  samples.resize(n * n * n);
+  // Voxels count from the first leaf, samples from two before the chunk.
+  const auto voxel_of = [&](std::size_t i) { return kEdge * beyond + i * s - 2 * s; };
+  float* out = samples.data();
+  for (std::size_t x = 0; x < n; ++x) {
+    const std::size_t vx = voxel_of(x);
+    for (std::size_t y = 0; y < n; ++y) {
+      const std::size_t vy = voxel_of(y);
+      const LeafValues* row = &leaves[((vx / kEdge) * reach + vy / kEdge) * reach];
+      const std::size_t within = ((vx % kEdge) * kEdge + vy % kEdge) * kEdge;
+      for (std::size_t z = 0; z < n; ++z) {
+        const std::size_t vz = voxel_of(z);
+        const LeafValues& leaf = row[vz / kEdge];
+        *out++ = leaf.values != nullptr ? leaf.values[within + vz % kEdge] : leaf.uniform;
+      }
+    }
+  }
+}
+
+std::int8_t ToByte(double x) {
+  return static_cast<std::int8_t>(std::lround(127 * x));
+}
+
+}  // namespace
+
+struct BoneChunks::State {
+  Bone bone;
+  Index middle{};                                                      // the chunk whose corner points are counted from
+  std::unordered_map<Index, std::array<float, 512>, IndexHash> uncut;  // leaves as they were, of those that changed
+  std::deque<Index> dirty;
+  std::set<Index> is_dirty;
+
+  double voxel_mm() const { return bone.grids().voxel_mm(); }
+  // Whether a changed leaf is among those that the chunk's samples lie in.
+  bool IsTouched(const Index& chunk) const {
+    if (uncut.empty()) return false;
+    for (int x = -1; x <= kLeavesAcross; ++x) {
+      for (int y = -1; y <= kLeavesAcross; ++y) {
+        for (int z = -1; z <= kLeavesAcross; ++z) {
+          if (uncut.count({kLeavesAcross * chunk[0] + x, kLeavesAcross * chunk[1] + y, kLeavesAcross * chunk[2] + z}) !=
+              0) {
+            return true;
+          }
+        }
+      }
+    }
+    return false;
+  }
+};
+
+BoneChunks::BoneChunks(Bone bone) : state_(std::make_unique<State>()) {
+  state_->bone = std::move(bone);
+  const openvdb::FloatGrid& phi = *state_->bone.grids().phi;
+  const openvdb::CoordBBox box = phi.evalActiveVoxelBoundingBox();
+  if (!box.empty()) {
+    for (int i = 0; i < 3; ++i) {
+      state_->middle[static_cast<std::size_t>(i)] = FloorDiv(box.min()[i] + (box.max()[i] - box.min()[i]) / 2, kVoxels);
+    }
+  }
+}
+
+BoneChunks::~BoneChunks() = default;
+BoneChunks::BoneChunks(BoneChunks&&) noexcept = default;
+BoneChunks& BoneChunks::operator=(BoneChunks&&) noexcept = default;
+
+const Bone& BoneChunks::bone() const {
+  return state_->bone;
+}
+
+Vec3 BoneChunks::origin_W() const {
+  const Index& m = state_->middle;
+  return state_->voxel_mm() * kVoxels * Vec3{m[0], m[1], m[2]};
+}
+
+void BoneChunks::Take(const LeafMessage& leaf) {
+  if (state_->uncut.count(leaf.index) == 0) {
+    GetLeaf(state_->bone, leaf.index, state_->uncut[leaf.index]);
+  }
+  SetLeaf(state_->bone, leaf.index, leaf.values);
+  // Along each axis the chunk that the leaf is in, and the one that it borders on.
+  std::array<std::array<int, 2>, 3> along{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const int chunk = FloorDiv(leaf.index[i], kLeavesAcross);
+    const int place = leaf.index[i] - kLeavesAcross * chunk;
+    along[i] = {chunk, place == 0 ? chunk - 1 : place == kLeavesAcross - 1 ? chunk + 1 : chunk};
+  }
+  for (const int x : along[0]) {
+    for (const int y : along[1]) {
+      for (const int z : along[2]) {
+        if (state_->is_dirty.insert({x, y, z}).second) state_->dirty.push_back({x, y, z});
+      }
+    }
+  }
+}
+
+std::vector<Index> BoneChunks::ListChunks(const Vec3& p_W) const {
+  std::set<Index> chunks;
+  for (auto leaf = state_->bone.grids().phi->tree().cbeginLeaf(); leaf; ++leaf) {
+    const openvdb::Coord& at = leaf->origin();
+    // A face belongs to the chunk of its edge's lower end, which may be the one before.
+    std::array<std::array<int, 2>, 3> along{};
+    for (int i = 0; i < 3; ++i) {
+      const int chunk = FloorDiv(at[i], kVoxels);
+      along[static_cast<std::size_t>(i)] = {chunk, at[i] == kVoxels * chunk ? chunk - 1 : chunk};
+    }
+    for (const int x : along[0]) {
+      for (const int y : along[1]) {
+        for (const int z : along[2]) chunks.insert({x, y, z});
+      }
+    }
+  }
+  std::vector<std::pair<double, Index>> by_distance;
+  const double edge_mm = state_->voxel_mm() * kVoxels;
+  for (const Index& i : chunks) {
+    by_distance.emplace_back(glm::length(edge_mm * (Vec3{i[0], i[1], i[2]} + 0.5) - p_W), i);
+  }
+  std::sort(by_distance.begin(), by_distance.end());
+  std::vector<Index> list;
+  list.reserve(by_distance.size());
+  for (const auto& [distance, i] : by_distance) list.push_back(i);
+  return list;
+}
+
+std::size_t BoneChunks::CountDirty() const {
+  return state_->dirty.size();
+}
+
+std::vector<Index> BoneChunks::TakeDirty(std::size_t at_most) {
+  std::vector<Index> taken;
+  while (!state_->dirty.empty() && taken.size() < at_most) {
+    taken.push_back(state_->dirty.front());
+    state_->is_dirty.erase(state_->dirty.front());
+    state_->dirty.pop_front();
+  }
+  return taken;
+}
+
+bool BoneChunks::Next(ChunkMesh& mesh) {
+  const std::vector<Index> next = TakeDirty(1);
+  if (next.empty()) return false;
+  Mesh(next.front(), 1, mesh);
+  return true;
+}
+
+void BoneChunks::Mesh(const Index& index, int step, ChunkMesh& mesh) const {
+  if (std::find(kSteps.begin(), kSteps.end(), step) == kSteps.end()) {
+    throw Error("a chunk is meshed in steps of 1, 2, 4 or 8");
+  }
+  mesh.index = index;
+  mesh.step = step;
+  mesh.cut = state_->IsTouched(index);
+  mesh.vertices.clear();
+  mesh.triangles.clear();
+  mesh.skirt.clear();
+  mesh.lower_W = mesh.upper_W = Vec3{0};
+
+  const Bone::Grids& grids = state_->bone.grids();
+  auto phi = grids.phi->getConstAccessor();
+  thread_local std::vector<LeafValues> leaves;
+  thread_local std::vector<LeafValues> uncut;
+  leaves.clear();
+  uncut.clear();
+  bool inside = false;
+  bool outside = false;
+  bool own = false;
+  const int beyond = Beyond(step);
+  for (int x = -beyond; x < kLeavesAcross + beyond; ++x) {
+    for (int y = -beyond; y < kLeavesAcross + beyond; ++y) {
+      for (int z = -beyond; z < kLeavesAcross + beyond; ++z) {
+        const Index leaf{kLeavesAcross * index[0] + x, kLeavesAcross * index[1] + y, kLeavesAcross * index[2] + z};
+        const openvdb::Coord corner(kLeaf * leaf[0], kLeaf * leaf[1], kLeaf * leaf[2]);
+        const auto* values = phi.probeConstLeaf(corner);
+        if (values != nullptr) {
+          leaves.push_back({values->buffer().data(), 0});
+          own = true;
+        } else {
+          leaves.push_back({nullptr, phi.getValue(corner)});
+          (leaves.back().uniform < 0 ? inside : outside) = true;
+        }
+        if (!mesh.cut) continue;
+        uncut.push_back(leaves.back());
+        const auto before = state_->uncut.find(leaf);
+        if (before != state_->uncut.end()) uncut.back().values = before->second.data();
+      }
+    }
+  }
+  if (!own && !(inside && outside)) return;
+
+  thread_local SampleBlock block;
+  thread_local CellSurface surface;
+  block.cells = kVoxels / step;
+  FillSamples(leaves, step, block.phi);
+  block.uncut.clear();
+  if (mesh.cut) FillSamples(uncut, step, block.uncut);
+  const double voxel_mm = state_->voxel_mm();
+  MakeCellSurface(block, static_cast<float>(0.15 * step * voxel_mm), step > 1, surface);
+  if (surface.vertices.empty()) return;
+
+  auto region = grids.region->getConstAccessor();
+  const double region_voxel_mm = grids.region_voxel_mm();
+  const double below_mm = 0.5 * std::max(voxel_mm, region_voxel_mm);
+  const Index& middle = state_->middle;
+  const Vec3 origin = origin_W();
+  Box3 box;
+  mesh.vertices.reserve(surface.vertices.size());
+  // Coarse cells are wider than the narrow band, so their normals come from the level set itself.
+  const double h_vox = mesh.cut ? 0.5 : 1;
+  const auto gradient = [&](const Vec3& p_vox) {
+    Vec3 g{0};
+    for (int i = 0; i < 3; ++i) {
+      Vec3 d{0};
+      d[i] = h_vox;
+      g[i] = SampleTrilinear(phi, p_vox + d) - SampleTrilinear(phi, p_vox - d);
+    }
+    return g;
+  };
+  for (const CellVertex& v : surface.vertices) {
+    ChunkVertex out{};
+    Vec3 p_vox{0};
+    Vec3 normal{0};
+    for (int i = 0; i < 3; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const int cell = kVoxels * (index[k] - middle[k]) + step * v.cell[k];
+      p_vox[i] = cell + step * static_cast<double>(v.within[k]);
+      normal[i] = static_cast<double>(v.normal[k]);
+      out.p_mm[k] = static_cast<float>(p_vox[i] * voxel_mm);
+    }
+    if (step > 1) normal = CalcDirection(gradient(p_vox + origin / voxel_mm)).value_or(normal);
+    for (int i = 0; i < 3; ++i) out.normal[static_cast<std::size_t>(i)] = ToByte(normal[i]);
+    Vec3 p = p_vox * voxel_mm;
+    p += origin;
+    box.Include(p);
+    int id = 0;
+    for (int k = 1; k <= 4 && id == 0; ++k)
+      id = region.getValue(NearestVoxel(p - k * below_mm * normal, region_voxel_mm));
+    out.region = static_cast<std::uint8_t>(id);
+    out.cut = v.cut ? 255 : 0;
+    mesh.vertices.push_back(out);
+  }
+  mesh.triangles = surface.triangles;
+  mesh.skirt = surface.skirt;
+  mesh.lower_W = box.lower;
+  mesh.upper_W = box.upper;
+}
+
+std::size_t BoneChunks::CalcMemoryBytes() const {
+  return static_cast<std::size_t>(state_->bone.CalcMemoryBytes()) +
+         state_->uncut.size() * (sizeof(Index) + 512 * sizeof(float) + 16);
+}
+
+bool FindSurface(const Bone& bone, const Vec3& origin_W, const Vec3& direction_W, Vec3& p_W) {
+  const Bone::Grids& grids = bone.grids();
+  const double voxel_mm = grids.voxel_mm();
+  const openvdb::CoordBBox voxels = grids.phi->evalActiveVoxelBoundingBox();
+  if (voxels.empty()) return false;
+  // Within the box of the narrow band, and no farther.
+  double from = 0;
+  double to = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    const double lower = (voxels.min()[i] - 1) * voxel_mm;
+    const double upper = (voxels.max()[i] + 1) * voxel_mm;
+    if (std::abs(direction_W[i]) < 1e-12) {
+      if (origin_W[i] < lower || origin_W[i] > upper) return false;
+      continue;
+    }
+    const double a = (lower - origin_W[i]) / direction_W[i];
+    const double b = (upper - origin_W[i]) / direction_W[i];
+    from = std::max(from, std::min(a, b));
+    to = std::min(to, std::max(a, b));
+  }
+  auto phi = grids.phi->getConstAccessor();
+  const auto value = [&](double t) { return SampleTrilinear(phi, (origin_W + t * direction_W) / voxel_mm); };
+  double before = from;
+  for (double t = from; t <= to;) {
+    const double here = value(t);
+    if (here < 0) {
+      double outside = before;
+      double inside = t;
+      for (int i = 0; i < 40 && inside - outside > 1e-6 * voxel_mm; ++i) {
+        const double mid = 0.5 * (outside + inside);
+        (value(mid) < 0 ? inside : outside) = mid;
+      }
+      p_W = origin_W + inside * direction_W;
+      return true;
+    }
+    before = t;
+    t += std::max(0.4 * voxel_mm, 0.7 * here);
+  }
+  return false;
+}
+
+}  // namespace kerf

@@ -1,0 +1,440 @@
+#define GL_GLEXT_PROTOTYPES
+#include "view/live/bone_prop.h"
+
+#include <GL/glcorearb.h>
+#include <vtkCamera.h>
+#include <vtkMatrix4x4.h>
+#include <vtkObjectFactory.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkOpenGLRenderer.h>
+#include <vtkOpenGLShaderCache.h>
+#include <vtkOpenGLState.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/geometric.hpp>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "shaders.h"
+#include "view/live/gl_program.h"
+
+namespace kerf {
+
+vtkStandardNewMacro(BoneProp);
+
+namespace {
+
+// Of one chunk at one step.
+struct Uploaded {
+  GLuint vertex_array = 0;
+  GLuint vertices = 0;
+  GLuint triangles = 0;
+  GLsizei corners = 0;
+  GLsizei skirt = 0;                // corners of it, after the others
+  GLenum type = GL_UNSIGNED_SHORT;  // of the triangles' corners
+  std::size_t bytes = 0;
+
+  void Release() {
+    if (vertex_array != 0) glDeleteVertexArrays(1, &vertex_array);
+    if (vertices != 0) glDeleteBuffers(1, &vertices);
+    if (triangles != 0) glDeleteBuffers(1, &triangles);
+    *this = {};
+  }
+};
+
+// What was cut is drawn at one of the last two steps.
+constexpr std::size_t kFirstCutStep = BoneChunks::kSteps.size() - 2;
+constexpr double kCutCell_points = 1.6;
+
+struct Chunk {
+  std::array<Uploaded, BoneChunks::kSteps.size()> steps;
+  std::array<bool, BoneChunks::kSteps.size()> known{};
+  bool cut = false;
+  Box3 box;
+  // All normals of all steps lie within a cone about this one; a chunk that turns away wholly is not drawn.
+  Vec3 axis{0};
+  double cos_cone = -1;
+  bool has_cone = false;
+
+  void IncludeNormals(const ChunkMesh& mesh) {
+    if (mesh.vertices.empty()) return;
+    const auto normal = [](const ChunkVertex& v) { return Vec3{v.normal[0], v.normal[1], v.normal[2]} / 127.0; };
+    if (cut || mesh.cut) {
+      cos_cone = -1;
+      has_cone = true;
+      return;
+    }
+    if (!has_cone) {
+      Vec3 sum{0};
+      for (const ChunkVertex& v : mesh.vertices) sum += normal(v);
+      axis = CalcDirection(sum).value_or(Vec3{0, 0, 1});
+      cos_cone = 1;
+      has_cone = true;
+    }
+    for (const ChunkVertex& v : mesh.vertices) cos_cone = std::min(cos_cone, glm::dot(axis, normal(v)));
+  }
+  // `eye_W`: where all lines of sight come from; parallel: they run along -toward_eye_W.
+  bool TurnsAway(const Vec3& eye_W, const Vec3& toward_eye_W, bool parallel) const {
+    if (cos_cone <= 0.1) return false;
+    Vec3 to_eye = toward_eye_W;
+    double spread = 0;  // of the lines of sight over the chunk, as a sine
+    if (!parallel) {
+      const Vec3 d = eye_W - box.centre();
+      const double far = glm::length(d);
+      const double radius = 0.5 * glm::length(box.size());
+      if (far <= 2 * radius) return false;
+      to_eye = d / far;
+      spread = radius / far;
+    }
+    // The triangles' own normals are a little off the vertices'.
+    constexpr double kSlack = 0.12;
+    return glm::dot(axis, to_eye) < -std::sqrt(1 - cos_cone * cos_cone) - spread - kSlack;
+  }
+};
+
+void Upload(const ChunkMesh& mesh, Uploaded& to) {
+  to.corners = static_cast<GLsizei>(mesh.triangles.size());
+  to.skirt = static_cast<GLsizei>(mesh.skirt.size());
+  if (mesh.triangles.empty() && mesh.skirt.empty()) {
+    to.Release();
+    return;
+  }
+  if (to.vertex_array == 0) {
+    glGenVertexArrays(1, &to.vertex_array);
+    glGenBuffers(1, &to.vertices);
+    glGenBuffers(1, &to.triangles);
+  }
+  glBindVertexArray(to.vertex_array);
+  glBindBuffer(GL_ARRAY_BUFFER, to.vertices);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(ChunkVertex)),
+               mesh.vertices.data(), GL_DYNAMIC_DRAW);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, to.triangles);
+  // A chunk has a few thousand vertices.
+  if (mesh.vertices.size() <= 0xffff) {
+    thread_local std::vector<std::uint16_t> few;
+    few.assign(mesh.triangles.begin(), mesh.triangles.end());
+    few.insert(few.end(), mesh.skirt.begin(), mesh.skirt.end());
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(few.size() * sizeof(std::uint16_t)), few.data(),
+                 GL_DYNAMIC_DRAW);
+    to.type = GL_UNSIGNED_SHORT;
+    to.bytes = mesh.vertices.size() * sizeof(ChunkVertex) + few.size() * sizeof(std::uint16_t);
+  } else {
+    std::vector<std::uint32_t> all = mesh.triangles;
+    all.insert(all.end(), mesh.skirt.begin(), mesh.skirt.end());
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(all.size() * sizeof(std::uint32_t)), all.data(),
+                 GL_DYNAMIC_DRAW);
+    to.type = GL_UNSIGNED_INT;
+    to.bytes = mesh.CountBytes();
+  }
+  const auto offset = [](std::size_t bytes) { return static_cast<const char*>(nullptr) + bytes; };
+  constexpr GLsizei kStride = sizeof(ChunkVertex);
+  glEnableVertexAttribArray(0);
+  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, kStride, offset(offsetof(ChunkVertex, p_mm)));
+  glEnableVertexAttribArray(1);
+  glVertexAttribPointer(1, 3, GL_BYTE, GL_TRUE, kStride, offset(offsetof(ChunkVertex, normal)));
+  glEnableVertexAttribArray(2);
+  glVertexAttribIPointer(2, 2, GL_UNSIGNED_BYTE, kStride, offset(offsetof(ChunkVertex, region)));
+  glBindVertexArray(0);
+}
+
+// The six sides of what the camera sees; a box wholly beyond one of them is not drawn.
+class Frustum {
+ public:
+  explicit Frustum(const double (&m)[16]) {  // rows of clip from world
+    for (int i = 0; i < 6; ++i) {
+      const int row = i / 2;
+      const double sign = i % 2 == 0 ? 1 : -1;
+      for (int k = 0; k < 4; ++k) sides_[i][k] = m[12 + k] + sign * m[4 * row + k];
+    }
+  }
+  bool Sees(const Box3& box) const {
+    for (const auto& s : sides_) {
+      const Vec3 farthest{s[0] > 0 ? box.upper.x : box.lower.x, s[1] > 0 ? box.upper.y : box.lower.y,
+                          s[2] > 0 ? box.upper.z : box.lower.z};
+      if (s[0] * farthest.x + s[1] * farthest.y + s[2] * farthest.z + s[3] < 0) return false;
+    }
+    return true;
+  }
+
+ private:
+  double sides_[6][4];
+};
+
+std::size_t PlaceOf(int step) {
+  for (std::size_t i = 0; i < BoneChunks::kSteps.size(); ++i) {
+    if (BoneChunks::kSteps[i] == step) return i;
+  }
+  return 0;
+}
+
+}  // namespace
+
+struct BoneProp::State {
+  GlProgram program;
+  GLuint palette = 0;
+  std::array<float, 4 * 512> colours{};
+  bool colours_changed = true;
+  Vec3 origin_W{0};
+  std::map<std::array<int, 3>, Chunk> chunks;
+  Box3 box;
+  double bounds[6] = {0, 0, 0, 0, 0, 0};
+  bool translucent = false;
+  bool hidden = false;
+  double pixel_mm = 0.1;
+  double voxel_mm = 0.1;
+  double scale = 1;
+  Fineness fineness;
+  Counts counts;
+
+  // The coarsest step whose cells are at most so many pixels wide, from `first` on.
+  std::size_t StepFor(double cell_px, std::size_t first) const {
+    std::size_t i = first;
+    while (i + 1 < BoneChunks::kSteps.size() && BoneChunks::kSteps[i] * voxel_mm > cell_px * scale * pixel_mm) ++i;
+    return i;
+  }
+  // As fine as cells need to be, unless that is too many triangles; `seen`: the chunks in view.
+  std::size_t ChooseStep(const std::vector<std::pair<std::array<int, 3>, const Chunk*>>& seen) const {
+    std::size_t step = StepFor(fineness.cell_points, 0);
+    const std::size_t coarsest = StepFor(fineness.coarsest_cell_points, 0);
+    for (; step > coarsest; --step) {
+      std::size_t corners = 0;
+      for (const auto& [index, chunk] : seen) {
+        const Uploaded* uploaded = Choose(*chunk, step);
+        if (uploaded != nullptr) corners += static_cast<std::size_t>(uploaded->corners);
+      }
+      if (corners <= 3 * fineness.triangles) break;
+    }
+    return step;
+  }
+
+  const Uploaded* Choose(const Chunk& chunk, std::size_t wished) const {
+    // A kerf is narrower than a coarse cell.
+    const std::size_t wish = chunk.cut ? std::max(wished, StepFor(kCutCell_points, kFirstCutStep)) : wished;
+    for (std::size_t i = wish; i < chunk.steps.size(); ++i) {
+      if (chunk.known[i] && !(i > wish && chunk.known[wish])) return &chunk.steps[i];
+    }
+    for (std::size_t i = wish; i-- > 0;) {
+      if (chunk.known[i]) return &chunk.steps[i];
+    }
+    return nullptr;
+  }
+};
+
+BoneProp::BoneProp() : state_(std::make_unique<State>()) {}
+BoneProp::~BoneProp() = default;
+
+void BoneProp::Begin(const Vec3& origin_W) {
+  for (auto& [index, chunk] : state_->chunks) {
+    for (Uploaded& uploaded : chunk.steps) uploaded.Release();
+  }
+  state_->chunks.clear();
+  state_->origin_W = origin_W;
+  state_->box = {};
+  state_->counts = {};
+}
+
+void BoneProp::SetChunk(const ChunkMesh& mesh) {
+  const std::size_t place = PlaceOf(mesh.step);
+  Chunk& chunk = state_->chunks[mesh.index];
+  Uploaded& uploaded = chunk.steps[place];
+  state_->counts.bytes -= uploaded.bytes;
+  Upload(mesh, uploaded);
+  state_->counts.bytes += uploaded.bytes;
+  // The other steps show it as it was before; those that matter come next.
+  if (mesh.cut && mesh.step == 1) chunk.known = {};
+  chunk.known[place] = true;
+  chunk.IncludeNormals(mesh);
+  chunk.cut = chunk.cut || mesh.cut;
+  if (!mesh.vertices.empty()) {
+    for (const Vec3& p : {mesh.lower_W, mesh.upper_W}) {
+      chunk.box.Include(p);
+      state_->box.Include(p);
+    }
+  }
+  state_->counts.chunks = state_->chunks.size();
+}
+
+void BoneProp::SetPalette(const std::array<std::array<std::uint8_t, 4>, 512>& palette) {
+  for (std::size_t i = 0; i < palette.size(); ++i) {
+    for (std::size_t k = 0; k < 4; ++k) state_->colours[4 * i + k] = static_cast<float>(palette[i][k]) / 255.0F;
+  }
+  state_->colours_changed = true;
+}
+
+void BoneProp::SetTranslucent(bool translucent) {
+  state_->translucent = translucent;
+}
+
+void BoneProp::SetHidden(bool hidden) {
+  state_->hidden = hidden;
+}
+
+void BoneProp::SetPixel(double pixel_mm, double scale, double voxel_mm) {
+  state_->pixel_mm = pixel_mm;
+  state_->scale = scale;
+  state_->voxel_mm = voxel_mm;
+}
+
+void BoneProp::SetFineness(const Fineness& fineness) {
+  state_->fineness = fineness;
+}
+
+const BoneProp::Counts& BoneProp::counts() const {
+  return state_->counts;
+}
+
+std::vector<Vec3> BoneProp::ListCorners() const {
+  std::vector<Vec3> corners;
+  for (const auto& [index, chunk] : state_->chunks) {
+    if (chunk.box.empty()) continue;
+    for (int i = 0; i < 8; ++i) {
+      corners.emplace_back((i & 1) != 0 ? chunk.box.upper.x : chunk.box.lower.x,
+                           (i & 2) != 0 ? chunk.box.upper.y : chunk.box.lower.y,
+                           (i & 4) != 0 ? chunk.box.upper.z : chunk.box.lower.z);
+    }
+  }
+  return corners;
+}
+
+int BoneProp::RenderOpaqueGeometry(vtkViewport* viewport) {
+  State& s = *state_;
+  s.counts.drawn = 0;
+  s.counts.triangles = 0;
+  auto* renderer = vtkOpenGLRenderer::SafeDownCast(viewport);
+  if (renderer == nullptr || s.chunks.empty() || s.hidden) return 0;
+  auto* window = vtkOpenGLRenderWindow::SafeDownCast(renderer->GetVTKWindow());
+  if (window == nullptr) return 0;
+  vtkOpenGLState& state = *window->GetState();
+  window->GetShaderCache()->ReleaseCurrentShader();
+  if (!s.program.made()) {
+    s.program.Make("bone", shaders::kBoneVert, shaders::kBoneFrag);
+    glGenBuffers(1, &s.palette);
+    glUniformBlockBinding(s.program.id(), glGetUniformBlockIndex(s.program.id(), "Palette"), 0);
+  }
+  glBindBuffer(GL_UNIFORM_BUFFER, s.palette);
+  if (s.colours_changed) {
+    glBufferData(GL_UNIFORM_BUFFER, sizeof(s.colours), s.colours.data(), GL_STATIC_DRAW);
+    s.colours_changed = false;
+  }
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, s.palette);
+  s.program.Use();
+
+  vtkCamera& camera = *renderer->GetActiveCamera();
+  double view[16];
+  vtkMatrix4x4::DeepCopy(view, camera.GetViewTransformMatrix());
+  double clip[16];
+  vtkMatrix4x4::DeepCopy(clip, camera.GetProjectionTransformMatrix(renderer->GetTiledAspectRatio(), -1, 1));
+  double both[16];
+  vtkMatrix4x4::Multiply4x4(clip, view, both);
+  const Frustum frustum(both);
+  // Points are counted from the bone's own origin: few digits are enough near it.
+  for (int i = 0; i < 3; ++i) {
+    view[4 * i + 3] += view[4 * i] * s.origin_W.x + view[4 * i + 1] * s.origin_W.y + view[4 * i + 2] * s.origin_W.z;
+  }
+  glUniformMatrix4fv(s.program.Uniform("view_from_bone"), 1, GL_FALSE, ToGl(view).data());
+  glUniformMatrix4fv(s.program.Uniform("clip_from_view"), 1, GL_FALSE, ToGl(clip).data());
+  glUniform3f(s.program.Uniform("to_eye"), 0, 0, 1);
+  glUniform1f(s.program.Uniform("parallel"), camera.GetParallelProjection() != 0 ? 1.0F : 0.0F);
+  glUniform1f(s.program.Uniform("opacity"), s.translucent ? 0.16F : 1.0F);
+  glUniform1f(s.program.Uniform("pixel_mm"), static_cast<float>(s.pixel_mm));
+
+  // The nearest first: what lies behind is then not coloured in vain.
+  double eye[3];
+  double toward[3];
+  camera.GetPosition(eye);
+  camera.GetDirectionOfProjection(toward);
+  const Vec3 eye_W{eye[0], eye[1], eye[2]};
+  const Vec3 toward_eye_W{-toward[0], -toward[1], -toward[2]};
+  std::vector<std::pair<std::array<int, 3>, const Chunk*>> in_view;
+  for (const auto& [index, chunk] : s.chunks) {
+    if (chunk.box.empty() || !frustum.Sees(chunk.box)) continue;
+    if (!s.translucent && chunk.TurnsAway(eye_W, toward_eye_W, camera.GetParallelProjection() != 0)) continue;
+    in_view.emplace_back(index, &chunk);
+  }
+  const std::size_t step = s.ChooseStep(in_view);
+  s.counts.step = BoneChunks::kSteps[step];
+  // Below a finer chunk the coarser ones need their skirts.
+  std::set<std::array<int, 3>> skirted;
+  for (const auto& [index, chunk] : in_view) {
+    const Uploaded* uploaded = s.Choose(*chunk, step);
+    if (uploaded == nullptr || uploaded == &chunk->steps[step]) continue;
+    for (int i = 1; i < 8; ++i) skirted.insert({index[0] - (i & 1), index[1] - ((i >> 1) & 1), index[2] - (i >> 2)});
+  }
+  struct ToDraw {
+    double depth;
+    const Uploaded* uploaded;
+    GLsizei corners;
+    bool operator<(const ToDraw& other) const { return depth < other.depth; }
+  };
+  std::vector<ToDraw> seen;
+  for (const auto& [index, chunk] : in_view) {
+    const Uploaded* uploaded = s.Choose(*chunk, step);
+    if (uploaded == nullptr) continue;
+    // Where bone is glass, what is drawn twice is seen more than a narrow gap.
+    const bool skirt = !s.translucent && skirted.count(index) != 0;
+    const GLsizei corners = uploaded->corners + (skirt ? uploaded->skirt : 0);
+    if (corners > 0) seen.push_back(ToDraw{-glm::dot(chunk->box.centre(), toward_eye_W), uploaded, corners});
+  }
+  std::sort(seen.begin(), seen.end());
+  const auto draw_all = [&] {
+    s.counts.drawn = 0;
+    s.counts.triangles = 0;
+    for (const ToDraw& chunk : seen) {
+      glBindVertexArray(chunk.uploaded->vertex_array);
+      glDrawElements(GL_TRIANGLES, chunk.corners, chunk.uploaded->type, nullptr);
+      ++s.counts.drawn;
+      s.counts.triangles += static_cast<std::size_t>(chunk.corners) / 3;
+    }
+  };
+  state.vtkglEnable(GL_DEPTH_TEST);
+  if (s.translucent) {
+    // Far sides first; neither hides what lies within.
+    state.vtkglEnable(GL_BLEND);
+    state.vtkglBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    state.vtkglDepthMask(GL_FALSE);
+    state.vtkglEnable(GL_CULL_FACE);
+    state.vtkglCullFace(GL_FRONT);
+    draw_all();
+    state.vtkglCullFace(GL_BACK);
+    draw_all();
+    state.vtkglDisable(GL_CULL_FACE);
+    state.vtkglDepthMask(GL_TRUE);
+  } else {
+    state.vtkglDisable(GL_BLEND);
+    state.vtkglDepthMask(GL_TRUE);
+    // Of a closed surface the back is never seen.
+    state.vtkglEnable(GL_CULL_FACE);
+    state.vtkglCullFace(GL_BACK);
+    draw_all();
+    state.vtkglDisable(GL_CULL_FACE);
+    state.vtkglEnable(GL_BLEND);
+  }
+  glBindVertexArray(0);
+  glBindBuffer(GL_ARRAY_BUFFER, 0);
+  glUseProgram(0);
+  return 1;
+}
+
+double* BoneProp::GetBounds() {
+  if (state_->box.empty()) return nullptr;
+  for (int i = 0; i < 3; ++i) {
+    state_->bounds[2 * i] = state_->box.lower[i];
+    state_->bounds[2 * i + 1] = state_->box.upper[i];
+  }
+  return state_->bounds;
+}
+
+void BoneProp::ReleaseGraphicsResources(vtkWindow* window) {
+  Begin(state_->origin_W);
+  if (state_->palette != 0) glDeleteBuffers(1, &state_->palette);
+  state_->palette = 0;
+  state_->colours_changed = true;
+  state_->program.Release();
+  Superclass::ReleaseGraphicsResources(window);
+}
+
+}  // namespace kerf

@@ -1,0 +1,96 @@
+// Flat things to draw, in order: what the panels come down to. Pure.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "view/picture/image.h"
+#include "view/picture/overlay.h"
+
+namespace kerf {
+
+/// In points of the screen from its top left: pixels divided by the display's scale.
+struct FlatBox {
+  double left = 0;
+  double top = 0;
+  double width = 0;
+  double height = 0;
+
+  double right() const { return left + width; }
+  double bottom() const { return top + height; }
+  bool empty() const { return !(width > 0 && height > 0); }
+  FlatBox Shrunk(double by) const { return {left + by, top + by, width - 2 * by, height - 2 * by}; }
+  bool Holds(double x, double y) const { return x >= left && x < right() && y >= top && y < bottom(); }
+};
+bool Overlap(const FlatBox& a, const FlatBox& b);
+
+struct FlatColour {
+  Rgb8 rgb{0, 0, 0};
+  double alpha = 1;
+};
+
+struct FlatTriangle {
+  OverlayPoint corners[3];
+  FlatColour colour;
+};
+struct FlatText {
+  std::string text;
+  double x = 0;  // left, middle or right, by `align`
+  double y = 0;  // top of the line
+  int size = 14;
+  bool bold = false;
+  bool upward = false;  // read from below; x is then its left edge, y the middle
+  Align align = Align::kLeft;
+  FlatColour colour;
+};
+struct FlatPicture {
+  FlatBox box;
+  const Image* image = nullptr;  // must stay until it has been drawn
+  std::uint64_t version = 0;     // another one: the pixels have changed
+};
+
+/// One thing after the other; each kind keeps its order, and `steps` the order of kinds.
+class DrawList {
+ public:
+  void Box(const FlatBox& box, const FlatColour& colour);
+  void Frame(const FlatBox& box, double line, const FlatColour& colour);
+  /// A panel's ground, with a thin edge.
+  void Panel(const FlatBox& box, const FlatColour& ground, const FlatColour& edge);
+  void Line(const OverlayPoint& a, const OverlayPoint& b, double width, const FlatColour& colour);
+  void Polyline(const std::vector<OverlayPoint>& points, double width, const FlatColour& colour);
+  void Triangle(const OverlayPoint& a, const OverlayPoint& b, const OverlayPoint& c, const FlatColour& colour);
+  void Disc(const OverlayPoint& centre, double diameter, const FlatColour& colour);
+  void Text(FlatText text);
+  void Picture(const FlatBox& box, const Image& image, std::uint64_t version);
+
+  enum class Kind : std::uint8_t { kTriangles, kText, kPicture };
+  struct Step {
+    Kind kind;
+    std::size_t first;
+    std::size_t count;
+  };
+  const std::vector<Step>& steps() const { return steps_; }
+  const std::vector<FlatTriangle>& triangles() const { return triangles_; }
+  const std::vector<FlatText>& texts() const { return texts_; }
+  const std::vector<FlatPicture>& pictures() const { return pictures_; }
+  void Clear();
+
+ private:
+  void Count(Kind kind, std::size_t so_far);
+
+  std::vector<Step> steps_;
+  std::vector<FlatTriangle> triangles_;
+  std::vector<FlatText> texts_;
+  std::vector<FlatPicture> pictures_;
+};
+
+/// How wide words come out, from the widths of the letters of VTK's sans serif: within a twentieth of what is drawn.
+/// Letters beyond ASCII count as wide ones.
+double CalcTextWidth(const std::string& text, double size, bool bold);
+/// As much of the text as fits, with "..." at the end where some is left out.
+std::string CutText(const std::string& text, double size, bool bold, double width);
+/// In lines that fit, broken at spaces.
+std::vector<std::string> WrapText(const std::string& text, double size, bool bold, double width);
+
+}  // namespace kerf

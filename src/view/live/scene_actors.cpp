@@ -1,0 +1,351 @@
+#include "view/live/scene_actors.h"
+
+#include <fmt/format.h>
+#include <vtkActor.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <map>
+
+#include "view/live/scene_shapes.h"
+#include "view/picture/picture.h"
+
+namespace kerf {
+namespace {
+
+using Actors = std::vector<vtkSmartPointer<vtkActor>>;
+
+constexpr Rgb8 kGhostColour{0, 114, 178};
+constexpr Rgb8 kStopColour{160, 90, 0};
+constexpr Rgb8 kReachedColour{190, 40, 20};
+constexpr Rgb8 kGuideColour{0, 130, 95};
+constexpr Rgb8 kMeasureColour{120, 40, 110};
+
+Rgb8 Lighter(const Rgb8& c, double share, const Rgb8& to) {
+  Rgb8 mixed{};
+  for (std::size_t i = 0; i < 3; ++i) mixed[i] = static_cast<std::uint8_t>(c[i] + share * (to[i] - c[i]));
+  return mixed;
+}
+
+std::vector<Vec3> Closed(std::vector<Vec3> corners) {
+  if (!corners.empty()) corners.push_back(corners.front());
+  return corners;
+}
+
+void Include(const std::vector<Vec3>& points, Box3& box) {
+  for (const Vec3& p : points) box.Include(p);
+}
+
+}  // namespace
+
+struct SceneActors::State {
+  State(vtkRenderer& s, vtkRenderer& o) : scene(s), over(o) {}
+
+  vtkRenderer& scene;
+  vtkRenderer& over;
+  double scale = 1;
+  Actors inner;
+  Box3 inner_box;
+  bool inner_shown = false;
+  std::optional<Tool> tool;
+  Pose X_WT;
+  double rpm = 0;
+  vtkSmartPointer<vtkActor> toothed, turning, blur, ghost;
+  bool ghost_shown = false;
+  std::optional<ForceArrow> force;
+  Vec3 force_tail_W{0};
+  vtkSmartPointer<vtkActor> arrow;
+  std::vector<PlaneOverlay> planes;
+  std::vector<DepthStopOverlay> stops;
+  std::vector<GuideOverlay> guides;
+  std::vector<MeasureOverlay> measures;
+  Actors plane_actors, stop_actors, guide_actors, measure_actors;
+  std::vector<PieceShape> pieces;
+  struct PieceActor {
+    std::shared_ptr<const TriangleMesh> mesh;
+    std::shared_ptr<const std::vector<Rgb8>> colours;
+    vtkSmartPointer<vtkActor> actor;
+    vtkSmartPointer<vtkActor> frame;
+    Box3 box;
+  };
+  std::map<int, PieceActor> piece_actors;
+
+  void Remove(vtkRenderer& from, Actors& actors) {
+    for (const auto& actor : actors) from.RemoveActor(actor);
+    actors.clear();
+  }
+  void Add(vtkRenderer& to, Actors& actors, const vtkSmartPointer<vtkActor>& actor) {
+    to.AddActor(actor);
+    actors.push_back(actor);
+  }
+  void ShowTool() {
+    if (toothed == nullptr) return;
+    // Teeth that go by too fast to be seen one by one.
+    const auto* disc = tool ? std::get_if<DiscSaw>(&*tool) : nullptr;
+    const bool whirls = disc != nullptr && std::abs(rpm) * disc->teeth / 60 > 15;
+    toothed->SetVisibility(!whirls);
+    if (turning != nullptr) turning->SetVisibility(whirls);
+    if (blur != nullptr) blur->SetVisibility(whirls);
+  }
+};
+
+SceneActors::SceneActors(vtkRenderer& scene, vtkRenderer& over) : state_(std::make_unique<State>(scene, over)) {}
+SceneActors::~SceneActors() = default;
+
+void SceneActors::SetScale(double scale) {
+  state_->scale = scale;
+}
+
+void SceneActors::SetInner(const InnerSurfaces& surfaces, bool shown) {
+  State& s = *state_;
+  s.Remove(s.scene, s.inner);
+  s.inner_box = {};
+  if (!surfaces.canal_W.triangles.empty()) {
+    s.Add(s.scene, s.inner, MakeMeshActor(surfaces.canal_W, TissueColour(Tissue::kCanal), 1, Finish::kMatt));
+  }
+  if (!surfaces.teeth_W.triangles.empty()) {
+    s.Add(s.scene, s.inner, MakeMeshActor(surfaces.teeth_W, {236, 214, 160}, 1, Finish::kMatt));
+  }
+  Include(surfaces.canal_W.points, s.inner_box);
+  Include(surfaces.teeth_W.points, s.inner_box);
+  ShowInner(shown);
+}
+
+void SceneActors::ShowInner(bool shown) {
+  state_->inner_shown = shown;
+  for (const auto& actor : state_->inner) actor->SetVisibility(shown);
+}
+
+void SceneActors::SetTool(const Tool& tool) {
+  ClearTool();
+  State& s = *state_;
+  s.tool = tool;
+  s.toothed = MakeMeshActor(MakeToolMesh(tool), kSteelColour, 1, Finish::kMetal);
+  s.ghost = MakeMeshActor(MakeToolMesh(tool), kGhostColour, 0.3, Finish::kMatt);
+  s.ghost->SetVisibility(false);
+  s.ghost->GetProperty()->BackfaceCullingOn();
+  s.scene.AddActor(s.toothed);
+  s.over.AddActor(s.ghost);
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+    s.turning = MakeMeshActor(MakeTurningMesh(*disc), kSteelColour, 1, Finish::kMetal);
+    s.blur = MakeBlurActor(*disc);
+    s.scene.AddActor(s.turning);
+    s.scene.AddActor(s.blur);
+  }
+  s.ShowTool();
+}
+
+void SceneActors::ClearTool() {
+  State& s = *state_;
+  for (auto* actor : {&s.toothed, &s.turning, &s.blur}) {
+    if (*actor != nullptr) s.scene.RemoveActor(*actor);
+    *actor = nullptr;
+  }
+  if (s.ghost != nullptr) s.over.RemoveActor(s.ghost);
+  s.ghost = nullptr;
+  s.ghost_shown = false;
+  s.tool.reset();
+}
+
+void SceneActors::SetToolPose(const Pose& X_WT, double rpm, double angle_rad) {
+  State& s = *state_;
+  s.X_WT = X_WT;
+  s.rpm = rpm;
+  if (s.toothed == nullptr) return;
+  SetPose(*s.toothed, {X_WT.R_AB * glm::angleAxis(angle_rad, Vec3{0, 0, 1}), X_WT.p_AB});
+  if (s.turning != nullptr) SetPose(*s.turning, X_WT);
+  if (s.blur != nullptr) SetPose(*s.blur, X_WT);
+  s.ShowTool();
+}
+
+void SceneActors::SetToolColour(const Rgb8& colour) {
+  for (auto* actor : {&state_->toothed, &state_->turning}) {
+    if (*actor != nullptr) (*actor)->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+  }
+}
+
+void SceneActors::SetGhost(const std::optional<Pose>& X_WH) {
+  State& s = *state_;
+  if (s.ghost == nullptr) return;
+  s.ghost_shown = X_WH.has_value();
+  s.ghost->SetVisibility(s.ghost_shown);
+  if (X_WH) SetPose(*s.ghost, *X_WH);
+}
+
+void SceneActors::SetForce(const std::optional<ForceArrow>& force, double mm_per_point) {
+  State& s = *state_;
+  s.force = force;
+  if (s.arrow != nullptr) s.over.RemoveActor(s.arrow);
+  s.arrow = nullptr;
+  if (!force || !(glm::length(force->f_W_N) > 0.02)) {
+    s.force.reset();
+    return;
+  }
+  const double N = glm::length(force->f_W_N);
+  const double length = std::clamp(8 * N, 26 * mm_per_point, 60.0);
+  s.force_tail_W = force->p_W - length / N * force->f_W_N;
+  s.arrow =
+      MakeMeshActor(MakeArrowMesh(s.force_tail_W, force->p_W, 2.6 * mm_per_point), kForceColour, 1, Finish::kMatt);
+  s.over.AddActor(s.arrow);
+}
+
+void SceneActors::SetPlanes(const std::vector<PlaneOverlay>& planes) {
+  State& s = *state_;
+  if (planes == s.planes) return;
+  s.planes = planes;
+  s.Remove(s.scene, s.plane_actors);
+  for (const PlaneOverlay& plane : planes) {
+    const std::vector<Vec3> corners =
+        MakeRectangle(plane.p_W, plane.normal_W, plane.up_W, plane.width_mm, plane.height_mm);
+    s.Add(s.scene, s.plane_actors,
+          MakeLineActor({Closed(corners)}, plane.colour, (plane.selected ? 4.0 : 2.0) * s.scale));
+    s.Add(s.scene, s.plane_actors,
+          MakeMeshActor(MakePolygon(corners), plane.colour, plane.selected ? 0.34 : 0.22, Finish::kFlat));
+  }
+}
+
+void SceneActors::SetDepthStops(const std::vector<DepthStopOverlay>& stops) {
+  State& s = *state_;
+  if (stops == s.stops) return;
+  s.stops = stops;
+  s.Remove(s.scene, s.stop_actors);
+  for (const DepthStopOverlay& stop : stops) {
+    const Rgb8 colour = stop.reached ? kReachedColour : kStopColour;
+    const std::vector<Vec3> circle = MakeCircle(stop.p_W, stop.normal_W, stop.radius_mm, 72);
+    // Hatched, so that it is no plane of the plan to anybody.
+    std::vector<std::vector<Vec3>> lines{Closed(circle)};
+    for (std::size_t i = 4; i < 36; i += 4) lines.push_back({circle[i], circle[72 - i]});
+    s.Add(s.scene, s.stop_actors, MakeLineActor(lines, colour, (stop.reached ? 3.0 : 1.6) * s.scale));
+    s.Add(s.scene, s.stop_actors, MakeMeshActor(MakePolygon(circle), colour, 0.16, Finish::kFlat));
+  }
+}
+
+void SceneActors::SetGuides(const std::vector<GuideOverlay>& guides) {
+  State& s = *state_;
+  if (guides == s.guides) return;
+  s.guides = guides;
+  s.Remove(s.over, s.guide_actors);
+  std::vector<std::vector<Vec3>> lines;
+  for (const GuideOverlay& guide : guides) {
+    if (guide.points_W.size() > 1) lines.push_back(guide.points_W);
+  }
+  if (!lines.empty()) s.Add(s.over, s.guide_actors, MakeLineActor(lines, kGuideColour, 3 * s.scale));
+}
+
+void SceneActors::SetMeasures(const std::vector<MeasureOverlay>& measures) {
+  State& s = *state_;
+  if (measures == s.measures) return;
+  s.measures = measures;
+  s.Remove(s.over, s.measure_actors);
+  std::vector<std::vector<Vec3>> lines;
+  for (const MeasureOverlay& measure : measures) {
+    if (measure.points_W.size() > 1) lines.push_back(measure.points_W);
+  }
+  if (!lines.empty()) s.Add(s.over, s.measure_actors, MakeLineActor(lines, kMeasureColour, 2.5 * s.scale));
+}
+
+void SceneActors::SetPieces(const std::vector<PieceShape>& pieces) {
+  State& s = *state_;
+  s.pieces = pieces;
+  std::map<int, State::PieceActor> kept;
+  for (const PieceShape& piece : pieces) {
+    if (piece.mesh_W == nullptr) continue;
+    State::PieceActor& to = kept[piece.id];
+    const auto at = s.piece_actors.find(piece.id);
+    if (at != s.piece_actors.end() && at->second.mesh == piece.mesh_W && at->second.colours == piece.point_colours) {
+      to = at->second;
+      s.piece_actors.erase(at);
+    } else {
+      to.mesh = piece.mesh_W;
+      to.colours = piece.point_colours;
+      to.actor = MakeMeshActor(*piece.mesh_W, piece.colour, 1, Finish::kMatt, piece.point_colours.get());
+      Include(piece.mesh_W->points, to.box);
+      to.frame = MakeLineActor(MakeBoxEdges(to.box.Grown(0.4)), kForceColour, 1.6 * s.scale);
+      s.scene.AddActor(to.actor);
+      s.scene.AddActor(to.frame);
+    }
+    const Rgb8 colour = piece.selected ? Lighter(piece.colour, 0.3, {255, 255, 255}) : piece.colour;
+    to.actor->GetProperty()->SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+    to.actor->GetProperty()->SetAmbient(piece.selected ? 0.34 : 0.22);
+    to.actor->SetVisibility(!piece.hidden);
+    to.frame->SetVisibility(piece.selected && !piece.hidden);
+    SetPose(*to.actor, piece.X_WP);
+    SetPose(*to.frame, piece.X_WP);
+  }
+  for (const auto& [id, gone] : s.piece_actors) {
+    s.scene.RemoveActor(gone.actor);
+    s.scene.RemoveActor(gone.frame);
+  }
+  s.piece_actors = std::move(kept);
+}
+
+const std::vector<PieceShape>& SceneActors::pieces() const {
+  return state_->pieces;
+}
+
+Box3 SceneActors::CalcBounds() const {
+  const State& s = *state_;
+  Box3 box;
+  if (s.inner_shown && !s.inner_box.empty()) {
+    box.Include(s.inner_box.lower);
+    box.Include(s.inner_box.upper);
+  }
+  if (s.tool) {
+    const double reach = 5 * CalcReach(*s.tool);
+    box.Include(s.X_WT.p_AB - reach);
+    box.Include(s.X_WT.p_AB + reach);
+  }
+  for (const PlaneOverlay& p : s.planes) {
+    Include(MakeRectangle(p.p_W, p.normal_W, p.up_W, p.width_mm, p.height_mm), box);
+  }
+  for (const DepthStopOverlay& stop : s.stops) {
+    box.Include(stop.p_W - stop.radius_mm);
+    box.Include(stop.p_W + stop.radius_mm);
+  }
+  for (const GuideOverlay& guide : s.guides) Include(guide.points_W, box);
+  for (const MeasureOverlay& measure : s.measures) Include(measure.points_W, box);
+  if (s.force) {
+    box.Include(s.force_tail_W);
+    box.Include(s.force->p_W);
+  }
+  for (const PieceShape& piece : s.pieces) {
+    const auto at = s.piece_actors.find(piece.id);
+    if (piece.hidden || at == s.piece_actors.end() || at->second.box.empty()) continue;
+    const double reach = 0.5 * glm::length(at->second.box.size());
+    const Vec3 middle = piece.X_WP.Point(at->second.box.centre());
+    box.Include(middle - reach);
+    box.Include(middle + reach);
+  }
+  return box;
+}
+
+std::vector<SceneLabel> SceneActors::MakeLabels(const ViewCamera& camera) const {
+  const State& s = *state_;
+  std::vector<SceneLabel> labels;
+  const auto add = [&](const std::string& text, const Vec3& p_W, const Rgb8& colour) {
+    const auto at = camera.Project(p_W);
+    if (!text.empty() && at) labels.push_back({text, at->x / s.scale, at->y / s.scale, colour});
+  };
+  if (s.force) add(fmt::format("{:.1f} N", glm::length(s.force->f_W_N)), s.force_tail_W, kForceColour);
+  for (const MeasureOverlay& measure : s.measures) {
+    if (measure.points_W.empty()) continue;
+    const bool angle = measure.points_W.size() > 2;
+    const Vec3 at = angle ? measure.points_W[1] : 0.5 * (measure.points_W.front() + measure.points_W.back());
+    add(measure.label, at, kMeasureColour);
+  }
+  for (const PlaneOverlay& p : s.planes) {
+    add(p.name, MakeRectangle(p.p_W, p.normal_W, p.up_W, p.width_mm, p.height_mm)[2], p.colour);
+  }
+  for (const DepthStopOverlay& stop : s.stops) {
+    const Rgb8 colour = stop.reached ? kReachedColour : kStopColour;
+    add(stop.reached ? stop.name + " (reached)" : stop.name, MakeCircle(stop.p_W, stop.normal_W, stop.radius_mm, 8)[1],
+        colour);
+  }
+  return labels;
+}
+
+}  // namespace kerf

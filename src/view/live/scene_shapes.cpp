@@ -1,0 +1,237 @@
+#include "view/live/scene_shapes.h"
+
+#include <vtkCellArray.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkProperty.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+
+#include "view/picture/colours.h"
+#include "view/picture/picture.h"
+#include "view/picture/vtk_mesh.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+// As MakeToolMesh() cuts its teeth.
+double GulletDepth(const DiscSaw& saw) {
+  return std::min(0.45 * saw.pitch_mm(), 0.1 * saw.radius_mm());
+}
+
+void SetColour(vtkProperty& property, const Rgb8& colour) {
+  property.SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+}
+
+// Two directions across a normal.
+std::array<Vec3, 2> Across(const Vec3& normal) {
+  const Vec3 other = std::abs(normal.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 u = glm::normalize(glm::cross(normal, other));
+  return {u, glm::cross(normal, u)};
+}
+
+}  // namespace
+
+vtkSmartPointer<vtkActor> MakeMeshActor(const TriangleMesh& mesh, const Rgb8& colour, double opacity, Finish finish,
+                                        const std::vector<Rgb8>* point_colours) {
+  const vtkNew<vtkPolyDataMapper> mapper;
+  const auto data = MakePolyData(mesh);
+  const bool by_point = point_colours != nullptr && point_colours->size() == mesh.points.size();
+  if (by_point) {
+    const vtkNew<vtkUnsignedCharArray> colours;
+    colours->SetNumberOfComponents(3);
+    colours->SetNumberOfTuples(static_cast<vtkIdType>(point_colours->size()));
+    for (std::size_t i = 0; i < point_colours->size(); ++i) {
+      colours->SetTypedTuple(static_cast<vtkIdType>(i), (*point_colours)[i].data());
+    }
+    data->GetPointData()->SetScalars(colours);
+  }
+  if (finish == Finish::kFlat) {
+    mapper->SetInputData(data);
+  } else {
+    const vtkNew<vtkPolyDataNormals> normals;
+    normals->SetInputData(data);
+    normals->SetFeatureAngle(40);
+    normals->SplittingOn();
+    normals->ConsistencyOff();
+    mapper->SetInputConnection(normals->GetOutputPort());
+  }
+  mapper->SetScalarVisibility(by_point ? 1 : 0);
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  // What can be seen through comes after all that stands behind it.
+  if (opacity < 1) {
+    actor->ForceTranslucentOn();
+  } else {
+    actor->ForceOpaqueOn();
+  }
+  vtkProperty& property = *actor->GetProperty();
+  SetColour(property, colour);
+  property.SetOpacity(opacity);
+  property.SetInterpolationToPhong();
+  property.SetAmbient(finish == Finish::kFlat ? 1 : 0.22);
+  property.SetDiffuse(finish == Finish::kFlat ? 0 : 0.84);
+  property.SetSpecular(finish == Finish::kMetal ? 0.4 : finish == Finish::kMatt ? 0.06 : 0);
+  property.SetSpecularPower(finish == Finish::kMetal ? 40 : 18);
+  return actor;
+}
+
+std::vector<std::vector<Vec3>> MakeBoxEdges(const Box3& box) {
+  const auto corner = [&](int i) {
+    return Vec3{(i & 1) != 0 ? box.upper.x : box.lower.x, (i & 2) != 0 ? box.upper.y : box.lower.y,
+                (i & 4) != 0 ? box.upper.z : box.lower.z};
+  };
+  std::vector<std::vector<Vec3>> edges;
+  for (int i = 0; i < 8; ++i) {
+    for (const int axis : {1, 2, 4}) {
+      if ((i & axis) == 0) edges.push_back({corner(i), corner(i | axis)});
+    }
+  }
+  return edges;
+}
+
+vtkSmartPointer<vtkActor> MakeLineActor(const std::vector<std::vector<Vec3>>& lines, const Rgb8& colour,
+                                        double width_px) {
+  const vtkNew<vtkPoints> points;
+  const vtkNew<vtkCellArray> cells;
+  for (const std::vector<Vec3>& line : lines) {
+    cells->InsertNextCell(static_cast<int>(line.size()));
+    for (const Vec3& p : line) cells->InsertCellPoint(points->InsertNextPoint(p.x, p.y, p.z));
+  }
+  const vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetLines(cells);
+  const vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(data);
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->ForceOpaqueOn();
+  SetColour(*actor->GetProperty(), colour);
+  actor->GetProperty()->SetLineWidth(static_cast<float>(width_px));
+  actor->GetProperty()->LightingOff();
+  return actor;
+}
+
+vtkSmartPointer<vtkActor> MakeBlurActor(const DiscSaw& saw) {
+  constexpr int kSectors = 120;
+  constexpr double kAlpha[3] = {225, 150, 60};
+  const double radii[3] = {saw.radius_mm() - GulletDepth(saw), saw.radius_mm() - 0.5 * GulletDepth(saw),
+                           saw.radius_mm()};
+  const vtkNew<vtkPoints> points;
+  const vtkNew<vtkCellArray> cells;
+  const vtkNew<vtkUnsignedCharArray> colours;
+  colours->SetNumberOfComponents(4);
+  for (int side = 0; side < 2; ++side) {
+    const double z = (side == 0 ? -0.5 : 0.5) * saw.thickness_mm;
+    const vtkIdType first = points->GetNumberOfPoints();
+    for (int ring = 0; ring < 3; ++ring) {
+      for (int i = 0; i < kSectors; ++i) {
+        const double angle = 2 * kPi * i / kSectors;
+        points->InsertNextPoint(radii[ring] * std::cos(angle), radii[ring] * std::sin(angle), z);
+        colours->InsertNextTuple4(kSteelColour[0], kSteelColour[1], kSteelColour[2], kAlpha[ring]);
+      }
+    }
+    for (int ring = 0; ring < 2; ++ring) {
+      for (int i = 0; i < kSectors; ++i) {
+        const vtkIdType a = first + ring * kSectors + i;
+        const vtkIdType b = first + ring * kSectors + (i + 1) % kSectors;
+        const vtkIdType quad[4] = {a, a + kSectors, b + kSectors, b};
+        cells->InsertNextCell(4, quad);
+      }
+    }
+  }
+  const vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(cells);
+  data->GetPointData()->SetScalars(colours);
+  const vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(data);
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->ForceOpaqueOn();
+  actor->GetProperty()->LightingOff();
+  return actor;
+}
+
+TriangleMesh MakeTurningMesh(const DiscSaw& saw) {
+  TriangleMesh mesh = MakeToolMesh(saw);
+  const double round = saw.radius_mm() - GulletDepth(saw);
+  for (Vec3& p : mesh.points) {
+    const double r = std::hypot(p.x, p.y);
+    if (r > round) p = {p.x * round / r, p.y * round / r, p.z};
+  }
+  return mesh;
+}
+
+std::vector<Vec3> MakeRectangle(const Vec3& middle, const Vec3& normal, const Vec3& up, double width, double height) {
+  const Vec3 n = CalcDirection(normal).value_or(Vec3{0, 0, 1});
+  Vec3 v = up - glm::dot(up, n) * n;
+  v = glm::length(v) > 1e-6 ? glm::normalize(v) : Across(n)[0];
+  const Vec3 u = glm::cross(v, n);
+  const Vec3 a = 0.5 * width * u;
+  const Vec3 b = 0.5 * height * v;
+  return {middle - a - b, middle + a - b, middle + a + b, middle - a + b};
+}
+
+TriangleMesh MakePolygon(const std::vector<Vec3>& corners) {
+  TriangleMesh mesh;
+  mesh.points = corners;
+  for (std::uint32_t i = 2; i < corners.size(); ++i) mesh.triangles.push_back({0, i - 1, i});
+  return mesh;
+}
+
+std::vector<Vec3> MakeCircle(const Vec3& middle, const Vec3& normal, double radius, int corners) {
+  const auto [u, v] = Across(CalcDirection(normal).value_or(Vec3{0, 0, 1}));
+  std::vector<Vec3> circle;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 2 * kPi * i / corners;
+    circle.push_back(middle + radius * (std::cos(angle) * u + std::sin(angle) * v));
+  }
+  return circle;
+}
+
+TriangleMesh MakeArrowMesh(const Vec3& tail, const Vec3& tip, double shaft_radius) {
+  const Vec3 along = tip - tail;
+  const double length = glm::length(along);
+  const Vec3 axis = length > 0 ? along / length : Vec3{0, 0, 1};
+  const double head = std::min(8 * shaft_radius, 0.6 * length);
+  const double rings[5][2] = {
+      {0, 0}, {0, shaft_radius}, {length - head, shaft_radius}, {length - head, 3 * shaft_radius}, {length, 0}};
+  constexpr std::uint32_t kSectors = 32;
+  TriangleMesh mesh;
+  for (const auto& ring : rings) {
+    const std::vector<Vec3> circle = MakeCircle(tail + ring[0] * axis, axis, ring[1], kSectors);
+    mesh.points.insert(mesh.points.end(), circle.begin(), circle.end());
+  }
+  for (std::uint32_t i = 0; i + 1 < std::size(rings); ++i) {
+    for (std::uint32_t j = 0; j < kSectors; ++j) {
+      const std::uint32_t a = i * kSectors + j;
+      const std::uint32_t b = i * kSectors + (j + 1) % kSectors;
+      mesh.triangles.push_back({a, b, b + kSectors});
+      mesh.triangles.push_back({a, b + kSectors, a + kSectors});
+    }
+  }
+  return mesh;
+}
+
+void SetPose(vtkActor& actor, const Pose& X_WA) {
+  const glm::dmat3 R = glm::mat3_cast(X_WA.R_AB);
+  const vtkNew<vtkMatrix4x4> matrix;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) matrix->SetElement(row, column, R[column][row]);
+    matrix->SetElement(row, 3, X_WA.p_AB[row]);
+  }
+  actor.SetUserMatrix(matrix);
+}
+
+}  // namespace kerf

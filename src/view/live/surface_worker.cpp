@@ -1,0 +1,313 @@
+#include "view/live/surface_worker.h"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <shared_mutex>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+namespace kerf {
+namespace {
+
+using Index = std::array<int, 3>;
+
+struct SliceJob {
+  Tool tool;
+  Pose X_WT;
+  double edge_mm = 0;
+  int pixels = 0;
+  CtWindow window;
+};
+
+}  // namespace
+
+struct SurfaceWorker::State {
+  State(Bone bone, int threads)
+      : bounds_W(bone.CalcBounds()),
+        has_hu(bone.has_hu()),
+        chunks(std::move(bone)),
+        origin_W(chunks.origin_W()),
+        passes(MakePasses(chunks.bone().voxel_mm())),
+        arena(threads > 0 ? threads : tbb::task_arena::automatic) {}
+
+  // A meshing of all chunks at one step, and how far it has come.
+  struct Pass {
+    int step;
+    std::size_t next;  // of `all`
+  };
+  // Cells of up to 0.85 mm show a bone well enough to begin with, then finer ones; last the still coarser, up to
+  // 1.25 mm, which only a slow machine draws, from afar.
+  static std::vector<Pass> MakePasses(double voxel_mm) {
+    std::vector<Pass> first, last;
+    for (const int step : BoneChunks::kSteps) {
+      if (step * voxel_mm <= 0.85 || step == 1) {
+        first.push_back({step, 0});
+      } else if (step * voxel_mm <= 1.25) {
+        last.push_back({step, 0});
+      }
+    }
+    first.insert(first.end(), last.begin(), last.end());
+    return first;
+  }
+  // The one to go on with; null when all that are wanted are done.
+  Pass* FindPass(int wanted) {
+    const auto at = std::find_if(passes.begin(), passes.end(), [&](const Pass& pass) {
+      return pass.next < all.size() && (pass.step >= wanted || &pass == &passes.front());
+    });
+    return at == passes.end() ? nullptr : &*at;
+  }
+  bool FirstDone() const { return passes.front().next == all.size(); }
+
+  const Box3 bounds_W;
+  const bool has_hu;
+
+  // The bone and its chunks: the worker changes them, others look.
+  mutable std::shared_mutex bone_mutex;
+  BoneChunks chunks;
+  const Vec3 origin_W;
+
+  // Everything below.
+  mutable std::mutex mutex;
+  std::condition_variable wake;
+  mutable std::condition_variable idle;
+  std::map<Index, LeafMessage> leaves;
+  struct Key {
+    Index index;
+    int step;
+    bool operator<(const Key& other) const { return std::tie(index, step) < std::tie(other.index, other.step); }
+  };
+  std::map<Key, ChunkMesh> finished;
+  std::deque<Key> order;
+  std::optional<SliceJob> job;
+  std::optional<CtSlices> slices;
+  int finest = 1;
+  bool stop = false;
+  bool working = true;
+  SurfaceCounts counts;
+  bool first_done = false;
+
+  // The worker's own.
+  std::vector<Index> all;
+  std::vector<Pass> passes;
+  tbb::task_arena arena;
+  std::thread thread;
+
+  void Hand(std::vector<ChunkMesh> meshes) {
+    const std::lock_guard lock(mutex);
+    for (ChunkMesh& mesh : meshes) {
+      const Key key{mesh.index, mesh.step};
+      const auto [at, is_new] = finished.insert_or_assign(key, std::move(mesh));
+      if (is_new) order.push_back(key);
+      ++counts.chunks;
+    }
+  }
+
+  void MeshAll(const std::vector<Index>& which, int step) {
+    std::vector<ChunkMesh> meshes(which.size());
+    {
+      const std::shared_lock lock(bone_mutex);
+      if (which.size() == 1) {
+        chunks.Mesh(which[0], step, meshes[0]);
+      } else {
+        arena.execute([&] {
+          tbb::parallel_for(std::size_t{0}, which.size(),
+                            [&](std::size_t i) { chunks.Mesh(which[i], step, meshes[i]); });
+        });
+      }
+    }
+    // Nothing to hand over where nothing was and nothing is.
+    meshes.erase(std::remove_if(meshes.begin(), meshes.end(),
+                                [](const ChunkMesh& mesh) { return mesh.vertices.empty() && !mesh.cut; }),
+                 meshes.end());
+    Hand(std::move(meshes));
+  }
+
+  bool TakeLeaves() {
+    std::map<Index, LeafMessage> taken;
+    {
+      const std::lock_guard lock(mutex);
+      taken.swap(leaves);
+    }
+    if (taken.empty()) return false;
+    const std::lock_guard lock(bone_mutex);
+    for (const auto& [index, leaf] : taken) chunks.Take(leaf);
+    return true;
+  }
+
+  // One piece of work; false when there is none.
+  bool Step() {
+    constexpr std::size_t kBatch = 64;
+    TakeLeaves();
+    int wanted = 1;
+    std::optional<SliceJob> slice;
+    {
+      const std::lock_guard lock(mutex);
+      wanted = finest;
+      if (FirstDone()) std::swap(slice, job);
+      counts.dirty = chunks.CountDirty();
+    }
+    if (FirstDone()) {
+      // What was cut goes first, once there is a picture at all.
+      const std::vector<Index> dirty = chunks.TakeDirty(8);
+      if (!dirty.empty()) {
+        MeshAll(dirty, 1);
+        MeshAll(dirty, 2);  // for when it is seen from afar
+      }
+      if (slice) {
+        CtSlices made;
+        {
+          const std::shared_lock lock(bone_mutex);
+          made = CalcCtSlices(chunks.bone(), slice->tool, slice->X_WT, slice->edge_mm, slice->pixels, slice->window);
+        }
+        const std::lock_guard lock(mutex);
+        slices = std::move(made);
+      }
+      if (!dirty.empty() || slice) return true;
+    }
+    Pass* pass = FindPass(wanted);
+    if (pass == nullptr) return false;
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(pass->next);
+    pass->next = std::min(all.size(), pass->next + kBatch);
+    MeshAll({begin, all.begin() + static_cast<std::ptrdiff_t>(pass->next)}, pass->step);
+    const std::lock_guard lock(mutex);
+    if (FirstDone() && !first_done) {
+      first_done = true;
+      idle.notify_all();
+    }
+    counts.first_left = 0;
+    for (const Pass& p : passes) counts.first_left += all.size() - p.next;
+    return true;
+  }
+
+  void Run() {
+    all = chunks.ListChunks(bounds_W.empty() ? Vec3{0} : bounds_W.centre());
+    {
+      const std::lock_guard lock(mutex);
+      if (all.empty()) first_done = true;
+      idle.notify_all();
+    }
+    for (;;) {
+      const bool worked = Step();
+      std::unique_lock lock(mutex);
+      if (stop) return;
+      if (worked) continue;
+      const auto has_work = [&] { return stop || !leaves.empty() || job || FindPass(finest) != nullptr; };
+      if (has_work()) continue;
+      working = false;
+      idle.notify_all();
+      wake.wait(lock, has_work);
+      working = true;
+      if (stop) return;
+    }
+  }
+};
+
+SurfaceWorker::SurfaceWorker(Bone bone, int threads) : state_(std::make_unique<State>(std::move(bone), threads)) {
+  state_->thread = std::thread([this] { state_->Run(); });
+}
+
+SurfaceWorker::~SurfaceWorker() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->stop = true;
+  }
+  state_->wake.notify_all();
+  state_->thread.join();
+}
+
+Vec3 SurfaceWorker::origin_W() const {
+  return state_->origin_W;
+}
+
+Box3 SurfaceWorker::bounds_W() const {
+  return state_->bounds_W;
+}
+
+bool SurfaceWorker::has_hu() const {
+  return state_->has_hu;
+}
+
+void SurfaceWorker::Offer(const LeafMessage& leaf) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->leaves.insert_or_assign(leaf.index, leaf);
+  }
+  state_->wake.notify_one();
+}
+
+std::vector<ChunkMesh> SurfaceWorker::Fetch(std::size_t at_most) {
+  std::vector<ChunkMesh> meshes;
+  const std::lock_guard lock(state_->mutex);
+  while (!state_->order.empty() && meshes.size() < at_most) {
+    const auto at = state_->finished.find(state_->order.front());
+    meshes.push_back(std::move(at->second));
+    state_->finished.erase(at);
+    state_->order.pop_front();
+  }
+  return meshes;
+}
+
+SurfaceCounts SurfaceWorker::counts() const {
+  const std::lock_guard lock(state_->mutex);
+  SurfaceCounts counts = state_->counts;
+  counts.leaves_waiting = state_->leaves.size();
+  return counts;
+}
+
+void SurfaceWorker::Want(int finest_step) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->finest = finest_step;
+  }
+  state_->wake.notify_one();
+}
+
+bool SurfaceWorker::first_done() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->first_done;
+}
+
+void SurfaceWorker::WaitIdle() {
+  std::unique_lock lock(state_->mutex);
+  state_->idle.wait(lock, [&] { return !state_->working && state_->leaves.empty() && !state_->job; });
+}
+
+void SurfaceWorker::WaitFirst() {
+  std::unique_lock lock(state_->mutex);
+  state_->idle.wait(lock, [&] { return state_->first_done; });
+}
+
+void SurfaceWorker::AskSlices(const Tool& tool, const Pose& X_WT, double edge_mm, int pixels, const CtWindow& window) {
+  if (!state_->has_hu) return;
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->job = SliceJob{tool, X_WT, edge_mm, pixels, window};
+  }
+  state_->wake.notify_one();
+}
+
+std::optional<CtSlices> SurfaceWorker::FetchSlices() {
+  const std::lock_guard lock(state_->mutex);
+  return std::exchange(state_->slices, std::nullopt);
+}
+
+std::optional<Vec3> SurfaceWorker::Pick(const Ray& ray) const {
+  const std::shared_lock lock(state_->bone_mutex);
+  Vec3 p_W{0};
+  if (!FindSurface(state_->chunks.bone(), ray.origin_W, ray.direction_W, p_W)) return std::nullopt;
+  return p_W;
+}
+
+Bone SurfaceWorker::CopyBone() const {
+  const std::shared_lock lock(state_->bone_mutex);
+  return state_->chunks.bone();
+}
+
+}  // namespace kerf

@@ -1,0 +1,504 @@
+#define GL_GLEXT_PROTOTYPES
+#include "view/live/viewport.h"
+
+#include <GL/glcorearb.h>
+#include <vtkAnnotatedCubeActor.h>
+#include <vtkCamera.h>
+#include <vtkLight.h>
+#include <vtkNew.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <map>
+#include <utility>
+
+#include "kerf/error.h"
+#include "view/live/bone_prop.h"
+#include "view/live/hud_draw.h"
+#include "view/live/hud_prop.h"
+#include "view/live/palette.h"
+#include "view/live/scene_actors.h"
+
+namespace kerf {
+namespace {
+
+// Key from the upper left, fill from the right, a rim from below: fixed to the camera; as shaders/bone.frag has them.
+void AddLights(vtkRenderer& renderer) {
+  struct Lamp {
+    double x, y, z, intensity;
+  };
+  constexpr Lamp kLamps[] = {
+      {-0.5, 0.7, 1.2, 0.62}, {0.9, 0.0, 1.0, 0.30}, {0.0, 0.0, 1.0, 0.20}, {0.2, -0.9, 0.3, 0.10}};
+  renderer.RemoveAllLights();
+  renderer.AutomaticLightCreationOff();
+  for (const Lamp& lamp : kLamps) {
+    const vtkNew<vtkLight> light;
+    light->SetLightTypeToCameraLight();
+    light->SetPosition(lamp.x, lamp.y, lamp.z);
+    light->SetFocalPoint(0, 0, 0);
+    light->SetIntensity(lamp.intensity);
+    light->SetPositional(false);
+    renderer.AddLight(light);
+  }
+}
+
+vtkSmartPointer<vtkAnnotatedCubeActor> MakeCube() {
+  auto cube = vtkSmartPointer<vtkAnnotatedCubeActor>::New();
+  cube->SetXPlusFaceText("L");
+  cube->SetXMinusFaceText("R");
+  cube->SetYPlusFaceText("P");
+  cube->SetYMinusFaceText("A");
+  cube->SetZPlusFaceText("S");
+  cube->SetZMinusFaceText("I");
+  cube->SetFaceTextScale(0.62);
+  cube->SetZFaceTextRotation(-90);
+  cube->GetTextEdgesProperty()->SetOpacity(0);
+  cube->GetCubeProperty()->SetColor(0.93, 0.94, 0.96);
+  cube->GetCubeProperty()->SetAmbient(0.35);
+  cube->GetCubeProperty()->SetDiffuse(0.7);
+  for (vtkProperty* face :
+       {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
+        cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
+    face->SetColor(0.1, 0.12, 0.16);
+    face->SetInterpolationToFlat();
+  }
+  return cube;
+}
+
+// Where a ray first meets a triangle, as a multiple of its direction; none: it does not.
+std::optional<double> MeetTriangle(const Vec3& origin, const Vec3& direction, const Vec3& a, const Vec3& b,
+                                   const Vec3& c) {
+  const Vec3 u = b - a;
+  const Vec3 v = c - a;
+  const Vec3 p = glm::cross(direction, v);
+  const double det = glm::dot(u, p);
+  if (std::abs(det) < 1e-15) return std::nullopt;
+  const Vec3 s = origin - a;
+  const double x = glm::dot(s, p) / det;
+  const Vec3 q = glm::cross(s, u);
+  const double y = glm::dot(direction, q) / det;
+  if (x < 0 || y < 0 || x + y > 1) return std::nullopt;
+  const double t = glm::dot(v, q) / det;
+  if (t <= 0) return std::nullopt;
+  return t;
+}
+
+}  // namespace
+
+struct Viewport::State {
+  explicit State(vtkRenderWindow& w) : window(w), actors(*scene, *over) {}
+
+  vtkRenderWindow& window;
+  vtkNew<vtkRenderer> scene, over, corner, flat;
+  vtkNew<BoneProp> bone;
+  vtkNew<HudProp> panels;
+  vtkSmartPointer<vtkAnnotatedCubeActor> cube = MakeCube();
+  SceneActors actors;
+  ViewCamera camera;
+  double scale = 1;
+  double voxel_mm = 0;
+  bool knows_fineness = false;       // asked of the driver
+  std::optional<bool> smooth_edges;  // none: as the driver is
+
+  MaterialTable materials;
+  Box3 bounds_W;
+  ColourBy by = ColourBy::kPlain;
+  bool translucent = false;
+  bool bone_hidden = false;
+  // Of each chunk's newest mesh: the entries of the palette that occur, and how often.
+  using Few = std::vector<std::pair<std::uint16_t, std::uint32_t>>;
+  std::map<std::array<int, 3>, Few> counts_of;
+  PaletteCounts counts{};
+
+  std::optional<ForceArrow> force;
+  std::optional<CtSlices> slices;
+  std::uint64_t slices_version = 0;
+  HudState hud;
+  HudLayout layout;
+  bool show_scale = true;
+  bool show_cube = true;
+  ViewStats stats;
+
+  HudExtras Extras() const { return {slices ? 3 : 0, show_cube, show_scale}; }
+  ScreenPoint ToPoints(const ScreenPoint& px) const { return {px.x / scale, px.y / scale}; }
+
+  void Place() {
+    if (hud.legend.empty()) {
+      hud.legend = MakeLegend(materials, by, counts);
+      hud.legend_title = LegendTitle(by);
+    }
+    layout = CalcHudLayout(camera.width() / scale, camera.height() / scale, hud, Extras());
+  }
+
+  void SetCameras() {
+    Box3 box = bounds_W;
+    const Box3 others = actors.CalcBounds();
+    if (!others.empty()) {
+      box.Include(others.lower);
+      box.Include(others.upper);
+    }
+    if (box.empty()) box = Box3{Vec3{-10}, Vec3{10}};
+    const Vec3 eye = camera.eye_W();
+    const double reach = 0.5 * glm::length(box.size()) + 1;
+    const double middle = glm::dot(box.centre() - eye, camera.forward_W());
+    const double far = std::max(10.0, middle + reach);
+    const double near = std::max(middle - reach, 0.002 * far);
+    vtkCamera& c = *scene->GetActiveCamera();
+    const Vec3 target = camera.target_W();
+    const Vec3 up = camera.up_W();
+    c.SetParallelProjection(camera.parallel() ? 1 : 0);
+    c.SetFocalPoint(target.x, target.y, target.z);
+    c.SetPosition(eye.x, eye.y, eye.z);
+    c.SetViewUp(up.x, up.y, up.z);
+    c.SetViewAngle(ViewCamera::kFieldOfView_deg);
+    c.SetParallelScale(0.5 * camera.height_mm());
+    c.SetClippingRange(near, far);
+
+    const bool shown = show_cube && !layout.orientation.empty();
+    corner->SetDraw(shown ? 1 : 0);
+    if (!shown) return;
+    const FlatBox& at = layout.orientation;
+    corner->SetViewport(at.left / layout.width, 1 - at.bottom() / layout.height, at.right() / layout.width,
+                        1 - at.top / layout.height);
+    vtkCamera& turned = *corner->GetActiveCamera();
+    turned.ParallelProjectionOn();
+    const Vec3 from = -5.0 * camera.forward_W();
+    turned.SetFocalPoint(0, 0, 0);
+    turned.SetPosition(from.x, from.y, from.z);
+    turned.SetViewUp(up.x, up.y, up.z);
+    turned.SetParallelScale(0.95);
+    turned.SetClippingRange(1, 10);
+  }
+};
+
+Viewport::Viewport(vtkRenderWindow& window) : state_(std::make_unique<State>(window)) {
+  State& s = *state_;
+  window.SetNumberOfLayers(4);
+  int layer = 0;
+  for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get(), s.flat.Get()}) {
+    renderer->SetLayer(layer++);
+    renderer->SetInteractive(0);
+    window.AddRenderer(renderer);
+  }
+  s.scene->SetBackground(0.80, 0.83, 0.87);
+  s.scene->SetBackground2(0.60, 0.66, 0.73);
+  s.scene->GradientBackgroundOn();
+  s.over->SetActiveCamera(s.scene->GetActiveCamera());
+  for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get()}) AddLights(*renderer);
+  s.scene->AddActor(s.bone);
+  s.corner->AddActor(s.cube);
+  s.flat->AddActor(s.panels);
+  s.bone->SetPalette(MakePalette(s.materials, s.by));
+  const int* size = window.GetSize();
+  Resize(std::max(1, size[0]), std::max(1, size[1]), 1);
+}
+
+Viewport::~Viewport() {
+  State& s = *state_;
+  for (vtkRenderer* renderer : {s.scene.Get(), s.over.Get(), s.corner.Get(), s.flat.Get()}) {
+    renderer->ReleaseGraphicsResources(&s.window);
+    s.window.RemoveRenderer(renderer);
+  }
+}
+
+void Viewport::Resize(int width, int height, double scale) {
+  if (!(scale >= 1 && scale <= 4)) throw Error("the display's scale is to be 1 to 4");
+  if (width < 1 || height < 1) return;  // minimised
+  State& s = *state_;
+  s.camera.SetSize(width, height);
+  s.scale = scale;
+  s.actors.SetScale(scale);
+  s.window.SetSize(width, height);
+}
+
+int Viewport::width() const {
+  return state_->camera.width();
+}
+int Viewport::height() const {
+  return state_->camera.height();
+}
+double Viewport::scale() const {
+  return state_->scale;
+}
+
+// ---- the bone
+
+void Viewport::BeginBone(const MaterialTable& materials, const Vec3& origin_W, const Box3& bounds_W, double voxel_mm) {
+  State& s = *state_;
+  s.materials = materials;
+  s.bounds_W = bounds_W;
+  s.voxel_mm = voxel_mm;
+  s.counts_of.clear();
+  s.counts = {};
+  s.bone->Begin(origin_W);
+  s.bone->SetPalette(MakePalette(materials, s.by));
+}
+
+void Viewport::SetChunk(const ChunkMesh& mesh) {
+  State& s = *state_;
+  s.bone->SetChunk(mesh);
+  PaletteCounts here{};
+  for (const ChunkVertex& v : mesh.vertices) ++here[v.region + (v.cut > 127 ? 256u : 0u)];
+  State::Few& few = s.counts_of[mesh.index];
+  for (const auto& [entry, count] : few) s.counts[entry] -= count;
+  few.clear();
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    if (here[i] == 0) continue;
+    few.emplace_back(static_cast<std::uint16_t>(i), static_cast<std::uint32_t>(here[i]));
+    s.counts[i] += here[i];
+  }
+}
+
+void Viewport::SetInnerSurfaces(const InnerSurfaces& surfaces) {
+  state_->actors.SetInner(surfaces, state_->translucent);
+}
+
+void Viewport::set_colour_by(ColourBy by) {
+  State& s = *state_;
+  if (by == s.by) return;
+  s.by = by;
+  s.bone->SetPalette(MakePalette(s.materials, by));
+}
+ColourBy Viewport::colour_by() const {
+  return state_->by;
+}
+
+void Viewport::set_translucent(bool translucent) {
+  state_->translucent = translucent;
+  state_->bone->SetTranslucent(translucent);
+  state_->actors.ShowInner(translucent);
+}
+bool Viewport::translucent() const {
+  return state_->translucent;
+}
+void Viewport::set_bone_hidden(bool hidden) {
+  state_->bone_hidden = hidden;
+  state_->bone->SetHidden(hidden);
+}
+
+std::vector<LegendEntry> Viewport::legend() const {
+  return MakeLegend(state_->materials, state_->by, state_->counts);
+}
+
+// ---- tool, plan, pieces
+
+void Viewport::SetTool(const Tool& tool) {
+  state_->actors.SetTool(tool);
+}
+void Viewport::ClearTool() {
+  state_->actors.ClearTool();
+}
+void Viewport::SetToolColour(const Rgb8& colour) {
+  state_->actors.SetToolColour(colour);
+}
+void Viewport::SetToolPose(const Pose& X_WT, double rpm, double angle_rad) {
+  state_->actors.SetToolPose(X_WT, rpm, angle_rad);
+}
+void Viewport::SetGhost(const std::optional<Pose>& X_WH) {
+  state_->actors.SetGhost(X_WH);
+}
+void Viewport::SetForce(const std::optional<ForceArrow>& force) {
+  state_->force = force;
+}
+void Viewport::SetPlanes(const std::vector<PlaneOverlay>& planes) {
+  state_->actors.SetPlanes(planes);
+}
+void Viewport::SetDepthStops(const std::vector<DepthStopOverlay>& stops) {
+  state_->actors.SetDepthStops(stops);
+}
+void Viewport::SetGuides(const std::vector<GuideOverlay>& guides) {
+  state_->actors.SetGuides(guides);
+}
+void Viewport::SetMeasures(const std::vector<MeasureOverlay>& measures) {
+  state_->actors.SetMeasures(measures);
+}
+void Viewport::SetPieces(const std::vector<PieceShape>& pieces) {
+  state_->actors.SetPieces(pieces);
+}
+void Viewport::SetSlices(const std::optional<CtSlices>& slices) {
+  state_->slices = slices;
+  ++state_->slices_version;
+}
+
+// ---- panels
+
+void Viewport::SetHud(const HudState& state) {
+  state_->hud = state;
+  state_->Place();
+}
+void Viewport::set_show_scale_bar(bool show) {
+  state_->show_scale = show;
+}
+void Viewport::set_show_orientation(bool show) {
+  state_->show_cube = show;
+}
+
+// ---- camera and mouse
+
+ViewCamera& Viewport::camera() {
+  return state_->camera;
+}
+const ViewCamera& Viewport::camera() const {
+  return state_->camera;
+}
+
+void Viewport::FitAll() {
+  State& s = *state_;
+  std::vector<Vec3> points;
+  if (!s.bone_hidden) points = s.bone->ListCorners();
+  for (const PieceShape& piece : s.actors.pieces()) {
+    if (piece.hidden || piece.mesh_W == nullptr) continue;
+    for (const Vec3& p : piece.mesh_W->points) points.push_back(piece.X_WP.Point(p));
+  }
+  if (s.bounds_W.empty()) return;
+  for (int i = 0; i < 8 && (i > 0 || points.empty()); ++i) {
+    points.emplace_back((i & 1) != 0 ? s.bounds_W.upper.x : s.bounds_W.lower.x,
+                        (i & 2) != 0 ? s.bounds_W.upper.y : s.bounds_W.lower.y,
+                        (i & 4) != 0 ? s.bounds_W.upper.z : s.bounds_W.lower.z);
+  }
+  s.Place();
+  // Fitted into a window of the free part's size, then moved to where that is.
+  const FlatBox& free = s.layout.scene;
+  if (free.empty()) {
+    s.camera.Fit(points);
+    return;
+  }
+  const int width = s.camera.width();
+  const int height = s.camera.height();
+  s.camera.SetSize(static_cast<int>(free.width * s.scale), static_cast<int>(free.height * s.scale));
+  s.camera.Fit(points, 0.04);
+  const double mm_per_pixel = s.camera.height_mm() / s.camera.height();
+  s.camera.SetSize(width, height);
+  s.camera.set_height_mm(mm_per_pixel * height);
+  s.camera.Pan((free.left + 0.5 * free.width) * s.scale - 0.5 * width,
+               (free.top + 0.5 * free.height) * s.scale - 0.5 * height);
+}
+
+std::optional<Viewport::PieceHit> Viewport::PickPiece(const ScreenPoint& at) const {
+  const Ray ray = state_->camera.CalcRay(at);
+  std::optional<PieceHit> best;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const PieceShape& piece : state_->actors.pieces()) {
+    if (piece.hidden || piece.mesh_W == nullptr) continue;
+    const Vec3 origin = piece.X_WP.InversePoint(ray.origin_W);
+    const Vec3 direction = piece.X_WP.InverseVector(ray.direction_W);
+    const std::vector<Vec3>& points = piece.mesh_W->points;
+    for (const auto& t : piece.mesh_W->triangles) {
+      const auto far = MeetTriangle(origin, direction, points[t[0]], points[t[1]], points[t[2]]);
+      if (!far || *far >= nearest) continue;
+      nearest = *far;
+      best = PieceHit{piece.id, ray.origin_W + nearest * ray.direction_W};
+    }
+  }
+  return best;
+}
+
+bool Viewport::IsOnPanel(const ScreenPoint& at) const {
+  const ScreenPoint p = state_->ToPoints(at);
+  const auto panels = state_->layout.Panels();
+  return std::any_of(panels.begin(), panels.end(), [&](const FlatBox& box) { return box.Holds(p.x, p.y); });
+}
+
+namespace {
+
+std::optional<int> RowAt(const MenuRows& rows, const ScreenPoint& p) {
+  for (std::size_t i = 0; i < rows.rows.size(); ++i) {
+    if (rows.rows[i].Holds(p.x, p.y)) return static_cast<int>(rows.first + i);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<int> Viewport::PickMenuRow(const ScreenPoint& at) const {
+  const State& s = *state_;
+  if (!s.hud.menu || s.hud.progress || s.hud.show_help || s.layout.modal.empty()) return std::nullopt;
+  return RowAt(PlaceMenuRows(*s.hud.menu, s.layout.modal), s.ToPoints(at));
+}
+
+std::optional<int> Viewport::PickPieceRow(const ScreenPoint& at) const {
+  const State& s = *state_;
+  if (s.layout.pieces.empty()) return std::nullopt;
+  return RowAt(PlacePieceRows(s.hud.pieces, s.layout), s.ToPoints(at));
+}
+
+// ---- drawing
+
+void Viewport::Render() {
+  State& s = *state_;
+  s.Place();
+  if (!s.knows_fineness || !s.smooth_edges) {
+    // Without a graphics card triangles cost more than their coarseness does.
+    const std::string name = renderer_name();
+    const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos;
+    if (!s.knows_fineness) s.bone->SetFineness(software ? BoneProp::Fineness{1.5, 14, 150'000} : BoneProp::Fineness{});
+    s.knows_fineness = true;
+    if (!s.smooth_edges) s.smooth_edges = !software;
+    s.scene->SetUseFXAA(*s.smooth_edges);
+  }
+  s.bone->SetPixel(s.camera.WorldPerPixel(s.camera.target_W()), s.scale, s.voxel_mm);
+  s.actors.SetForce(s.force, s.force ? s.camera.WorldPerPixel(s.force->p_W) * s.scale : 1);
+  s.SetCameras();
+  std::optional<ScaleBar> bar;
+  if (!s.layout.scale_bar.empty()) {
+    bar = CalcScaleBar(s.camera.WorldPerPixel(s.camera.target_W()) * s.scale, s.layout.scale_bar.width - 14);
+  }
+  DrawList list;
+  DrawHud(s.hud, s.layout, {s.slices ? &*s.slices : nullptr, s.slices_version}, s.actors.MakeLabels(s.camera), bar,
+          list);
+  s.panels->SetList(std::move(list), s.scale);
+  s.window.Render();
+  const BoneProp::Counts& counts = s.bone->counts();
+  s.stats = {counts.chunks, counts.drawn, counts.triangles, counts.bytes, counts.step};
+}
+
+Image Viewport::Grab() {
+  State& s = *state_;
+  Image image;
+  image.width = s.camera.width();
+  image.height = s.camera.height();
+  const vtkNew<vtkUnsignedCharArray> raw;
+  s.window.GetPixelData(0, 0, image.width - 1, image.height - 1, 0, raw.Get(), 0);
+  if (raw->GetNumberOfTuples() != vtkIdType{image.width} * image.height) {
+    throw Error("the window's picture could not be read back");
+  }
+  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  const auto row_bytes = static_cast<std::size_t>(image.width) * 3;
+  for (int row = 0; row < image.height; ++row) {
+    // OpenGL counts rows from the bottom.
+    const unsigned char* from = raw->GetPointer(0) + static_cast<std::size_t>(image.height - 1 - row) * row_bytes;
+    for (int column = 0; column < image.width; ++column) {
+      Rgb8& to = image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
+                              static_cast<std::size_t>(column)];
+      for (std::size_t c = 0; c < 3; ++c) to[c] = from[3 * static_cast<std::size_t>(column) + c];
+    }
+  }
+  return image;
+}
+
+const ViewStats& Viewport::stats() const {
+  return state_->stats;
+}
+
+void Viewport::set_smooth_edges(bool smooth) {
+  state_->smooth_edges = smooth;
+  state_->scene->SetUseFXAA(smooth);
+}
+
+void Viewport::SetFineness(double cell_points, double coarsest_cell_points, std::size_t triangles) {
+  state_->bone->SetFineness({cell_points, std::max(cell_points, coarsest_cell_points), triangles});
+  state_->knows_fineness = true;
+}
+
+std::string Viewport::renderer_name() const {
+  state_->window.MakeCurrent();
+  const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  return name != nullptr ? name : "unknown";
+}
+
+}  // namespace kerf

@@ -1,0 +1,180 @@
+#include "view/picture/offscreen.h"
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <GL/gl.h>
+#include <fmt/format.h>
+#include <vtkCallbackCommand.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkNew.h>
+#include <vtkOpenGLState.h>
+#include <vtkRendererCollection.h>
+#include <vtkUnsignedCharArray.h>
+
+#include "kerf/error.h"
+#include "view/picture/vtk_mesh.h"
+
+namespace kerf {
+namespace {
+
+[[noreturn]] void FailEgl(const char* what) {
+  throw Error(
+      fmt::format("can't draw pictures on this machine: {} (EGL error 0x{:x}); install Mesa's EGL and software driver: "
+                  "apt-get install libegl-mesa0 libgl1-mesa-dri",
+                  what, static_cast<unsigned>(eglGetError())));
+}
+
+// An OpenGL 3.3 core context that is current in this thread while it lives.
+class EglContext {
+ public:
+  EglContext() {
+    const auto get_display =
+        reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(eglGetProcAddress("eglGetPlatformDisplayEXT"));
+    if (get_display == nullptr) FailEgl("EGL has no platform displays");
+    display_ = get_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+    if (display_ == EGL_NO_DISPLAY) FailEgl("there is no surfaceless EGL display");
+    if (eglInitialize(display_, nullptr, nullptr) != EGL_TRUE) FailEgl("the EGL display can't be started");
+    if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE) FailEgl("EGL has no desktop OpenGL");
+    const EGLint config_wish[] = {EGL_SURFACE_TYPE,
+                                  EGL_PBUFFER_BIT,
+                                  EGL_RENDERABLE_TYPE,
+                                  EGL_OPENGL_BIT,
+                                  EGL_RED_SIZE,
+                                  8,
+                                  EGL_GREEN_SIZE,
+                                  8,
+                                  EGL_BLUE_SIZE,
+                                  8,
+                                  EGL_ALPHA_SIZE,
+                                  8,
+                                  EGL_NONE};
+    EGLConfig config = nullptr;
+    EGLint count = 0;
+    if (eglChooseConfig(display_, config_wish, &config, 1, &count) != EGL_TRUE || count == 0) {
+      FailEgl("EGL has no configuration for OpenGL");
+    }
+    const EGLint context_wish[] = {
+        EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 3, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, context_wish);
+    if (context_ == EGL_NO_CONTEXT) FailEgl("there is no OpenGL 3.3");
+    // VTK draws into frame buffers of its own; the surface is only there for drivers that want one.
+    const EGLint surface_wish[] = {EGL_WIDTH, 16, EGL_HEIGHT, 16, EGL_NONE};
+    surface_ = eglCreatePbufferSurface(display_, config, surface_wish);
+    if (eglMakeCurrent(display_, surface_, surface_, context_) != EGL_TRUE) FailEgl("the OpenGL context can't be used");
+  }
+  ~EglContext() {
+    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    if (surface_ != EGL_NO_SURFACE) eglDestroySurface(display_, surface_);
+    eglDestroyContext(display_, context_);
+    // The display is shared by the whole process, so it stays initialised: another thread may be drawing on it.
+  }
+  EglContext(const EglContext&) = delete;
+  EglContext& operator=(const EglContext&) = delete;
+
+  void MakeCurrent() const { eglMakeCurrent(display_, surface_, surface_, context_); }
+  bool IsCurrent() const { return eglGetCurrentContext() == context_; }
+
+ private:
+  EGLDisplay display_ = EGL_NO_DISPLAY;
+  EGLContext context_ = EGL_NO_CONTEXT;
+  EGLSurface surface_ = EGL_NO_SURFACE;
+};
+
+}  // namespace
+
+struct OffscreenWindow::State {
+  EglContext context;
+  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  int width = 0;
+  int height = 0;
+
+  ~State() { window->Finalize(); }
+
+  // VTK asks its window's owner for the context by events.
+  void Observe(unsigned long event, void (*answer)(vtkObject*, unsigned long, void*, void*)) {
+    const vtkNew<vtkCallbackCommand> command;
+    command->SetClientData(&context);
+    command->SetCallback(answer);
+    window->AddObserver(event, command);
+  }
+};
+
+OffscreenWindow::OffscreenWindow(int width, int height) {
+  constexpr int kLargest = 16384;
+  if (width < 1 || height < 1 || width > kLargest || height > kLargest) {
+    throw Error(
+        fmt::format("a picture of {} x {} pixels can't be drawn; each side must be 1 to {}", width, height, kLargest));
+  }
+  QuietVtk();
+  state_ = std::make_unique<State>();
+  state_->width = width;
+  state_->height = height;
+  state_->Observe(vtkCommand::WindowMakeCurrentEvent, [](vtkObject*, unsigned long, void* context, void*) {
+    static_cast<EglContext*>(context)->MakeCurrent();
+  });
+  state_->Observe(vtkCommand::WindowIsCurrentEvent, [](vtkObject*, unsigned long, void* context, void* answer) {
+    *static_cast<bool*>(answer) = static_cast<EglContext*>(context)->IsCurrent();
+  });
+  state_->Observe(vtkCommand::WindowSupportsOpenGLEvent,
+                  [](vtkObject*, unsigned long, void*, void* answer) { *static_cast<int*>(answer) = 1; });
+  state_->Observe(vtkCommand::WindowIsDirectEvent,
+                  [](vtkObject*, unsigned long, void*, void* answer) { *static_cast<int*>(answer) = 0; });
+  state_->Observe(vtkCommand::WindowFrameEvent, [](vtkObject*, unsigned long, void*, void*) {});
+  vtkGenericOpenGLRenderWindow& window = *state_->window;
+  window.SetMultiSamples(0);
+  window.InitializeFromCurrentContext();
+  window.SetOwnContext(0);
+  window.SetReadyForRendering(true);
+  window.SetSize(width, height);
+  window.SetFrameBlitModeToNoBlit();
+  // VTK leaves OpenGL's own default in a context that it did not make, under which flat things drawn later would lie
+  // below.
+  window.GetState()->vtkglDepthFunc(GL_LEQUAL);
+}
+
+OffscreenWindow::~OffscreenWindow() = default;
+
+vtkRenderWindow& OffscreenWindow::window() {
+  return *state_->window;
+}
+
+Image OffscreenWindow::Draw(int supersampling, int padding) {
+  const int n = supersampling;
+  const int cut = padding * n;
+  const int width = state_->width - 2 * cut;
+  const int height = state_->height - 2 * cut;
+  if (n < 1 || padding < 0 || width < n || height < n || width % n != 0 || height % n != 0) {
+    throw Error(fmt::format("{} x {} pixels can't be averaged {} by {}", width, height, n, n));
+  }
+  state_->window->Render();
+  const vtkNew<vtkUnsignedCharArray> raw;
+  state_->window->GetPixelData(cut, cut, cut + width - 1, cut + height - 1, 0, raw.Get(), 0);
+  if (raw->GetNumberOfTuples() != vtkIdType{width} * height) {
+    throw Error(fmt::format("the driver drew no picture of {} x {} pixels", width, height));
+  }
+  Image image;
+  image.width = width / n;
+  image.height = height / n;
+  image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  const unsigned char* bytes = raw->GetPointer(0);
+  for (int row = 0; row < image.height; ++row) {
+    for (int column = 0; column < image.width; ++column) {
+      int sum[3] = {0, 0, 0};
+      for (int j = 0; j < n; ++j) {
+        // OpenGL counts rows from the bottom.
+        const std::size_t line = static_cast<std::size_t>(height - 1 - row * n - j) * static_cast<std::size_t>(width);
+        for (int i = 0; i < n; ++i) {
+          const unsigned char* pixel = bytes + 3 * (line + static_cast<std::size_t>(column * n + i));
+          for (int c = 0; c < 3; ++c) sum[c] += pixel[c];
+        }
+      }
+      Rgb8& out = image.pixels[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
+                               static_cast<std::size_t>(column)];
+      for (std::size_t c = 0; c < 3; ++c) out[c] = static_cast<std::uint8_t>((sum[c] + n * n / 2) / (n * n));
+    }
+  }
+  return image;
+}
+
+}  // namespace kerf

@@ -1,0 +1,403 @@
+#include "view/picture/picture.h"
+
+#include <fmt/format.h>
+#include <vtkActor.h>
+#include <vtkAnnotatedCubeActor.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkLight.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkProperty.h>
+#include <vtkRenderStepsPass.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkSSAOPass.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <optional>
+
+#include "kerf/error.h"
+#include "view/picture/axes.h"
+#include "view/picture/layout.h"
+#include "view/picture/offscreen.h"
+#include "view/picture/overlay.h"
+#include "view/picture/vtk_mesh.h"
+
+namespace kerf {
+namespace {
+
+constexpr Rgb8 kWhite{255, 255, 255};
+constexpr Rgb8 kDark{38, 41, 47};
+constexpr double kLegendLine = 1.5;  // distance of its lines, in letter heights
+
+void SetColour(vtkProperty& property, const Rgb8& colour) {
+  property.SetColor(colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+}
+
+vtkSmartPointer<vtkActor> MakeActor(const Shape& shape) {
+  const auto data = MakePolyData(shape.mesh_W);
+  const bool by_point = !shape.point_colours.empty();
+  if (by_point) {
+    if (shape.point_colours.size() != shape.mesh_W.points.size()) {
+      throw Error(fmt::format("a shape to draw has {} colours for {} points", shape.point_colours.size(),
+                              shape.mesh_W.points.size()));
+    }
+    const vtkNew<vtkUnsignedCharArray> colours;
+    colours->SetName("colours");
+    colours->SetNumberOfComponents(3);
+    colours->SetNumberOfTuples(static_cast<vtkIdType>(shape.point_colours.size()));
+    for (std::size_t i = 0; i < shape.point_colours.size(); ++i) {
+      colours->SetTypedTuple(static_cast<vtkIdType>(i), shape.point_colours[i].data());
+    }
+    data->GetPointData()->SetScalars(colours);
+  }
+  // Smooth where the surface is smooth, sharp where it was cut.
+  const vtkNew<vtkPolyDataNormals> normals;
+  normals->SetInputData(data);
+  normals->SetFeatureAngle(40);
+  normals->SplittingOn();
+  normals->ConsistencyOff();
+  const vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(normals->GetOutputPort());
+  mapper->SetScalarVisibility(by_point ? 1 : 0);
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  vtkProperty& property = *actor->GetProperty();
+  SetColour(property, shape.colour);
+  property.SetInterpolationToPhong();
+  property.SetAmbient(0.2);
+  property.SetDiffuse(0.86);
+  property.SetSpecular(shape.shiny ? 0.40 : 0.06);
+  property.SetSpecularPower(shape.shiny ? 40 : 18);
+  property.SetOpacity(shape.opacity);
+  return actor;
+}
+
+// A shaft with a conical head.
+Shape MakeArrowShape(const Arrow& arrow, double shaft_radius_mm) {
+  const Vec3 along = arrow.tip_W - arrow.tail_W;
+  const double length = glm::length(along);
+  const Vec3 axis = length > 0 ? along / length : Vec3{0, 0, 1};
+  const Vec3 other = std::abs(axis.x) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 u = glm::normalize(glm::cross(axis, other));
+  const Vec3 v = glm::cross(axis, u);
+  const double head = std::min(8 * shaft_radius_mm, 0.6 * length);
+  struct Ring {
+    double z;
+    double radius;
+  };
+  const Ring rings[] = {{0, 0},
+                        {0, shaft_radius_mm},
+                        {length - head, shaft_radius_mm},
+                        {length - head, 3 * shaft_radius_mm},
+                        {length, 0}};
+  constexpr std::uint32_t kSectors = 48;
+  Shape shape;
+  shape.colour = arrow.colour;
+  for (const Ring& ring : rings) {
+    for (std::uint32_t j = 0; j < kSectors; ++j) {
+      const double angle = 2 * 3.14159265358979323846 * j / kSectors;
+      shape.mesh_W.points.push_back(arrow.tail_W + ring.z * axis +
+                                    ring.radius * (std::cos(angle) * u + std::sin(angle) * v));
+    }
+  }
+  for (std::uint32_t i = 0; i + 1 < std::size(rings); ++i) {
+    for (std::uint32_t j = 0; j < kSectors; ++j) {
+      const std::uint32_t a = i * kSectors + j;
+      const std::uint32_t b = i * kSectors + (j + 1) % kSectors;
+      shape.mesh_W.triangles.push_back({a, b, b + kSectors});
+      shape.mesh_W.triangles.push_back({a, b + kSectors, a + kSectors});
+    }
+  }
+  return shape;
+}
+
+// Key from the upper left, fill from the right, a rim from behind: fixed to the camera, so that every view is lit
+// alike.
+void AddLights(vtkRenderer& renderer) {
+  struct Lamp {
+    double x, y, z;
+    double intensity;
+  };
+  constexpr Lamp kLamps[] = {
+      {-0.5, 0.7, 1.2, 0.70}, {0.9, 0.0, 1.0, 0.40}, {0.0, 0.0, 1.0, 0.25}, {0.2, -0.9, 0.3, 0.10}};
+  renderer.RemoveAllLights();
+  renderer.AutomaticLightCreationOff();
+  for (const Lamp& lamp : kLamps) {
+    const vtkNew<vtkLight> light;
+    light->SetLightTypeToCameraLight();
+    light->SetPosition(lamp.x, lamp.y, lamp.z);
+    light->SetFocalPoint(0, 0, 0);
+    light->SetIntensity(lamp.intensity);
+    light->SetPositional(false);
+    renderer.AddLight(light);
+  }
+}
+
+void SetCamera(const ViewFrame& frame, int padding, const Box3& box, vtkRenderer& renderer) {
+  // Everything lies between the clipping planes.
+  double nearest = -1;
+  double farthest = 1;
+  for (int corner = 0; corner < 8; ++corner) {
+    const double depth = glm::dot(frame.toward_eye_W, CornerOf(box, corner) - frame.centre_W);
+    nearest = std::max(nearest, depth);
+    farthest = std::min(farthest, depth);
+  }
+  const double margin = 0.02 * (nearest - farthest) + 1;
+  const Vec3 eye = frame.centre_W + (nearest + 2 * margin) * frame.toward_eye_W;
+  vtkCamera& camera = *renderer.GetActiveCamera();
+  camera.ParallelProjectionOn();
+  camera.SetFocalPoint(frame.centre_W.x, frame.centre_W.y, frame.centre_W.z);
+  camera.SetPosition(eye.x, eye.y, eye.z);
+  camera.SetViewUp(frame.up_W.x, frame.up_W.y, frame.up_W.z);
+  camera.SetParallelScale(0.5 * (frame.height + 2 * padding) / frame.pixels_per_mm);
+  camera.SetClippingRange(margin, nearest - farthest + 3 * margin);
+}
+
+// A cube in the corner that turns with the view: L R left and right of the patient, A P front and back, S I up and
+// down.
+void AddOrientation(const PictureSpec& spec, const ViewFrame& frame, int padding, const Layout& layout,
+                    vtkRenderer& renderer) {
+  const vtkNew<vtkAnnotatedCubeActor> cube;
+  const bool patient = spec.orientation == Orientation::kPatient;
+  cube->SetXPlusFaceText(patient ? "L" : "x");
+  cube->SetXMinusFaceText(patient ? "R" : "-x");
+  cube->SetYPlusFaceText(patient ? "P" : "y");
+  cube->SetYMinusFaceText(patient ? "A" : "-y");
+  cube->SetZPlusFaceText(patient ? "S" : "z");
+  cube->SetZMinusFaceText(patient ? "I" : "-z");
+  cube->SetFaceTextScale(patient ? 0.62 : 0.5);
+  cube->SetXFaceTextRotation(0);
+  cube->SetYFaceTextRotation(0);
+  cube->SetZFaceTextRotation(-90);
+  cube->GetTextEdgesProperty()->SetOpacity(0);
+  SetColour(*cube->GetCubeProperty(), {186, 191, 199});
+  cube->GetCubeProperty()->SetAmbient(0.3);
+  cube->GetCubeProperty()->SetDiffuse(0.85);
+  for (vtkProperty* face :
+       {cube->GetXPlusFaceProperty(), cube->GetXMinusFaceProperty(), cube->GetYPlusFaceProperty(),
+        cube->GetYMinusFaceProperty(), cube->GetZPlusFaceProperty(), cube->GetZMinusFaceProperty()}) {
+    SetColour(*face, {40, 44, 52});
+    face->SetInterpolationToFlat();
+  }
+  renderer.AddActor(cube);
+  AddLights(renderer);
+  const double side = 110 * layout.unit;  // pixels
+  const double edge = 6 * layout.unit;
+  const double window_width = spec.width + 2 * padding;
+  const double window_height = spec.height + 2 * padding;
+  const double right = padding + spec.width - edge;
+  const double bottom = padding + edge;
+  renderer.SetViewport((right - side) / window_width, bottom / window_height, right / window_width,
+                       (bottom + side) / window_height);
+  vtkCamera& camera = *renderer.GetActiveCamera();
+  camera.ParallelProjectionOn();
+  const Vec3 eye = 5.0 * frame.toward_eye_W;
+  camera.SetFocalPoint(0, 0, 0);
+  camera.SetPosition(eye.x, eye.y, eye.z);
+  camera.SetViewUp(frame.up_W.x, frame.up_W.y, frame.up_W.z);
+  camera.SetParallelScale(0.95);
+  camera.SetClippingRange(1, 10);
+}
+
+// 1, 2 or 5 times a power of ten, about `wish`.
+double CalcRoundLength(double wish) {
+  const double power = std::pow(10.0, std::floor(std::log10(wish)));
+  for (const double factor : {5.0, 2.0}) {
+    if (factor * power <= wish) return factor * power;
+  }
+  return power;
+}
+
+// A quiet ground under words that shapes may reach.
+void AddPanel(const PictureSpec& spec, const Layout& layout, double left, double top, double right, double bottom,
+              Overlay& overlay) {
+  if (!spec.camera.target_W) return;  // fitted shapes keep away from the words
+  const double room = 0.5 * layout.text_size;
+  overlay.AddBox(left - room, top - room, right - left + 2 * room, bottom - top + 2 * room, spec.dark ? kDark : kWhite,
+                 0.8);
+}
+
+void AddWords(const PictureSpec& spec, const ViewFrame& frame, const Layout& layout, Overlay& overlay) {
+  const Rgb8 strong = spec.dark ? Rgb8{240, 240, 240} : Rgb8{33, 37, 43};
+  const Rgb8 soft = spec.dark ? Rgb8{190, 194, 200} : Rgb8{85, 92, 102};
+  const TextStyle title{layout.title_size, strong, true};
+  const TextStyle caption{layout.text_size, soft};
+  const double edge = layout.edge;
+  if (!spec.title.empty() || !spec.caption.empty()) {
+    const Overlay::Size title_size = spec.title.empty() ? Overlay::Size{0, 0} : overlay.MeasureText(spec.title, title);
+    const Overlay::Size caption_size =
+        spec.caption.empty() ? Overlay::Size{0, 0} : overlay.MeasureText(spec.caption, caption);
+    const double caption_top = edge + (spec.title.empty() ? 0 : 1.45 * layout.title_size);
+    const double bottom = spec.caption.empty() ? edge + title_size.height : caption_top + caption_size.height;
+    AddPanel(spec, layout, edge, edge, edge + std::max(title_size.width, caption_size.width), bottom, overlay);
+    overlay.AddText(spec.title, edge, edge, title);
+    overlay.AddText(spec.caption, edge, caption_top, caption);
+  }
+  if (!spec.legend.empty()) {
+    const TextStyle style{layout.legend_size, strong};
+    double text_width = 0;
+    for (const LegendEntry& entry : spec.legend)
+      text_width = std::max(text_width, overlay.MeasureText(entry.text, style).width);
+    const double swatch = layout.legend_size;
+    const double left = spec.width - edge - text_width - 1.6 * swatch;
+    const double height = swatch * (1 + kLegendLine * static_cast<double>(spec.legend.size() - 1));
+    AddPanel(spec, layout, left, edge, spec.width - edge, edge + height, overlay);
+    double top = edge;
+    for (const LegendEntry& entry : spec.legend) {
+      overlay.AddBox(left - 1, top - 1, swatch + 2, swatch + 2, soft);
+      overlay.AddBox(left, top, swatch, swatch, entry.colour);
+      overlay.AddText(entry.text, left + 1.6 * swatch, top - 0.06 * swatch, style);
+      top += kLegendLine * swatch;
+    }
+  }
+  if (spec.scale_bar) {
+    const double length_mm = CalcRoundLength(0.16 * spec.width / frame.pixels_per_mm);
+    const double length = length_mm * frame.pixels_per_mm;
+    const double bottom = spec.height - layout.edge;
+    const double thick = std::max(2.0, std::round(3 * layout.unit));
+    const double tick = std::round(9 * layout.unit);
+    AddPanel(spec, layout, layout.edge, bottom - tick - 1.25 * layout.text_size, layout.edge + length, bottom, overlay);
+    overlay.AddBox(layout.edge, bottom - thick, length, thick, strong);
+    overlay.AddBox(layout.edge, bottom - tick, thick, tick, strong);
+    overlay.AddBox(layout.edge + length - thick, bottom - tick, thick, tick, strong);
+    overlay.AddText(fmt::format("{:g} mm", length_mm), layout.edge + 0.5 * length,
+                    bottom - tick - 1.25 * layout.text_size, {layout.text_size, strong, false, Align::kCentre});
+  }
+  for (const Arrow& arrow : spec.arrows) {
+    const ViewFrame::Pixel tail = frame.Project(arrow.tail_W);
+    const ViewFrame::Pixel tip = frame.Project(arrow.tip_W);
+    // Beyond the tail, on the side away from the tip.
+    const bool to_right = tail.column >= tip.column;
+    const double gap = 0.6 * layout.text_size;
+    overlay.AddText(
+        arrow.label, tail.column + (to_right ? gap : -gap), tail.row - 0.5 * layout.text_size,
+        {layout.text_size, spec.dark ? strong : arrow.colour, true, to_right ? Align::kLeft : Align::kRight});
+  }
+}
+
+}  // namespace
+
+Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0.5, 8.0)) {
+  title_size = static_cast<int>(std::round(26 * unit));
+  text_size = static_cast<int>(std::round(18 * unit));
+  small_size = static_cast<int>(std::round(15 * unit));
+  edge = std::round(24 * unit);
+  const double cube = 130 * unit;
+  const double lines = static_cast<double>(std::max<std::size_t>(spec.legend.size(), 1));
+  legend_size = std::clamp(static_cast<int>((spec.height - 2 * edge - cube) / (lines * kLegendLine)), 8, text_size);
+  left_margin = right_margin = 0.04 * spec.width;
+  if (lines > 6 || (spec.axes && !spec.legend.empty())) {
+    // A tall legend gets the picture's right to itself. A letter is about half as wide as high.
+    std::size_t letters = 0;
+    for (const LegendEntry& entry : spec.legend) letters = std::max(letters, entry.text.size());
+    right_margin = std::min(edge + legend_size * (2.6 + 0.53 * static_cast<double>(letters)), 0.45 * spec.width);
+  }
+  const bool words_above = !spec.title.empty() || !spec.caption.empty();
+  top_margin = words_above ? edge + 1.45 * title_size + 1.2 * text_size : 0.05 * spec.height;
+  bottom_margin = spec.scale_bar ? edge + 2.2 * text_size : 0.05 * spec.height;
+  if (spec.axes) {
+    left_margin += 75 * unit;
+    top_margin += 0.5 * text_size;
+    bottom_margin += 60 * unit;
+  }
+}
+
+Image RenderPicture(const PictureSpec& spec) {
+  const ViewFrame frame = CalcViewFrame(spec);
+  const Layout layout(spec);
+  // Four samples a pixel for smooth edges, unless that would be larger than drivers take.
+  const int supersampling = std::max(spec.width, spec.height) <= 4096 ? 2 : 1;
+
+  std::vector<vtkSmartPointer<vtkActor>> actors;
+  Box3 box;
+  const auto add = [&](const Shape& shape) {
+    if (shape.mesh_W.triangles.empty()) return;
+    for (const Vec3& p : shape.mesh_W.points) {
+      if (!std::isfinite(p.x + p.y + p.z)) throw Error("a surface to draw has a point that is not finite");
+      box.Include(p);
+    }
+    actors.push_back(MakeActor(shape));
+  };
+  for (const Shape& shape : spec.shapes) add(shape);
+  for (const ToolInPicture& at : spec.tools) {
+    Shape shape{MakeToolMesh(at.tool), kSteelColour, {}, at.opacity, true};
+    for (Vec3& p : shape.mesh_W.points) p = at.X_WT.Point(p);
+    add(shape);
+  }
+  std::optional<PatientAxes> axes;
+  if (spec.axes) axes.emplace(CalcShapeBox(spec), frame, layout, spec.dark);
+  const double arrow_radius_mm = 3.0 * layout.unit / frame.pixels_per_mm;
+  std::vector<vtkSmartPointer<vtkActor>> arrow_actors;
+  for (const Arrow& arrow : spec.arrows) {
+    const Shape shape = MakeArrowShape(arrow, arrow_radius_mm);
+    for (const Vec3& p : shape.mesh_W.points) box.Include(p);
+    arrow_actors.push_back(MakeActor(shape));
+  }
+
+  // The darkening of corners looks at a pixel's surroundings, so where shapes reach the edge a little more is drawn.
+  const int padding = spec.camera.target_W ? static_cast<int>(0.08 * spec.height) : 0;
+  OffscreenWindow offscreen((spec.width + 2 * padding) * supersampling, (spec.height + 2 * padding) * supersampling);
+  vtkRenderWindow& window = offscreen.window();
+  window.SetNumberOfLayers(4);
+  const Rgb8 background = spec.dark ? kDark : kWhite;
+
+  const vtkNew<vtkRenderer> scene;
+  scene->SetLayer(0);
+  scene->SetBackground(background[0] / 255.0, background[1] / 255.0, background[2] / 255.0);
+  for (const auto& actor : actors) scene->AddActor(actor);
+  if (axes) axes->AddGrid(*scene);
+  AddLights(*scene);
+  window.AddRenderer(scene);
+  SetCamera(frame, padding, box, *scene);
+  // Corners and slots darken as they do in daylight: this is what lets a thin kerf be seen.
+  const vtkNew<vtkRenderStepsPass> steps;
+  const vtkNew<vtkSSAOPass> occlusion;
+  const double view_height_mm = frame.height / frame.pixels_per_mm;
+  occlusion->SetRadius(0.09 * view_height_mm);
+  occlusion->SetBias(0.0015 * view_height_mm);
+  occlusion->SetKernelSize(64);
+  occlusion->BlurOn();
+  occlusion->SetDelegatePass(steps);
+  scene->SetPass(occlusion);
+
+  // Arrows lie over everything: one that bone hides tells nothing.
+  const vtkNew<vtkRenderer> over;
+  if (!arrow_actors.empty()) {
+    over->SetLayer(1);
+    for (const auto& actor : arrow_actors) over->AddActor(actor);
+    AddLights(*over);
+    window.AddRenderer(over);
+    SetCamera(frame, padding, box, *over);
+  }
+  const vtkNew<vtkRenderer> corner;
+  if (spec.orientation != Orientation::kNone) {
+    corner->SetLayer(2);
+    AddOrientation(spec, frame, padding, layout, *corner);
+    window.AddRenderer(corner);
+  }
+  const vtkNew<vtkRenderer> words;
+  words->SetLayer(3);
+  Overlay overlay(*words, spec.height, supersampling, padding);
+  if (axes) axes->AddNumbers(overlay);
+  AddWords(spec, frame, layout, overlay);
+  window.AddRenderer(words);
+  Image image = offscreen.Draw(supersampling, padding);
+  scene->SetPass(nullptr);
+  occlusion->ReleaseGraphicsResources(&window);
+  return image;
+}
+
+void WritePicture(const PictureSpec& spec, const std::string& path) {
+  WritePng(RenderPicture(spec), path);
+}
+
+}  // namespace kerf

@@ -1,0 +1,85 @@
+#include "view/plot/label_places.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace kerf {
+namespace {
+
+// Area that a label covers of other words counts most, of marks and lines less, and far places a little.
+constexpr double kPerWords = 8;
+constexpr double kPerLine = 5;  // per pixel of line under the label
+constexpr double kPerDistance = 1.5;
+
+double Overlap(const LabelBox& a, const LabelBox& b) {
+  const double width = std::min(a.left + a.width, b.left + b.width) - std::max(a.left, b.left);
+  const double height = std::min(a.top + a.height, b.top + b.height) - std::max(a.top, b.top);
+  return width > 0 && height > 0 ? width * height : 0;
+}
+
+double Outside(const LabelBox& box, const LabelBox& frame) {
+  return box.width * box.height - Overlap(box, frame);
+}
+
+// Length of the segment in the box (after Liang and Barsky, 1984).
+double LengthInside(const OverlayPoint& a, const OverlayPoint& b, const LabelBox& box) {
+  double enter = 0;
+  double leave = 1;
+  const double dx = b.column - a.column;
+  const double dy = b.row - a.row;
+  const std::array<double, 4> p{-dx, dx, -dy, dy};
+  const std::array<double, 4> q{a.column - box.left, box.left + box.width - a.column, a.row - box.top,
+                                box.top + box.height - a.row};
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (p[i] == 0) {
+      if (q[i] < 0) return 0;
+      continue;
+    }
+    const double t = q[i] / p[i];
+    if (p[i] < 0)
+      enter = std::max(enter, t);
+    else
+      leave = std::min(leave, t);
+  }
+  return leave > enter ? (leave - enter) * std::hypot(dx, dy) : 0;
+}
+
+}  // namespace
+
+std::vector<LabelBox> PlaceLabels(const std::vector<LabelWish>& wishes, const LabelObstacles& obstacles) {
+  struct Direction {
+    double x, y;
+  };
+  // Best first: where all are equally free, a label stands above to the right.
+  constexpr std::array<Direction, 8> kDirections{
+      {{0.8, -0.8}, {0.8, 0.8}, {1, 0}, {-0.8, -0.8}, {-0.8, 0.8}, {0, -1}, {0, 1}, {-1, 0}}};
+  constexpr std::array<double, 5> kDistances{1, 1.6, 2.6, 4, 6};
+  std::vector<LabelBox> placed;
+  for (const LabelWish& wish : wishes) {
+    LabelBox best{};
+    double least = std::numeric_limits<double>::infinity();
+    double order = 0;
+    for (const double distance : kDistances) {
+      for (const Direction& direction : kDirections) {
+        const double away = wish.reach * distance;
+        const double x = wish.at.column + direction.x * away;
+        const double y = wish.at.row + direction.y * away;
+        const double share_x = direction.x > 0 ? 0 : direction.x < 0 ? 1 : 0.5;
+        const double share_y = direction.y > 0 ? 0 : direction.y < 0 ? 1 : 0.5;
+        const LabelBox box{x - share_x * wish.size.width, y - share_y * wish.size.height, wish.size.width,
+                           wish.size.height};
+        double cost = 1e-3 * order++ + kPerDistance * (away - wish.reach) + 100 * Outside(box, obstacles.frame);
+        for (const LabelBox& other : placed) cost += kPerWords * Overlap(box, other);
+        for (const LabelBox& other : obstacles.boxes) cost += kPerWords * Overlap(box, other);
+        for (const auto& [a, b] : obstacles.lines) cost += kPerLine * LengthInside(a, b, box);
+        if (cost < least) least = cost, best = box;
+      }
+    }
+    placed.push_back(best);
+  }
+  return placed;
+}
+
+}  // namespace kerf

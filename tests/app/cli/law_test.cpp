@@ -1,0 +1,132 @@
+// What is said of a force law beside its forces: by kerf check and by a run's summary.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <sstream>
+#include <string>
+
+#include "cut/force/measured.h"
+#include "support/program.h"
+
+namespace kerf {
+namespace {
+
+using test::ProgramResult;
+using testing::HasSubstr;
+using testing::Not;
+using Json = nlohmann::json;
+
+/// A slot 2 mm deep through a block, at a bite of 1 um for each 3 mm/s.
+std::string Slot(double feed_mm_per_s, const std::string& law) {
+  return "[bone]\nmodel = \"block\"\n[bone.block]\nsize_x_mm = 4.0\nsize_y_mm = 2.0\nsize_z_mm = 4.0\nvoxel_mm = 0.1\n"
+         "[[path.stroke]]\nstart_mm = [-9.0, 0.0, 9.0]\nend_mm = [9.0, 0.0, 9.0]\nfeed_mm_per_s = " +
+         std::to_string(feed_mm_per_s) + "\ndisc_normal = [0.0, 1.0, 0.0]\n[force]\nlaw = \"" + law +
+         "\"\n[output]\npictures = false\nbone = false\npieces = false\n";
+}
+
+std::size_t Columns(const std::string& row) {
+  return static_cast<std::size_t>(std::count(row.begin(), row.end(), ',')) + 1;
+}
+
+class Law : public test::ProgramTest {};
+
+TEST_F(Law, CheckSaysWhatTheLawIsGoodForAndWarnsOutside) {
+  for (const ForceLawInfo* law : ForceLaws()) {
+    Write("s.toml", Slot(6, law->name));
+    const ProgramResult text = Kerf("check s.toml");
+    EXPECT_EQ(text.code, 0) << text.err;
+    const ForceLaw preset(law->name);
+    EXPECT_THAT(text.out, HasSubstr(DescribeAccuracy(preset, DiscSaw{})));
+    EXPECT_THAT(text.out, HasSubstr(DescribeBlades(preset)));
+    EXPECT_THAT(text.out, HasSubstr(FindCaveat(*law).good_for));
+    EXPECT_THAT(text.out, HasSubstr("J/mm3 (derived from published forces at bites of 2.5 um and more, 0.83 "
+                                    "to 2.9, and doubled above)"));
+    const Json json = Json::parse(Kerf("check s.toml --json").out);
+    EXPECT_EQ(json["force"]["accuracy"], DescribeAccuracy(preset, DiscSaw{}));
+    EXPECT_EQ(json["force"]["blades"], DescribeBlades(preset));
+    EXPECT_EQ(json["force"]["good_for"], FindCaveat(*law).good_for);
+  }
+  // 10 um: by hand 84.6 N and, by 1.6, 0.25 mm and 10 um, 21.2 J/mm3.
+  Write("s.toml", Slot(30, "hertz_chip"));
+  const ProgramResult deep = Kerf("check s.toml");
+  EXPECT_THAT(deep.out, HasSubstr("at that bite 84.6 N of thrust on a tooth in cortical bone, 21.2 J/mm3; outside "
+                                  "0.8 to 6 J/mm3 (derived from published forces at bites of 2.5 um and more, 0.83 to "
+                                  "2.9, and doubled above)\n"));
+  EXPECT_THAT(deep.err, HasSubstr("warning: the bite reaches 10 um: hertz_chip holds up to about 3 um"));
+  Write("s.toml", Slot(3, "hertz_constant_bite"));
+  EXPECT_THAT(Kerf("check s.toml").err,
+              HasSubstr("warning: hertz_constant_bite gives the same force whatever the bite: "
+                        "thrust 1/122 of the measured"));
+  Write("s.toml", Slot(3, "hertz_chip"));
+  EXPECT_EQ(Kerf("check s.toml").err, "");
+}
+
+TEST_F(Law, FactorsAreOfTheScenesOwnTool) {
+  // The root of four times the radius is twice the thrust on the 22 mm disc.
+  Write("s.toml", Slot(9, "hertz_chip") + "[tool]\ndiameter_mm = 88.0\nteeth = 24\n");
+  const ProgramResult text = Kerf("check s.toml");
+  EXPECT_THAT(text.out,
+              HasSubstr("thrust 3.1 times the measured at a bite of 2.5 um, 18 times that at 10 um (88 mm disc "
+                        "with 24 teeth)"));
+  EXPECT_THAT(text.err, HasSubstr("the bite reaches 3 um: hertz_chip holds up to about 1.8 um"));
+}
+
+TEST_F(Law, RunGivesTheEnergyAndWarnsOutsideThePublishedRange) {
+  Write("s.toml", Slot(12, "hertz_chip"));
+  const ProgramResult high = Kerf("run s.toml -o out");
+  ASSERT_EQ(high.code, 0) << high.err;
+  EXPECT_THAT(high.out, HasSubstr(DescribeAccuracy(ForceLaw(), DiscSaw{})));
+  EXPECT_THAT(high.out, testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3, [0-9.]+ mJ a tooth pass; cutting "
+                                               "force = thrust / 1.6; range 0.8 to 6 J/mm3 .derived from"));
+  EXPECT_THAT(high.err, HasSubstr("kerf: warning: the specific cutting energy is "));
+  Write("s.toml", Slot(12, "edge_plus_chip"));
+  const ProgramResult within = Kerf("run s.toml -o out --json");
+  ASSERT_EQ(within.code, 0) << within.err;
+  EXPECT_THAT(within.err, Not(HasSubstr("specific cutting energy")));
+  EXPECT_TRUE(Json::parse(within.out)["cutting"]["within_published"]);
+}
+
+TEST_F(Law, SlabModeSaysThatOneToothIsThePapers) {
+  std::string scene = Slot(6, "hertz_chip") + "[simulation]\nmode = \"slab\"\n[slab]\ndirection = [0.0, 0.0, -1.0]\n";
+  scene.replace(scene.find("start_mm = [-9.0, 0.0, 9.0]"), 27, "start_mm = [0.0, 0.0, 12.0]");
+  scene.replace(scene.find("end_mm = [9.0, 0.0, 9.0]"), 24, "end_mm = [0.0, 0.0, 10.0]");
+  Write("s.toml", scene);
+  const std::string said = "one tooth alone has the force of hertz_constant_bite: thrust 1/122 of the measured";
+  EXPECT_THAT(Kerf("check s.toml").out, HasSubstr(said));
+  EXPECT_THAT(Kerf("run s.toml -o out").out, HasSubstr(said));
+}
+
+TEST_F(Law, LoopCountsTheSpindlesOwnSpeed) {
+  Write("s.toml", Slot(6, "hertz_chip"));
+  const ProgramResult loop = Kerf("loop s.toml --seconds 1 --virtual --hand H3 --do 0.001:rpm=3750 -o out --json");
+  ASSERT_EQ(loop.code, 0) << loop.err;
+  // Thrust / 1.6 times the speed of the rim, summed over the rows, a tick each.
+  std::istringstream rows(test::Slurp(folder_ / "out/forces.csv"));
+  std::string row;
+  std::getline(rows, row);
+  const std::size_t columns_before = Columns(row.substr(0, row.find("thrust_sum_N"))) - 1;
+  double thrust_Ns = 0;
+  while (std::getline(rows, row)) {
+    std::size_t at = 0;
+    for (std::size_t n = 0; n < columns_before; ++n) at = row.find(',', at) + 1;
+    thrust_Ns += 0.001 * std::stod(row.substr(at));
+  }
+  const double work_J = 1e-3 * thrust_Ns / 1.6 * std::numbers::pi * 22 * 3750 / 60;
+  ASSERT_GT(work_J, 0.1);
+  // The rows have six digits; the first tick, before the change, is twice as fast.
+  EXPECT_NEAR(Json::parse(loop.out)["cutting"]["work_J"].get<double>() / work_J, 1, 2e-3);
+}
+
+TEST_F(Law, LoopGivesThemToo) {
+  Write("s.toml", Slot(6, "hertz_chip"));
+  const ProgramResult text = Kerf("loop s.toml --seconds 1 --virtual --hand H3");
+  ASSERT_EQ(text.code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr(DescribeAccuracy(ForceLaw(), DiscSaw{})));
+  EXPECT_THAT(text.out, testing::ContainsRegex("  cutting   [0-9.]+ J, [0-9.]+ J/mm3"));
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,209 @@
+// kerf loop in the hand that holds a device: through the bridge, and through Haply's service.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "app/devices_cli/far_side.h"
+#include "device/drivers/haply_service.h"
+#include "support/running.h"
+#include "support/session_files.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+using Json = nlohmann::json;
+using test::AreSame;
+using test::At;
+using test::FarSide;
+using test::ForceRow;
+using test::GoesOn;
+using test::ProgramResult;
+using test::Running;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double kFelt_N = 0.05;
+// The disc's middle above the bar, and how far its teeth are from it.
+constexpr double kStart_mm = 6.5;
+constexpr double kGap_mm = 0.5;
+constexpr double kCut_mm = 1;
+constexpr const char* kAsked = "is there again";  // whether it may have force, after a silence of half a second
+
+class LoopInAHand : public test::ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    Write("bar.toml", test::Slurp(KERF_SOURCE_DIR "/tests/support/cut_bar.toml") + "[output]\npictures = false\n");
+  }
+  static std::string Arguments(const std::string& device) {
+    return "'" KERF_PROGRAM "' loop bar.toml --seconds 300 --json -o out --record cut.kerf --device " + device;
+  }
+  static int CountAsked(const Running& kerf) {
+    int asked = 0;
+    const std::string err = kerf.err();
+    for (std::size_t at = 0; (at = err.find(kAsked, at)) != std::string::npos; ++at) ++asked;
+    return asked;
+  }
+  /// Until it holds. A machine that stands still for long makes the program ask, and it is told to go on.
+  bool Until(Running& kerf, const std::function<bool()>& holds) {
+    return kerf.Until([&] {
+      if (const int asked = CountAsked(kerf); asked > agreed_) {
+        agreed_ = asked;
+        kerf.Type("\n");
+      }
+      return holds();
+    });
+  }
+  /// Ends it as Ctrl-C does. The tool has gone where the handle went, lowered_mm straight down, through the bone; and
+  /// the recording gives all of it again.
+  void ExpectCut(Running& kerf, double lowered_mm, double error_mm = 0) const {
+    ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
+    kerf.Signal(SIGINT);
+    ASSERT_EQ(kerf.WaitForEnd(), 0) << kerf.err();
+    const std::vector<ForceRow> rows = test::ReadForces(folder_ / "out/forces.csv");
+    // Where the machine stood still as the loop began, the handle has no place until it is read.
+    const bool at_once = !kerf.Said("does not answer");
+    const auto read = std::find_if(rows.begin(), rows.end(),
+                                   [=](const ForceRow& row) { return at_once || row.at("handle_z_mm") != 0; });
+    ASSERT_NE(read, rows.end()) << kerf.err();
+    // Places come as floats or in decimal places, and five of these are written.
+    EXPECT_NEAR(read->at("handle_z_mm"), kStart_mm, 1e-4);
+    // Nobody looks where the handle goes while the machine stands still, and the tool does not go that way.
+    const bool seen =
+        !kerf.Said("bridge: answers again") && !kerf.Said("inverse3: answers again") && CountAsked(kerf) == meant_;
+    const double end_mm = kStart_mm - lowered_mm;
+    EXPECT_GE(rows.back().at("handle_z_mm"), end_mm - 1e-4 - error_mm);
+    EXPECT_LE(rows.back().at("handle_z_mm"), seen ? end_mm + 1e-4 + error_mm : kStart_mm - kGap_mm) << kerf.err();
+    for (const ForceRow& row : rows) {
+      ASSERT_NEAR(row.at("handle_x_mm"), 0, 1e-4);
+      ASSERT_NEAR(row.at("handle_y_mm"), 0, 1e-4);
+      // The bone holds the tool back, and at no time is it far ahead of the handle.
+      ASSERT_GT(row.at("tool_z_mm"), row.at("handle_z_mm") - 0.05) << row.at("time_s");
+    }
+    EXPECT_LT(rows.back().at("tool_z_mm"), kStart_mm - kGap_mm - 0.3 * kCut_mm);
+    const Json json = Json::parse(kerf.out());
+    EXPECT_GT(json["removed_mm3"], 0.1);
+    EXPECT_GT(json["force"]["largest_N"], kFelt_N);
+    EXPECT_EQ(json["bone_hash"], Json::parse(test::Slurp(folder_ / "out/loop.json"))["bone_hash"]);
+    const ProgramResult replay = Kerf("replay cut.kerf --verify");
+    EXPECT_EQ(replay.code, 0) << replay.err;
+    EXPECT_THAT(replay.out, HasSubstr("to the bit as recorded"));
+  }
+
+  int agreed_ = 0;  // times
+  int meant_ = 0;   // that the test itself makes it ask
+};
+
+TEST_F(LoopInAHand, ThatHoldsABridgesDevice) {
+  FarSide far;
+  Running kerf(folder_, At::kKeys, Arguments("bridge --bridge " + far.where()));
+  ASSERT_TRUE(Until(kerf, [&] { return far.felt().engaged > 0; })) << kerf.err();
+  ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
+  EXPECT_EQ(far.felt().largest_N, 0.0);
+  far.Lower(kGap_mm + kCut_mm);
+  ASSERT_TRUE(Until(kerf, [&] { return far.felt().lowered_mm == kGap_mm + kCut_mm; })) << kerf.err();
+  EXPECT_TRUE(Until(kerf, [&] { return far.felt().largest_N > kFelt_N; })) << kerf.err();
+  EXPECT_THAT(kerf.err(), HasSubstr("hold the handle still in the middle"));
+  ExpectCut(kerf, kGap_mm + kCut_mm);
+  EXPECT_EQ(far.felt().now_N, 0.0);
+}
+
+TEST_F(LoopInAHand, ThatHoldsAnInverse3) {
+  const Vec3 start_m{0.01, -0.12, 0.2};
+  std::optional<test::HaplyService> service;
+  try {
+    service.emplace(test::HaplyService::Mood::kGood, false, 10001);
+  } catch (const std::exception&) {
+    GTEST_SKIP() << "another program listens at 127.0.0.1:10001, where Haply's service does";
+  }
+  Running kerf(folder_, At::kKeys, Arguments("inverse3"));
+  ASSERT_TRUE(kerf.UntilSaid("hold the handle still in the middle")) << kerf.err();
+  ASSERT_TRUE(kerf.UntilSaid("inverse3: in the hand") && GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
+  int before = service->forces();
+  double lowered_mm = 0;
+  double felt_N = 0;
+  ASSERT_TRUE(Until(kerf,
+                    [&] {
+                      // By the messages that come, and in steps that a hand makes, however late the test is; not while
+                      // the program asks.
+                      const int now = service->forces();
+                      const double step_mm = std::fmin(0.1, 0.002 * (now - std::exchange(before, now)));
+                      const std::string err = kerf.err();
+                      const std::size_t asked = err.rfind(kAsked);
+                      if (asked == std::string::npos || err.rfind("in the hand") > asked) {
+                        lowered_mm = std::fmin(lowered_mm + step_mm, kGap_mm + kCut_mm);
+                      }
+                      service->Put(start_m - Vec3{0, 0, 1e-3 * lowered_mm});
+                      felt_N = std::fmax(felt_N, glm::length(service->force_N()));
+                      return lowered_mm == kGap_mm + kCut_mm && felt_N > kFelt_N;
+                    }))
+      << felt_N << kerf.err();
+  ExpectCut(kerf, kGap_mm + kCut_mm);
+  EXPECT_EQ(service->force_N(), Vec3{0});
+}
+
+// What the driver's thread says at a stall, and that force comes back by the user's leave alone: by Enter, once asked.
+TEST_F(LoopInAHand, ThatAgreesByEnterWhenTheDeviceAnswersAgain) {
+  constexpr int kMostTries = 5;
+  std::optional<FarSide> its;
+  std::optional<Running> session;
+  std::chrono::steady_clock::time_point mute_since;
+  const auto mute_for = [&] { return std::chrono::steady_clock::now() - mute_since; };
+  const auto asked_already = [&] { return session->Said(kAsked); };
+  // Where the machine stood still for half a second before it was mute, the program has asked: then once more.
+  for (int tries = 0; tries < kMostTries && (!session || asked_already()); ++tries) {
+    session.reset();
+    its.emplace();
+    std::filesystem::remove(folder_ / "cut.kerf");
+    session.emplace(folder_, At::kKeys, Arguments("bridge --bridge " + its->where()));
+    ASSERT_TRUE(session->Until([&] { return its->felt().engaged > 0; })) << session->err();
+    ASSERT_TRUE(GoesOn(*session, folder_ / "cut.kerf")) << session->err();
+    its->Lower(kGap_mm + kCut_mm);
+    ASSERT_TRUE(session->Until([&] { return its->felt().now_N > kFelt_N || asked_already(); })) << session->err();
+
+    its->SetMute(true);
+    mute_since = std::chrono::steady_clock::now();
+    ASSERT_TRUE(session->UntilSaid("bridge: does not answer: no force")) << session->err();
+    // What it had answered before is told by then.
+    ASSERT_TRUE(session->Until([&] { return its->felt().now_N == 0 && mute_for() > std::chrono::milliseconds(300); }));
+  }
+  FarSide& far = *its;
+  Running& kerf = *session;
+  ASSERT_FALSE(kerf.Said(kAsked)) << kerf.err();
+  far.ForgetLargest();
+  kerf.Type("\n");  // nobody has asked
+  // Half a second is what the program lets pass without a question.
+  kerf.Until([&] { return mute_for() > std::chrono::seconds(1); });
+  EXPECT_FALSE(kerf.Said(kAsked));
+  far.SetMute(false);
+  ASSERT_TRUE(kerf.UntilSaid("is there again; press a button on it, or agree here, to have force again")) << kerf.err();
+  const FarSide::Felt asked = far.felt();
+  ASSERT_TRUE(kerf.Until([&] { return far.felt().commands > asked.commands + 500; }));
+  EXPECT_EQ(far.felt().engaged, asked.engaged);
+  EXPECT_EQ(far.felt().largest_N, 0.0);
+
+  agreed_ = meant_ = 1;
+  kerf.Type("\n");
+  ASSERT_TRUE(Until(kerf, [&] {
+    const std::string err = kerf.err();
+    return err.find("bridge: in the hand; the force comes on slowly", err.find(kAsked)) != std::string::npos;
+  })) << kerf.err();
+  ASSERT_TRUE(GoesOn(kerf, folder_ / "cut.kerf")) << kerf.err();
+  const double end_mm = far.felt().lowered_mm + kCut_mm;
+  far.Lower(kCut_mm);
+  EXPECT_TRUE(Until(kerf, [&] { return far.felt().largest_N > kFelt_N; })) << kerf.err();
+  ASSERT_TRUE(Until(kerf, [&] { return far.felt().lowered_mm >= end_mm; })) << kerf.err();
+  EXPECT_THAT(kerf.err(), Not(HasSubstr("is gone")));
+  ExpectCut(kerf, end_mm, FarSide::kStep_mm);  // one that it was mute about
+  EXPECT_TRUE(AreSame(kerf.Settings(), kerf.SettingsBefore()));
+}
+
+}  // namespace
+}  // namespace kerf

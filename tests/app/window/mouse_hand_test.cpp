@@ -1,0 +1,83 @@
+// The hand of somebody with a mouse.
+#include "loop/haptics/mouse_hand.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "app/window/beeper.h"
+#include "device/devices/profiles.h"
+
+namespace kerf {
+namespace {
+
+struct Rig {
+  HandTarget target;
+  SimulatedDevice device{FindDeviceProfile("omega_6"), FindHandModel("H4"), Pose{}};
+  MouseHand hand{device, target, Pose{}, Vec3{0}};
+
+  void Run(double seconds, const Vec3& f_N = Vec3{0}) {
+    for (int i = 0; i < static_cast<int>(1000 * seconds); ++i) {
+      hand.Advance(0.001);
+      device.Elapse(0.001);
+      device.Write(f_N, Vec3{0});
+    }
+  }
+};
+
+// The device's friction may hold the handle a little short: friction / stiffness of the hand.
+TEST(MouseHand, TheHandleComesToWhereTheMouseWantsItNoFasterThanAHand) {
+  Rig rig;
+  rig.target.Publish({Quat{1, 0, 0, 0}, {40, 0, 0}});
+  double fastest = 0;
+  for (int i = 0; i < 2000; ++i) {
+    rig.Run(0.001);
+    fastest = std::max(fastest, glm::length(rig.device.v_WC_mm_per_s()));
+  }
+  const double short_mm = rig.device.profile().friction_N / MouseHandParams{}.stiffness_N_per_mm;
+  EXPECT_NEAR(glm::length(rig.device.p_WC_mm() - Vec3(40, 0, 0)), 0, short_mm + 0.05);
+  // The handle swings by a spring behind what moves at that speed: never twice as fast.
+  EXPECT_LT(fastest, 2 * MouseHandParams{}.speed_mm_per_s);
+}
+
+// A spring that can't be longer than its reach: held by k x reach and no more, however far the mouse went, and let go
+// it does not fly there.
+TEST(MouseHand, HeldBackItPullsNoMoreThanItCan) {
+  Rig rig;
+  const MouseHandParams params;
+  const double most_N = params.stiffness_N_per_mm * params.reach_mm;
+  rig.target.Publish({Quat{1, 0, 0, 0}, {500, 0, 0}});
+  // A wall that pushes back with a little more than that: the handle goes back.
+  rig.Run(3, {-(most_N + 1), 0, 0});
+  const double at_mm = rig.device.p_WC_mm().x;
+  rig.Run(0.5, {-(most_N + 1), 0, 0});
+  EXPECT_LT(rig.device.p_WC_mm().x, at_mm);
+  // With a little less it goes on.
+  const double then_mm = rig.device.p_WC_mm().x;
+  rig.Run(0.5, {-(most_N - 1), 0, 0});
+  EXPECT_GT(rig.device.p_WC_mm().x, then_mm);
+}
+
+TEST(MouseHand, ATargetThatIsNoneChangesNothing) {
+  Rig rig;
+  rig.target.Publish({Quat{1, 0, 0, 0}, {std::numeric_limits<double>::quiet_NaN(), 0, 0}});
+  rig.Run(0.5);
+  EXPECT_NEAR(glm::length(rig.device.p_WC_mm()), 0, 1e-9);
+  for (const double dt_s : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), 1e9}) rig.hand.Advance(dt_s);
+  EXPECT_TRUE(std::isfinite(rig.device.p_WC_mm().x));
+}
+
+TEST(Beep, TellsFarFromNearFromBeyond) {
+  EXPECT_EQ(CalcBeep(std::nullopt).per_s, 0);
+  EXPECT_EQ(CalcBeep(10).per_s, 0);
+  EXPECT_NEAR(CalcBeep(3).per_s, 2, 1e-12);
+  EXPECT_LT(CalcBeep(2).per_s, CalcBeep(1).per_s);  // quicker the nearer
+  EXPECT_TRUE(std::isinf(CalcBeep(0).per_s));
+  EXPECT_TRUE(std::isinf(CalcBeep(-1).per_s));
+  EXPECT_GT(CalcBeep(-1).pitch_Hz, CalcBeep(0).pitch_Hz);
+  EXPECT_EQ(CalcBeep(std::numeric_limits<double>::quiet_NaN()).per_s, 0);
+}
+
+}  // namespace
+}  // namespace kerf

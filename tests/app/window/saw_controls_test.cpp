@@ -1,0 +1,101 @@
+// Keys and mouse to where the saw is wanted.
+#include "app/window/saw_controls.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace kerf {
+namespace {
+
+// The front view: right in the picture is x, up is z, into it is y. A pixel is 0.2 mm.
+const ViewBasis kFront{.right_W = {1, 0, 0}, .up_W = {0, 0, 1}, .forward_W = {0, 1, 0}, .mm_per_pixel = 0.2};
+
+WindowEvent KeyEvent(Key key, bool down = true, bool shift = false) {
+  WindowEvent event;
+  event.kind = down ? WindowEvent::Kind::kKeyDown : WindowEvent::Kind::kKeyUp;
+  event.key = key;
+  event.shift = shift;
+  return event;
+}
+
+WindowEvent MouseEvent(WindowEvent::Kind kind, double x, double y, bool shift = false, bool control = false) {
+  WindowEvent event;
+  event.kind = kind;
+  event.x = x;
+  event.y = y;
+  event.shift = shift;
+  event.control = control;
+  return event;
+}
+
+double AngleBetween(const Quat& a, const Quat& b) {
+  return 2 * std::acos(std::min(1.0, std::abs(glm::dot(a, b))));
+}
+
+TEST(SawControls, AHeldKeyMovesAtTheFeedWhateverTheFrames) {
+  for (const int frames : {10, 100, 1000}) {
+    SawControls controls(Pose{});
+    controls.set_feed_mm_per_s(3);
+    ASSERT_TRUE(controls.Take(KeyEvent(Key::kDown), kFront));
+    for (int i = 0; i < frames; ++i) controls.Advance(1.0 / frames, kFront, controls.wanted());
+    ASSERT_TRUE(controls.Take(KeyEvent(Key::kDown, false), kFront));
+    controls.Advance(1, kFront, controls.wanted());
+    EXPECT_NEAR(glm::length(controls.wanted().p_AB - Vec3(0, 0, -3)), 0, 1e-9) << frames;
+  }
+}
+
+TEST(SawControls, TheMouseDragsByWhatItGoes) {
+  SawControls controls(Pose{});
+  using Kind = WindowEvent::Kind;
+  EXPECT_FALSE(controls.Take(MouseEvent(Kind::kMouseMove, 5, 5), kFront));  // nothing is held
+  EXPECT_TRUE(controls.Take(MouseEvent(Kind::kMouseDown, 100, 100), kFront));
+  EXPECT_TRUE(controls.Take(MouseEvent(Kind::kMouseMove, 110, 95), kFront));
+  EXPECT_NEAR(glm::length(controls.wanted().p_AB - Vec3(2, 0, 1)), 0, 1e-12);
+  EXPECT_TRUE(controls.Take(MouseEvent(Kind::kMouseMove, 110, 90, true), kFront));  // Shift: into the picture
+  EXPECT_NEAR(glm::length(controls.wanted().p_AB - Vec3(2, 1, 1)), 0, 1e-12);
+  EXPECT_TRUE(controls.Take(MouseEvent(Kind::kMouseUp, 110, 90), kFront));
+  EXPECT_FALSE(controls.Take(MouseEvent(Kind::kMouseMove, 200, 90), kFront));
+}
+
+TEST(SawControls, InTheBladesPlaneNothingGoesAcrossIt) {
+  // The spindle along (1, 1, 0): the blade's plane holds z and (1, -1, 0).
+  const Vec3 spindle = glm::normalize(Vec3(1, 1, 0));
+  const Pose X{glm::angleAxis(std::acos(-1.0) / 2, glm::normalize(glm::cross(Vec3(0, 0, 1), spindle))), {0, 0, 0}};
+  ASSERT_NEAR(glm::length(X.Vector({0, 0, 1}) - spindle), 0, 1e-12);
+  SawControls controls(X);
+  controls.set_in_blade_plane(true);
+  for (const Key key : {Key::kRight, Key::kUp, Key::kPageUp, Key::kW, Key::kA, Key::kQ}) {
+    controls.Take(KeyEvent(key), kFront);
+    for (int i = 0; i < 50; ++i) controls.Advance(0.01, kFront, controls.wanted());
+    controls.Take(KeyEvent(key, false), kFront);
+  }
+  EXPECT_NEAR(glm::dot(controls.wanted().p_AB, spindle), 0, 1e-9);
+  EXPECT_NEAR(glm::length(controls.wanted().Vector({0, 0, 1}) - spindle), 0, 1e-9);
+  EXPECT_GT(glm::length(controls.wanted().p_AB), 1);              // it did move
+  EXPECT_GT(AngleBetween(controls.wanted().R_AB, X.R_AB), 0.05);  // and turn, about its spindle
+}
+
+TEST(SawControls, WhatIsWantedWaitsForASawThatIsHeldBack) {
+  SawControls controls(Pose{});
+  controls.Take(KeyEvent(Key::kRight, true, true), kFront);  // with Shift: fast
+  controls.Take(KeyEvent(Key::kQ), kFront);
+  for (int i = 0; i < 2000; ++i) controls.Advance(0.01, kFront, Pose{});  // the saw does not move
+  EXPECT_NEAR(glm::length(controls.wanted().p_AB), SawControls::kLead_mm, 0.5);
+  EXPECT_NEAR(AngleBetween(controls.wanted().R_AB, Quat{1, 0, 0, 0}), SawControls::kLead_rad, 0.05);
+  controls.Release();
+  const Vec3 before = controls.wanted().p_AB;
+  controls.Advance(1, kFront, Pose{});
+  EXPECT_NEAR(glm::length(controls.wanted().p_AB - before), 0, 0.5);
+}
+
+TEST(SawControls, LettersWithControlAreForOthers) {
+  SawControls controls(Pose{});
+  WindowEvent undo = KeyEvent(Key::kQ);
+  undo.control = true;
+  EXPECT_FALSE(controls.Take(undo, kFront));
+  EXPECT_FALSE(controls.Take(KeyEvent(Key::kZ), kFront));
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,141 @@
+#include "base/files/files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "kerf/error.h"
+#include "support/folder.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Files : public ::testing::Test {
+ protected:
+  std::string Path(const std::string& name) const { return folder_ + "/" + name; }
+  std::size_t CountFiles() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
+  test::Folder own_;
+  std::string folder_ = own_.path();
+};
+
+std::string MessageOf(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST_F(Files, ReadGivesBackWhatWasWritten) {
+  std::string all_bytes;
+  for (int i = 0; i < 300000; ++i) all_bytes.push_back(static_cast<char>(i * 7));
+  WriteTextFile(Path("a.bin"), all_bytes);
+  EXPECT_EQ(ReadTextFile(Path("a.bin")), all_bytes);
+  WriteTextFile(Path("a.bin"), "");
+  EXPECT_EQ(ReadTextFile(Path("a.bin")), "");
+  EXPECT_EQ(CountFiles(), 1u);
+}
+
+TEST_F(Files, FailedWriteLeavesTheOldFileWholeAndNothingElse) {
+  WriteTextFile(Path("a.txt"), "old");
+  EXPECT_EQ(MessageOf([&] {
+              WriteAtomically(Path("a.txt"), [](const std::string& temporary) {
+                std::ofstream(temporary) << "half";
+                throw Error("the writer failed");
+              });
+            }),
+            "the writer failed");
+  EXPECT_EQ(ReadTextFile(Path("a.txt")), "old");
+  EXPECT_EQ(CountFiles(), 1u);
+}
+
+TEST_F(Files, MessagesNameTheFileAndTheReason) {
+  EXPECT_THAT(MessageOf([&] { ReadTextFile(Path("none")); }), HasSubstr("none: there is no such file"));
+  EXPECT_THAT(MessageOf([&] { ReadTextFile(folder_); }), HasSubstr("is a folder, not a file"));
+  EXPECT_THAT(MessageOf([&] { WriteTextFile(Path("x/y.txt"), ""); }), HasSubstr("there is no folder " + Path("x")));
+  EXPECT_THAT(MessageOf([&] { WriteTextFile(folder_, ""); }), HasSubstr("it is a folder"));
+  WriteTextFile(Path("big"), std::string(2 << 20, 'x'));
+  EXPECT_THAT(MessageOf([&] { ReadTextFile(Path("big"), 1 << 20); }), HasSubstr("is larger than 1 MiB"));
+  EXPECT_THAT(MessageOf([&] { MakeFolder(Path("big")); }), HasSubstr("big: the folder can't be made"));
+}
+
+TEST_F(Files, MakeFolderMakesParentsAndMayBeRepeated) {
+  MakeFolder(Path("a/b/c"));
+  MakeFolder(Path("a/b/c"));
+  EXPECT_TRUE(fs::is_directory(Path("a/b/c")));
+}
+
+TEST_F(Files, InputsAreKnownByAnyNameAndStay) {
+  WriteTextFile(Path("in.csv"), "x");
+  MakeFolder(Path("out"));
+  fs::create_symlink("../in.csv", Path("out/table.csv"));
+  fs::create_symlink("out", Path("same"));
+  const std::string sentence = Path("in.csv") + ": is an input and would be written over by ";
+  EXPECT_EQ(MessageOf([&] {
+              CheckInputsStay({"", Path("in.csv")}, {Path("out/a"), Path("out/table.csv")});
+            }),
+            sentence + Path("out/table.csv") + "; choose another output");
+  EXPECT_EQ(MessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/../in.csv")}); }),
+            sentence + Path("out/../in.csv") + "; choose another output");
+  EXPECT_EQ(MessageOf([&] { CheckInputsStay({Path("in.csv")}, {Path("out/new.csv"), ""}); }), "no error");
+  // Neither is there yet.
+  EXPECT_TRUE(IsSameFile(Path("same/new.png"), Path("out/./new.png")));
+  EXPECT_FALSE(IsSameFile(Path("out/new.png"), Path("new.png")));
+}
+
+TEST_F(Files, TemporariesThatAreBeingWrittenCanBeRemovedAndNothingElse) {
+  WriteTextFile(Path("a.txt"), "old");
+  WriteTextFile(Path("b.txt"), "done");
+  EXPECT_THROW(WriteAtomically(Path("a.txt"),
+                               [&](const std::string& temporary) {
+                                 std::ofstream(temporary) << "half";
+                                 EXPECT_EQ(CountFiles(), 3u);
+                                 RemoveTemporaries();
+                                 EXPECT_EQ(CountFiles(), 2u);
+                               }),
+               Error);
+  EXPECT_EQ(ReadTextFile(Path("a.txt")), "old");
+  EXPECT_EQ(ReadTextFile(Path("b.txt")), "done");
+  RemoveTemporaries();
+  EXPECT_EQ(CountFiles(), 2u);
+}
+
+TEST_F(Files, AGrowingFileIsWholeOrNotThere) {
+  WriteTextFile(Path("a.csv"), "old");
+  {
+    GrowingFile file(Path("a.csv"));
+    file.Append("one,");
+    file.Append("");
+    file.Append("two");
+    EXPECT_EQ(ReadTextFile(Path("a.csv")), "old");
+    EXPECT_EQ(CountFiles(), 2u);
+    file.Commit();
+    EXPECT_EQ(ReadTextFile(Path("a.csv")), "one,two");
+    EXPECT_EQ(CountFiles(), 1u);
+  }
+  {
+    GrowingFile file(Path("a.csv"));
+    file.Append("three");
+  }
+  EXPECT_EQ(ReadTextFile(Path("a.csv")), "one,two");
+  EXPECT_EQ(CountFiles(), 1u);
+  // Its folder is taken away in the middle.
+  MakeFolder(Path("gone"));
+  GrowingFile file(Path("gone/a.csv"));
+  file.Append("x");
+  fs::remove_all(Path("gone"));
+  file.Append("y");
+  EXPECT_THAT(MessageOf([&] { file.Commit(); }), HasSubstr("gone/a.csv: can't be written: No such file"));
+  EXPECT_THAT(MessageOf([&] { GrowingFile none(Path("none/a.csv")); }), HasSubstr("there is no folder"));
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,228 @@
+#include "base/files/temporary.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <regex>
+#include <set>
+#include <vector>
+
+#include "base/files/files.h"
+#include "base/files/folder_lock.h"
+#include "support/folder.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr char kPattern[] = R"(\.bone\.kerf-[0-9a-f]{8}-[0-9a-f]{16}\.vdb)";
+
+class Temporaries : public ::testing::Test {
+ protected:
+  std::vector<std::string> Names(const std::string& folder = "") const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(own_.file(folder))) names.push_back(entry.path().filename());
+    return names;
+  }
+  /// The only name there is.
+  std::string Name() const { return Names().at(0); }
+  /// A process that has ended, and that has been waited for.
+  static pid_t DeadProcess() {
+    const pid_t child = fork();
+    if (child == 0) _exit(0);
+    waitpid(child, nullptr, 0);
+    return child;
+  }
+  test::Folder own_;
+};
+
+/// Another process that runs `work`, says that it has, and then lives until it is killed.
+class OtherProcess {
+ public:
+  explicit OtherProcess(const std::function<void()>& work) {
+    int ends[2];
+    EXPECT_EQ(pipe(ends), 0);
+    child_ = fork();
+    if (child_ == 0) {
+      work();
+      EXPECT_EQ(write(ends[1], "x", 1), 1);
+      for (;;) pause();
+    }
+    close(ends[1]);
+    char done = 0;
+    EXPECT_EQ(read(ends[0], &done, 1), 1);
+    close(ends[0]);
+  }
+  ~OtherProcess() { Kill(); }
+  void Kill() {
+    if (child_ <= 0) return;
+    kill(child_, SIGKILL);
+    waitpid(child_, nullptr, 0);
+    child_ = 0;
+  }
+
+ private:
+  pid_t child_ = 0;
+};
+
+TEST_F(Temporaries, HaveRandomNamesBesideTheirTarget) {
+  std::set<std::string> names;
+  for (int i = 0; i < 100; ++i) {
+    const Temporary temporary(own_.file("bone.vdb"));
+    EXPECT_TRUE(std::regex_match(Name(), std::regex(kPattern))) << Name();
+    names.insert(Name());
+  }
+  EXPECT_EQ(names.size(), 100u);
+  EXPECT_THAT(Names(), IsEmpty());
+}
+
+TEST_F(Temporaries, OfALongNameFit) {
+  const std::string longest(251, 'n');
+  WriteTextFile(own_.file(longest + ".csv"), "x");
+  EXPECT_EQ(Name(), longest + ".csv");
+  EXPECT_THAT(test::MessageOf([&] { WriteTextFile(own_.file("n" + longest + ".csv"), "x"); }),
+              HasSubstr("can't be written: File name too long"));
+}
+
+// The writer is given a name that leads to the file itself; what others put in the place of its name stays out of it.
+TEST_F(Temporaries, ALinkInTheirPlaceRedirectsNothing) {
+  test::WriteBytes(own_.file("victim"), "untouched");
+  fs::create_directory(own_.file("out"));
+  const std::string message = test::MessageOf([&] {
+    WriteAtomically(own_.file("out/a.csv"), [&](const std::string& temporary) {
+      const std::string name = own_.file("out/" + Names("out").at(0));
+      fs::remove(name);
+      fs::create_symlink("../victim", name);
+      test::WriteBytes(temporary, "secret");
+    });
+  });
+  EXPECT_THAT(message, HasSubstr("another program has put a file in the place of its temporary"));
+  EXPECT_EQ(test::ReadBytes(own_.file("victim")), "untouched");
+  EXPECT_THAT(Names("out"), IsEmpty());
+}
+
+// What the earlier version would have opened, for each number of a process.
+TEST_F(Temporaries, PlantedLinksOfPredictableNamesAreNotFollowed) {
+  test::WriteBytes(own_.file("victim"), "untouched");
+  fs::create_directory(own_.file("out"));
+  for (int i = 0; i < 50; ++i) {
+    fs::create_symlink("../victim", own_.file(fmt::format("out/.forces.{}-{}.csv", getpid(), i)));
+  }
+  WriteTextFile(own_.file("out/forces.csv"), "rows");
+  EXPECT_EQ(test::ReadBytes(own_.file("victim")), "untouched");
+  EXPECT_EQ(test::ReadBytes(own_.file("out/forces.csv")), "rows");
+  EXPECT_EQ(Names("out").size(), 51u);
+}
+
+TEST_F(Temporaries, KeepTheEarlierFilesPermissions) {
+  WriteTextFile(own_.file("a.csv"), "old");
+  fs::permissions(own_.file("a.csv"), fs::perms::owner_read | fs::perms::owner_write);
+  GrowingFile file(own_.file("a.csv"));
+  for (const std::string& name : Names()) {
+    EXPECT_EQ(fs::status(own_.file(name)).permissions(), fs::perms::owner_read | fs::perms::owner_write) << name;
+  }
+  file.Commit();
+  EXPECT_EQ(fs::status(own_.file("a.csv")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+}
+
+TEST_F(Temporaries, OfAKilledProgramGoWhenTheFolderIsWrittenToAgain) {
+  OtherProcess other([&] {
+    auto* left = new Temporary(own_.file("forces.csv"));
+    test::WriteBytes(left->path_to_write(), "half");
+  });
+  EXPECT_EQ(Names().size(), 1u);
+  fs::create_directory_symlink(".", own_.file("same"));  // a second name, as each folder is searched once
+  WriteTextFile(own_.file("living.csv"), "x");
+  EXPECT_EQ(Names().size(), 3u) << "the owner lives";
+  other.Kill();
+  WriteTextFile(own_.file("same/dead.csv"), "x");
+  EXPECT_THAT(Names(), testing::UnorderedElementsAre("living.csv", "dead.csv", "same"));
+}
+
+TEST_F(Temporaries, OfOthersStay) {
+  const std::string name = ".a\nb.kerf-0123abcd-0123456789abcdef.csv";  // a name may have a line break
+  // Not the form: too short, no hexadecimal number, not hidden.
+  const std::vector<std::string> foreign = {".a.kerf-0123abcd-0123456789abcde.csv",
+                                            ".a.kerf-0123abcd-0123456789abcdeg.csv",
+                                            "a.kerf-0123abcd-0123456789abcdef.csv", ".a.csv"};
+  for (const std::string& file : foreign) test::WriteBytes(own_.file(file), "x");
+  // The form, but a folder, a link, and a file with a second name.
+  fs::create_directory(own_.file(".f.kerf-0123abcd-0123456789abcdef.csv"));
+  fs::create_symlink("a.csv", own_.file(".l.kerf-0123abcd-0123456789abcdef.csv"));
+  test::WriteBytes(own_.file("two"), "x");
+  fs::create_hard_link(own_.file("two"), own_.file(".h.kerf-0123abcd-0123456789abcdef.csv"));
+  const std::size_t before = Names().size();
+  test::WriteBytes(own_.file(name), "left");
+  SweepLeftovers(own_.file("any.csv"));
+  EXPECT_EQ(Names().size(), before);
+  EXPECT_FALSE(fs::exists(own_.file(name)));
+}
+
+TEST_F(Temporaries, OfAnEarlierVersionGoWhenTheirProcessIsDead) {
+  const pid_t dead = DeadProcess();
+  const std::string left = fmt::format(".forces.{}-0.csv", dead);
+  const std::string open_elsewhere = fmt::format(".forces.{}-1.csv", dead);
+  const std::string living = fmt::format(".forces.{}-0.csv", getpid());
+  const std::string other_target = fmt::format(".bone.{}-0.vdb", dead);
+  const std::string diary = fmt::format(".diary.{}-11.csv", dead);  // not of a target
+  for (const std::string& name : {left, open_elsewhere, living, other_target, diary}) {
+    test::WriteBytes(own_.file(name), "half");
+  }
+  // A process of another container has no number here, but it has the file open.
+  const int held = open(own_.file(open_elsewhere).c_str(), O_WRONLY | O_CLOEXEC);
+  SweepLeftovers(own_.file("forces.csv"));
+  EXPECT_THAT(Names(), testing::UnorderedElementsAre(open_elsewhere, living, other_target, diary));
+  SweepLeftovers(own_.file("bone.vdb"));
+  EXPECT_THAT(Names(), testing::UnorderedElementsAre(open_elsewhere, living, diary));
+  close(held);
+}
+
+TEST_F(Temporaries, AFolderOfItsOwnGoesWithAllThatIsInIt) {
+  std::string path;
+  {
+    const TemporaryFolder folder("kerf_test");
+    path = folder.path();
+    EXPECT_EQ(fs::status(path).permissions(), fs::perms::owner_all);
+    test::WriteBytes(path + "/a", "x");
+    EXPECT_NE(TemporaryFolder("kerf_test").path(), path);
+  }
+  EXPECT_FALSE(fs::exists(path));
+}
+
+TEST_F(Temporaries, AFolderIsHeldByOneProgramUntilItEndsOrIsKilled) {
+  const std::string folder = own_.file("a/b");
+  const std::string refusal = folder + ": another kerf is writing results into this folder";
+  const auto lock = [&] { const FolderLock one(folder); };
+  {
+    const FolderLock held(folder);
+    EXPECT_THAT(test::MessageOf(lock), HasSubstr(refusal));
+    const FolderLock beside(own_.file("a"));
+    // A reader and a writer that know of no lock are not kept out, and no file is left for one.
+    test::WriteBytes(folder + "/x", "x");
+    EXPECT_EQ(ReadTextFile(folder + "/x"), "x");
+    EXPECT_EQ(Names("a/b"), std::vector<std::string>{"x"});
+  }
+  EXPECT_EQ(test::MessageOf(lock), "");
+  OtherProcess other([&] { new FolderLock(folder); });
+  EXPECT_THAT(test::MessageOf(lock), HasSubstr(refusal));
+  other.Kill();
+  EXPECT_EQ(test::MessageOf(lock), "");
+  fs::create_directory_symlink("a", own_.file("link"));
+  const FolderLock held(own_.file("link/b"));
+  EXPECT_THAT(test::MessageOf(lock), HasSubstr(refusal)) << "by another name";
+}
+
+}  // namespace
+}  // namespace kerf

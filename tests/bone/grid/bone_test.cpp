@@ -1,0 +1,261 @@
+#include "kerf/bone.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "bone/grid/build.h"
+#include "bone/grid/cell_volume.h"
+#include "bone/grid/surface.h"
+#include "kerf/error.h"
+#include "support/solids.h"
+
+namespace kerf {
+namespace {
+
+using test::MakeBox;
+using test::MakeSphere;
+
+constexpr double kPi = 3.14159265358979323846;
+
+double SphereVolume(double r) {
+  return 4.0 / 3.0 * kPi * r * r * r;
+}
+
+TEST(CellVolume, NegativeShareOfATetrahedronMatchesMonteCarlo) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> corner(-1, 1);
+  std::exponential_distribution<double> exponential;
+  for (int n = 0; n < 40; ++n) {
+    const double f[4] = {corner(random), corner(random), corner(random), corner(random)};
+    int inside = 0;
+    constexpr int kSamples = 40000;
+    for (int i = 0; i < kSamples; ++i) {
+      double w[4];
+      double sum = 0;
+      for (double& x : w) sum += x = exponential(random);  // uniform barycentric coordinates
+      double value = 0;
+      for (int k = 0; k < 4; ++k) value += w[k] / sum * f[k];
+      inside += value < 0 ? 1 : 0;
+    }
+    // Four standard deviations of the estimate: 4 * sqrt(1/4 / 40000) = 0.01.
+    EXPECT_NEAR(CalcNegativeShare(f[0], f[1], f[2], f[3]), static_cast<double>(inside) / kSamples, 0.01);
+  }
+}
+
+TEST(CellVolume, PlaneThroughACellIsExact) {
+  // Plane z = c through the unit cell: the share below it is c.
+  for (const double c : {0.1, 0.25, 0.5, 0.9}) {
+    std::array<float, 8> v{};
+    for (int i = 0; i < 8; ++i) v[i] = static_cast<float>((i & 1) - c);
+    EXPECT_NEAR(CalcCellShare(v), c, 1e-7);
+  }
+  // Plane x + y + z = 1 cuts off a corner of volume 1/6.
+  std::array<float, 8> v{};
+  for (int i = 0; i < 8; ++i) v[i] = static_cast<float>(((i >> 2) & 1) + ((i >> 1) & 1) + (i & 1) - 1);
+  EXPECT_NEAR(CalcCellShare(v), 1.0 / 6, 1e-7);
+}
+
+TEST(Bone, VolumeOfASphereConvergesWithSecondOrder) {
+  const Vec3 centre(0.03, -0.07, 0.11);
+  double error[3];
+  const double voxels[3] = {0.8, 0.4, 0.2};
+  for (int i = 0; i < 3; ++i) {
+    error[i] = std::abs(MakeSphere(centre, 5, voxels[i]).CalcVolume() / SphereVolume(5) - 1);
+  }
+  EXPECT_LT(error[2], 1e-3);  // h^2 / R^2 = 1.6e-3 is the size of the chord error
+  EXPECT_GT(std::log2(error[0] / error[1]), 1.8);
+  EXPECT_GT(std::log2(error[1] / error[2]), 1.8);
+}
+
+TEST(Bone, BoxVolumeIsExactInAnyPoseUpToItsEdges) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int n = 0; n < 8; ++n) {
+    Pose X_WB;
+    if (n > 0) X_WB.R_AB = glm::normalize(Quat(normal(random), normal(random), normal(random), normal(random)));
+    X_WB.p_AB = Vec3(normal(random), normal(random), normal(random));
+    const Bone bone = MakeBox(X_WB, {10, 8, 6}, 0.2);
+    // Faces are exact; the 96 mm of edges lose at most about h^2 / 4 of cross-section each: 0.96 of 480 mm^3.
+    EXPECT_NEAR(bone.CalcVolume(), 480, 0.96);
+  }
+}
+
+TEST(Bone, FieldThatIsNoDistanceGivesTheSameSurfaceAndADistance) {
+  SolidField field = test::SphereField({0, 0, 0}, 5);
+  const auto distance = field.value;
+  field.value = [distance](const Vec3& p) { return 300 * std::tanh(distance(p)) * (1 + 0.2 * p.x / 5); };
+  field.is_distance = false;
+  const Bone bone = MakeBone(field, Box3{Vec3(-6.5), Vec3(6.5)}, {0.2, 0.2, {}}, test::OneRegionTable());
+  EXPECT_NEAR(bone.CalcVolume() / SphereVolume(5), 1, 2e-3);
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (int n = 0; n < 500; ++n) {
+    const Vec3 direction = glm::normalize(Vec3(normal(random), normal(random), normal(random)));
+    for (const double d : {-0.4, -0.2, 0.0, 0.2, 0.4}) {
+      // First-order sweeping: up to a fifth of a voxel at two voxels from the surface, a tenth on it.
+      EXPECT_NEAR(bone.SignedDistance((5 + d) * direction), d, d == 0 ? 0.02 : 0.05);
+    }
+  }
+}
+
+TEST(Bone, BoundsAreSubVoxel) {
+  const Bone bone = MakeSphere({0.03, -0.07, 0.11}, 5, 0.4);
+  const Box3 box = bone.CalcBounds();
+  // A voxel line misses the pole by up to h / sqrt(2), so its crossing lies up to h^2 / (4 R) inside: 0.008 mm.
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(box.lower[axis], Vec3(0.03, -0.07, 0.11)[axis] - 5, 0.01);
+    EXPECT_NEAR(box.upper[axis], Vec3(0.03, -0.07, 0.11)[axis] + 5, 0.01);
+  }
+}
+
+TEST(Bone, RegionVolumesSumToTheVolumeAndFollowTheRegions) {
+  SolidField field = test::SphereField({0, 0, 0}, 5);
+  field.region = [](const Vec3& p) { return p.z > 0.1 ? 1 : 2; };
+  MaterialTable table = test::OneRegionTable(1);
+  table.Add({2, "lower", Tissue::kCancellous, 500, 0.3, true, "test"});
+  for (const double region_voxel : {0.1, 0.2, 0.4}) {
+    const Bone bone = MakeBone(field, Box3{Vec3(-6), Vec3(6)}, {0.2, region_voxel, {}}, table);
+    const auto volumes = bone.CalcRegionVolumes();
+    EXPECT_EQ(volumes.count(0), 0u) << region_voxel;  // every part of the bone has material
+    EXPECT_NEAR(volumes.at(1) + volumes.at(2), bone.CalcVolume(), 1e-9 * bone.CalcVolume());
+    // The border is off by at most half a region voxel and half a cell, over the great circle.
+    const double above = SphereVolume(5) / 2 - kPi * 25 * 0.1;
+    EXPECT_NEAR(volumes.at(1), above, kPi * 25 * (0.5 * region_voxel + 0.5 * 0.2));
+  }
+}
+
+TEST(Bone, CopyIsDeepAndHashFollowsTheContent) {
+  const Bone a = MakeSphere({0, 0, 0}, 3, 0.2);
+  Bone b = a;
+  EXPECT_EQ(a.CalcHash(), b.CalcHash());
+  SetRegions(
+      b, [](const Vec3& p) { return p.x > 0 ? 24 : 0; }, 0.2);
+  EXPECT_NE(a.CalcHash(), b.CalcHash());
+  EXPECT_EQ(a.CalcHash(), MakeSphere({0, 0, 0}, 3, 0.2).CalcHash());
+  EXPECT_NE(a.CalcHash(), MakeSphere({0, 0, 1e-4}, 3, 0.2).CalcHash());
+}
+
+TEST(Bone, MoreMemoryThanThereIsIsRefused) {
+  SolidField ball;
+  ball.value = [](const Vec3& p) { return glm::length(p) - 10; };
+  ball.classify = ClassifyByDistance(ball.value);
+  ball.region = [](const Vec3&) { return 24; };
+  BuildOptions options;
+  options.voxel_mm = options.region_voxel_mm = 0.2;
+  const Box3 box{Vec3(-12), Vec3(12)};
+  EXPECT_FALSE(MakeBone(ball, box, options, MaterialTable()).empty());
+  options.most_bytes = 1e6;
+  try {
+    MakeBone(ball, box, options, MaterialTable());
+    ADD_FAILURE() << "no error";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("needs more than 1.1 MB of memory and 1.0 MB are free; use larger voxels"),
+              std::string::npos)
+        << e.what();
+  }
+}
+
+TEST(Bone, NothingInsideIsAnError) {
+  EXPECT_THROW(MakeSphere({0, 0, 0}, -1, 0.2), Error);
+  EXPECT_THROW(MakeSphere({0, 0, 0}, 1, 0.001), Error);
+}
+
+TEST(Surface, IsClosedOutwardAndEnclosesTheVolume) {
+  const Bone bone = MakeSphere({1, 2, 3}, 5, 0.2);
+  const TriangleMesh mesh = ExtractSurface(bone);
+  EXPECT_EQ(CountOpenEdges(mesh), 0u);
+  // The mesh joins averaged crossings, which cuts convex surfaces by the order of h^2 / R^2.
+  EXPECT_NEAR(CalcEnclosedVolume(mesh) / SphereVolume(5), 1, 3e-3);
+}
+
+TEST(Surface, MeshGoesToABoneAndBack) {
+  const TriangleMesh mesh = ExtractSurface(MakeSphere({1, 2, 3}, 5, 0.2));
+  const Bone bone = MakeBoneFromMesh(
+      mesh, [](const Vec3&) { return 24; }, {0.2, 0.2, {}}, test::OneRegionTable());
+  EXPECT_NEAR(bone.CalcVolume() / CalcEnclosedVolume(mesh), 1, 2e-3);
+  EXPECT_NEAR(bone.SignedDistance({1, 2, 3 + 5.2}), 0.2, 0.02);
+  EXPECT_EQ(bone.RegionAt({1, 2, 3}), 24);
+}
+
+TEST(Surface, OpenMeshIsRefused) {
+  TriangleMesh mesh = ExtractSurface(MakeSphere({0, 0, 0}, 2, 0.4));
+  mesh.triangles.pop_back();
+  try {
+    MakeBoneFromMesh(
+        mesh, [](const Vec3&) { return 24; }, {0.2, 0.2, {}}, test::OneRegionTable());
+    FAIL() << "an open mesh was accepted";
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "the surface is not closed: 3 of its edges do not join exactly two triangles");
+  }
+}
+
+TEST(Pieces, ThreeSpheresAreThreePiecesWithTheirVolumes) {
+  SolidField field;
+  const auto sphere = [](const Vec3& p, const Vec3& c, double r) { return glm::length(p - c) - r; };
+  field.value = [=](const Vec3& p) {
+    return std::min({sphere(p, {0, 0, 0}, 3), sphere(p, {7, 0, 0}, 2), sphere(p, {0, 5, 0}, 1)});
+  };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3&) { return 24; };
+  const Bone bone = MakeBone(field, Box3{Vec3(-5), Vec3(11)}, {0.2, 0.2, {}}, test::OneRegionTable());
+  const Pieces split = SplitPieces(bone);
+  ASSERT_EQ(split.pieces.size(), 3u);
+  const double radii[3] = {3, 2, 1};
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(split.pieces[i].CalcVolume() / SphereVolume(radii[i]), 1,
+                0.03);  // chords: about (h / R)^2 / 2 = 0.02 at the smallest
+    EXPECT_EQ(CountOpenEdges(ExtractSurface(split.pieces[i])), 0u);
+    sum += split.pieces[i].CalcVolume();
+  }
+  EXPECT_NEAR(sum, bone.CalcVolume(), 1e-9 * sum);
+  const Pieces coarse = SplitPieces(bone, 10);
+  EXPECT_EQ(coarse.pieces.size(), 2u);
+  EXPECT_EQ(coarse.dust_count, 1u);
+}
+
+TEST(Pieces, SlotOneVoxelWideSeparatesInAnyOrientation) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (int n = 0; n < 10; ++n) {
+    const Vec3 direction = glm::normalize(Vec3(normal(random), normal(random), normal(random)));
+    SolidField field;
+    field.value = [=](const Vec3& p) {
+      return std::max(glm::length(p) - 4, 0.125 - std::abs(glm::dot(p, direction) - 0.02));
+    };
+    field.classify = [](const Vec3& c, double r) {
+      return glm::length(c) - r > 4 ? BlockClass::kOutside : BlockClass::kMixed;
+    };
+    field.region = [](const Vec3&) { return 24; };
+    // 0.25 mm slot in 0.2 mm voxels: no two voxels that share a face lie on its two sides.
+    const Bone bone = MakeBone(field, Box3{Vec3(-5.5), Vec3(5.5)}, {0.2, 0.2, {}}, test::OneRegionTable());
+    EXPECT_EQ(SplitPieces(bone).pieces.size(), 2u);
+  }
+}
+
+TEST(Bone, ModulusIsInterpolatedBetweenRegionVoxelsAndNothingWhereNoneIs) {
+  // Two halves that meet at x = 0.05, midway between two layers of region voxels 0.1 mm apart.
+  SolidField field;
+  field.value = [](const Vec3& p) { return test::BoxDistance(p, Vec3(3, 2, 2)); };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3& p) { return p.x < 0.05 ? 24 : 32; };
+  MaterialTable table = test::OneRegionTable(24, 20000, 0.2);
+  table.Add({32, "soft", Tissue::kCancellous, 1000, 0.4, true, "test"});
+  const Bone bone = MakeBone(field, Box3{Vec3(-4, -3, -3), Vec3(4, 3, 3)}, {0.1, 0.1, {}}, table);
+  EXPECT_DOUBLE_EQ(bone.ModulusAt({-1, 0.03, 0.02}), 20000);
+  EXPECT_DOUBLE_EQ(bone.PoissonRatioAt({-1, 0.03, 0.02}), 0.2);
+  EXPECT_DOUBLE_EQ(bone.ModulusAt({1, 0.03, 0.02}), 1000);
+  // Linear from 20000 at x = 0 to 1000 at x = 0.1; nu likewise. Rounding only.
+  for (const double t : {0.0, 0.25, 0.5, 0.9, 1.0}) {
+    EXPECT_NEAR(bone.ModulusAt({0.1 * t, 0.03, 0.02}), 20000 - 19000 * t, 1e-8);
+    EXPECT_NEAR(bone.PoissonRatioAt({0.1 * t, 0.03, 0.02}), 0.2 + 0.2 * t, 1e-12);
+  }
+  // Regions reach a little beyond the surface, so a point on it has the whole modulus; one far out has none.
+  EXPECT_DOUBLE_EQ(bone.ModulusAt({3, 0.03, 0.02}), 1000);
+  EXPECT_EQ(bone.ModulusAt({5, 0, 0}), 0);
+  EXPECT_EQ(bone.PoissonRatioAt({5, 0, 0}), 0);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,39 @@
+#include "bone/grid/crop.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "support/solids.h"
+
+namespace kerf {
+namespace {
+
+TEST(CropBone, KeepsWhatIsInTheBoxToTheBitAndIsAirBeyond) {
+  const Bone bone = test::MakeSphere({0, 0, 0}, 8, 0.2);
+  const Box3 box{{-2, -3, 1}, {5, 20, 30}};
+  const Bone part = CropBone(bone, box);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int i = 0; i < 2000; ++i) {
+    // A voxel inside the box: the interpolation's neighbours are in it too.
+    const Vec3 in =
+        box.lower + Vec3(0.2) + Vec3(share(random), share(random), share(random)) * (box.size() - Vec3(0.4));
+    EXPECT_EQ(part.SignedDistance(in), bone.SignedDistance(in));
+    EXPECT_EQ(part.ModulusAt(in), bone.ModulusAt(in));
+  }
+  // A leaf of 8 voxels away from the box.
+  EXPECT_GT(bone.band_mm(), 0);
+  EXPECT_LT(bone.SignedDistance({-4, 0, 4}), 0);
+  EXPECT_NEAR(part.SignedDistance({-4, 0, 4}), part.band_mm(), 1e-6);
+  EXPECT_LT(part.CalcVolume(), bone.CalcVolume());
+}
+
+TEST(CropBone, IsTheBoneItselfInALargeBox) {
+  const Bone bone = test::MakeSphere({1, 2, 3}, 4, 0.25);
+  EXPECT_EQ(CropBone(bone, Box3{{-10, -10, -10}, {10, 10, 10}}).CalcHash(), bone.CalcHash());
+  EXPECT_EQ(CropBone(bone, Box3{}).CalcHash(), bone.CalcHash());
+}
+
+}  // namespace
+}  // namespace kerf

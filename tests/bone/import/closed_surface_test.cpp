@@ -1,0 +1,307 @@
+// Surfaces with inner shells, faults and units of their own.
+#include "bone/import/closed_surface.h"
+
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "bone/grid/surface.h"
+#include "bone/import/import.h"
+#include "bone/import/mesh_units.h"
+#include "bone/mesh/meshfile.h"
+#include "ct_files.h"
+
+namespace kerf {
+namespace {
+
+using test::Folder;
+using test::MessageOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+void AddBox(TriangleMesh& mesh, double edge_mm, bool inward, const Vec3& centre = Vec3(0)) {
+  constexpr std::array<std::array<std::uint32_t, 3>, 12> kTriangles{{{0, 2, 3},
+                                                                     {0, 3, 1},
+                                                                     {4, 5, 7},
+                                                                     {4, 7, 6},
+                                                                     {0, 1, 5},
+                                                                     {0, 5, 4},
+                                                                     {2, 6, 7},
+                                                                     {2, 7, 3},
+                                                                     {0, 4, 6},
+                                                                     {0, 6, 2},
+                                                                     {1, 3, 7},
+                                                                     {1, 7, 5}}};
+  const auto first = static_cast<std::uint32_t>(mesh.points.size());
+  for (int c = 0; c < 8; ++c) {
+    mesh.points.push_back(centre +
+                          0.5 * edge_mm * Vec3((c & 1) != 0 ? 1 : -1, (c & 2) != 0 ? 1 : -1, (c & 4) != 0 ? 1 : -1));
+  }
+  for (const auto& t : kTriangles) {
+    mesh.triangles.push_back({first + t[0], first + t[inward ? 2 : 1], first + t[inward ? 1 : 2]});
+  }
+}
+
+// Boxes about one centre, each with its edge and whether it faces inward.
+TriangleMesh Boxes(const std::vector<std::pair<double, bool>>& boxes) {
+  TriangleMesh mesh;
+  for (const auto& [edge_mm, inward] : boxes) AddBox(mesh, edge_mm, inward);
+  return mesh;
+}
+
+ImportOptions Coarse() {
+  ImportOptions options;
+  options.voxel_mm = 0.5;
+  return options;
+}
+
+// Imported, its volume in mm^3. Level sets chamfer edges by a small part of a voxel: 0.1 % of these volumes.
+double ImportVolume(const TriangleMesh& mesh, const ImportOptions& options, ImportReport* report = nullptr) {
+  const Folder folder;
+  WriteMesh(mesh, folder.file("a.stl"));
+  const ImportResult result = Import(folder.file("a.stl"), options);
+  if (report != nullptr) *report = result.report;
+  return result.report.solid_mm3;
+}
+
+TEST(HollowSurface, IsHollowWhereTheInnerShellFacesTheOtherWay) {
+  ImportReport report;
+  EXPECT_NEAR(ImportVolume(Boxes({{30, false}, {10, true}}), Coarse(), &report), 26000, 26);
+  EXPECT_EQ(report.surface.shells, 2u);
+  EXPECT_EQ(report.surface.hollow_shells, 1u);
+  EXPECT_NEAR(report.surface.hollow_mm3, 1000, 1e-6);
+  EXPECT_EQ(report.surface.how, "2 shells; 1 inner shell left hollow (1.00 cm3 in all), because it faces inward");
+  EXPECT_THAT(report.surface.repairs, IsEmpty());
+  // All of it turned inside out says the same.
+  EXPECT_NEAR(ImportVolume(Boxes({{30, true}, {10, false}}), Coarse()), 26000, 26);
+  // Bone within the hollow is bone.
+  EXPECT_NEAR(ImportVolume(Boxes({{30, false}, {20, true}, {10, false}}), Coarse()), 20000, 20);
+}
+
+TEST(HollowSurface, AnInnerShellThatFacesOutwardIsSolidUnlessNoFillAsksOtherwise) {
+  const TriangleMesh mesh = Boxes({{30, false}, {10, false}});
+  ImportReport report;
+  EXPECT_NEAR(ImportVolume(mesh, Coarse(), &report), 27000, 27);
+  EXPECT_EQ(report.surface.how,
+            "2 shells; 1 inner shell filled, because it faces outward (--no-fill leaves it hollow)");
+  ImportOptions options = Coarse();
+  options.fill = false;
+  EXPECT_NEAR(ImportVolume(mesh, options, &report), 26000, 26);
+  EXPECT_EQ(report.surface.how, "2 shells; 1 inner shell left hollow (1.00 cm3 in all), because --no-fill asks for it");
+}
+
+TEST(HollowSurface, NotesAndRegionsFollow) {
+  const Folder folder;
+  WriteMesh(Boxes({{30, false}, {10, true}}), folder.file("a.stl"));
+  const ImportResult result = Import(folder.file("a.stl"), Coarse());
+  EXPECT_THAT(result.bone.notes().at("import_shells"), HasSubstr("1 inner shell left hollow"));
+  EXPECT_EQ(result.bone.notes().at("import_units"), "mm");
+  EXPECT_GT(result.bone.SignedDistance({0, 0, 0}), 0);
+  EXPECT_LT(result.bone.SignedDistance({0, 0, 10}), 0);
+  EXPECT_EQ(result.bone.RegionAt({0, 0, 5.5}), 1);  // cortex lines the hollow too
+  EXPECT_EQ(result.bone.RegionAt({0, 0, 10}), 32);
+}
+
+// Chains of boxes within boxes side by side, each facing either way: one that faces as the one around it changes
+// nothing.
+TEST(HollowSurface, LayersFollowChainsOfShells) {
+  std::mt19937 random(21);
+  for (int trial = 0; trial < 20; ++trial) {
+    TriangleMesh mesh;
+    std::vector<std::size_t> shells_of(5, 0);  // by layer
+    double hollow_mm3 = 0;
+    for (int cell = 0; cell < 8; ++cell) {
+      const Vec3 centre(40 * (cell & 1), 40 * (cell >> 1 & 1), 40 * (cell >> 2));
+      const int boxes = 1 + static_cast<int>(random() % 5);
+      bool before = false;
+      std::size_t layer = 0;
+      for (int n = 0; n < boxes; ++n) {
+        const double edge_mm = 30 - 6 * n;
+        const bool inward = random() % 2 == 1;
+        AddBox(mesh, edge_mm, inward, centre);
+        if (n > 0 && inward != before) {
+          ++layer;
+          hollow_mm3 += (layer % 2 == 1 ? 1 : -1) * std::pow(edge_mm, 3);
+        }
+        ++shells_of[layer];
+        before = inward;
+      }
+    }
+    const ClosedSurface closed = CloseSurface(mesh, false, "a.stl");
+    EXPECT_NEAR(closed.report.hollow_mm3, hollow_mm3, 1e-6);
+    for (std::size_t n = 0; n < shells_of.size(); ++n) {
+      const std::size_t triangles = n < closed.layers.size() ? closed.layers[n].triangles.size() : 0;
+      EXPECT_EQ(triangles, 12 * shells_of[n]) << n;
+    }
+  }
+}
+
+TriangleMesh Jittered(double by_mm) {
+  const TriangleMesh box = Boxes({{30, false}});
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> jitter(-by_mm, by_mm);
+  TriangleMesh soup;
+  for (const auto& t : box.triangles) {
+    for (const std::uint32_t p : t) {
+      soup.points.push_back(box.points[p] + Vec3(jitter(random), jitter(random), jitter(random)));
+    }
+    const auto end = static_cast<std::uint32_t>(soup.points.size());
+    soup.triangles.push_back({end - 3, end - 2, end - 1});
+  }
+  return soup;
+}
+
+TEST(FaultySurface, TrianglesThatAreNotJoinedAreWeldedWithinTheTolerance) {
+  ImportReport report;
+  // The furthest that two copies of a corner may lie apart is 2 * sqrt(3) * 0.002 = 0.007 mm.
+  EXPECT_NEAR(ImportVolume(Jittered(0.002), Coarse(), &report), 27000, 27);
+  EXPECT_THAT(report.surface.repairs,
+              ElementsAre("28 points lay nearer than 0.01 mm to another and were welded to it"));
+  EXPECT_THAT(MessageOf([&] { ImportVolume(Jittered(0.02), Coarse()); }),
+              HasSubstr("36 of its edges belong to one triangle only, because the triangles are not joined: corners "
+                        "that should coincide lie up to 0.1 mm apart, and kerf welds what is nearer than 0.01 mm"));
+}
+
+TEST(FaultySurface, DoubledTrianglesAreLeftOutOnce) {
+  TriangleMesh mesh = Boxes({{30, false}});
+  const std::vector<std::array<std::uint32_t, 3>> all = mesh.triangles;
+  mesh.triangles.insert(mesh.triangles.end(), all.begin(), all.begin() + 4);
+  ImportReport report;
+  EXPECT_NEAR(ImportVolume(mesh, Coarse(), &report), 27000, 27);
+  EXPECT_THAT(report.surface.repairs, ElementsAre("4 triangles were in the file more than once and were left out"));
+  mesh.triangles = all;
+  for (const auto& t : all) mesh.triangles.push_back({t[0], t[2], t[1]});  // both sides of each
+  EXPECT_NEAR(ImportVolume(mesh, Coarse(), &report), 27000, 27);
+  EXPECT_THAT(report.surface.repairs, ElementsAre("12 triangles were in the file more than once and were left out"));
+}
+
+TEST(FaultySurface, FlippedTrianglesAreTurned) {
+  TriangleMesh mesh = Boxes({{30, false}, {10, true}});
+  std::swap(mesh.triangles[3][0], mesh.triangles[3][1]);
+  std::swap(mesh.triangles[7][0], mesh.triangles[7][1]);
+  std::swap(mesh.triangles[20][0], mesh.triangles[20][1]);
+  ImportReport report;
+  EXPECT_NEAR(ImportVolume(mesh, Coarse(), &report), 26000, 26);
+  EXPECT_THAT(report.surface.repairs,
+              ElementsAre("3 triangles faced the other way than most of their shell and were turned"));
+}
+
+TEST(FaultySurface, WhatCannotBeRepairedIsNamed) {
+  TriangleMesh hole = Boxes({{30, false}});
+  hole.triangles.pop_back();
+  EXPECT_THAT(MessageOf([&] { ImportVolume(hole, Coarse()); }),
+              HasSubstr("a.stl: the surface is not closed: 3 of its edges belong to one triangle only, which is the "
+                        "rim of a hole or of a gap wider than 0.01 mm; close the holes in a mesh program"));
+  TriangleMesh touching;
+  AddBox(touching, 30, false);
+  AddBox(touching, 30, false, {30, 30, 0});
+  EXPECT_THAT(MessageOf([&] { ImportVolume(touching, Coarse()); }),
+              HasSubstr("1 edge of the surface belongs to more than two triangles: parts touch along edges"));
+  // The projective plane of six points and ten triangles: closed, with one side.
+  TriangleMesh one_sided;
+  one_sided.points = {{0, 0, 0}, {30, 0, 0}, {0, 30, 0}, {0, 0, 30}, {30, 30, 9}, {9, 30, 30}};
+  one_sided.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}, {0, 5, 1},
+                         {1, 2, 4}, {2, 3, 5}, {3, 4, 1}, {4, 5, 2}, {5, 1, 3}};
+  EXPECT_THAT(MessageOf([&] { ImportVolume(one_sided, Coarse()); }), HasSubstr("has one side only"));
+}
+
+TEST(SurfaceUnits, AreAskedForWhereMillimetresGiveNoBone) {
+  const auto message = [](double edge) { return MessageOf([&] { ImportVolume(Boxes({{edge, false}}), Coarse()); }); };
+  EXPECT_THAT(message(0.03),
+              HasSubstr("a.stl: the largest side of the surface is 0.03, which is unlikely for a bone in mm; say in "
+                        "which unit its coordinates are: --units m (it is then 30 mm) or --units mm to take them as "
+                        "they are"));
+  EXPECT_THAT(message(3), HasSubstr("--units cm (it is then 30 mm) or --units in (it is then 76.2 mm) or --units mm"));
+  EXPECT_THAT(message(4.7), HasSubstr("--units in (it is then 119 mm)"));
+  EXPECT_THAT(message(30000), HasSubstr("is 30000, "));
+  EXPECT_THAT(message(30000), HasSubstr("--units um (it is then 30 mm)"));
+  for (const auto& [unit, edge] : {std::pair{"m", 0.03}, {"cm", 3.0}, {"in", 30 / 25.4}, {"um", 30000.0}}) {
+    ImportOptions options = Coarse();
+    options.mesh_units = unit;
+    EXPECT_NEAR(ImportVolume(Boxes({{edge, false}}), options), 27000, 27) << unit;
+  }
+  ImportOptions as_it_is = Coarse();
+  as_it_is.mesh_units = "mm";
+  EXPECT_NEAR(ImportVolume(Boxes({{3, false}}), as_it_is), 27, 0.5);
+  EXPECT_THAT(MessageOf([&] {
+                ImportVolume(Boxes({{30000, false}}), as_it_is);
+              }),
+              HasSubstr("the largest side of the surface is 30000 mm; kerf imports up to 1000 mm"));
+  as_it_is.mesh_units = "feet";
+  EXPECT_EQ(MessageOf([&] {
+              ImportVolume(Boxes({{3, false}}), as_it_is);
+            }),
+            "'feet' is no unit of length; known are mm, cm, m, in, um");
+}
+
+TEST(SurfaceUnits, WhatMayBeASkullInCentimetresIsWarnedOf) {
+  const auto warning = [](const Vec3& size, const std::string& unit) {
+    TriangleMesh box;
+    for (int c = 0; c < 8; ++c) box.points.push_back(size * Vec3(c >> 2 & 1, c >> 1 & 1, c & 1));
+    return ScaleToMm(box, unit, "a.stl");
+  };
+  EXPECT_THAT(warning({14, 18, 16}, ""),
+              HasSubstr("is 18, which was taken as mm: a small piece; if it is a skull in cm"));
+  EXPECT_EQ(warning({14, 18, 16}, "mm"), "");
+  EXPECT_EQ(warning({14, 18, 16}, "cm"), "");
+  EXPECT_EQ(warning({8, 7, 22}, ""), "");       // a tooth
+  EXPECT_EQ(warning({118, 87, 77}, ""), "");    // a mandible
+  EXPECT_EQ(warning({140, 180, 160}, ""), "");  // a skull in mm
+}
+
+TEST(SurfaceSize, WhatEnclosesTooMuchIsRefusedBeforeItIsMade) {
+  const auto message = [](double edge, double voxel_mm) {
+    ImportOptions options = Coarse();
+    options.voxel_mm = voxel_mm;
+    return MessageOf([&] { ImportVolume(Boxes({{edge, false}}), options); });
+  };
+  EXPECT_THAT(message(500, 0.1),
+              HasSubstr("a.stl: the surface encloses 125.0 litres, and with voxels of 0.1 mm kerf imports up to 2.0: "
+                        "check its unit (--units) or take --voxel 1 or more"));
+  EXPECT_THAT(message(130, 0.1), HasSubstr("or take --voxel 0.3 or more"));  // 2.2 litres
+  EXPECT_THAT(message(2e30, 0.1),
+              HasSubstr("the largest side of the surface is more than 1 km; kerf imports up to 1000 mm"));
+}
+
+TEST(SurfaceOptions, ThoseOfACtAreRefused) {
+  ImportOptions options = Coarse();
+  options.isolate.keep_W = {{0, 0, 0}};
+  EXPECT_THAT(MessageOf([&] {
+                ImportVolume(Boxes({{30, false}}), options);
+              }),
+              HasSubstr("points to keep or to drop choose a bone of a CT; a surface is imported whole"));
+}
+
+// Two voxels just above the iso value amid dense bone: a cubic spline through them dips below it between them, so the
+// level set has a void where no voxel of the CT is below iso.
+TEST(ImportedVoids, SmallerThanTheVoxelsOfTheCtAreFilledAndCounted) {
+  Volume ct = test::MakeCt({30, 28, 26}, {1, 1, 1}, {-15, -14, -13}, glm::dmat3(1), test::Ball({0, 0, 0}, 11), 1500);
+  const std::vector<std::array<int, 3>> places = {{12, 13, 12}, {17, 13, 12}, {12, 17, 15}};
+  for (const auto& [i, j, k] : places) {
+    ct.hu[ct.Index(i, j, k)] = 305;
+    ct.hu[ct.Index(i + 1, j, k)] = 305;
+  }
+  const Folder folder;
+  test::WriteNrrd(ct, folder.file("a.nrrd"));
+  ImportOptions options;
+  options.voxel_mm = 0.2;
+  options.isolate.isolate = false;
+  options.isolate.smallest_piece_mm3 = 0;
+  const ImportResult filled = Import(folder.file("a.nrrd"), options);
+  EXPECT_EQ(filled.report.filled_mm3, 0);  // nothing to fill in the CT itself
+  EXPECT_EQ(filled.report.voids.count, places.size());
+  EXPECT_EQ(CloseSurface(ExtractSurface(filled.bone), false, "surface").report.shells, 1u);
+  options.fill = false;
+  const ImportResult hollow = Import(folder.file("a.nrrd"), options);
+  EXPECT_EQ(hollow.report.voids.count, 0u);
+  const SurfaceReport shells = CloseSurface(ExtractSurface(hollow.bone), false, "surface").report;
+  EXPECT_EQ(shells.hollow_shells, places.size());
+  // The voids are two or three voxels across, so that counting voxels is good to a factor of two and a half.
+  EXPECT_GT(filled.report.voids.mm3, shells.hollow_mm3 / 2.5);
+  EXPECT_LT(filled.report.voids.mm3, shells.hollow_mm3 * 2.5);
+  EXPECT_NEAR(filled.report.solid_mm3 - hollow.report.solid_mm3, shells.hollow_mm3, 0.35 * shells.hollow_mm3);
+}
+
+}  // namespace
+}  // namespace kerf

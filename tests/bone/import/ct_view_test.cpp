@@ -1,0 +1,149 @@
+// Pictures of a CT: each pixel is a known point of the patient.
+#include "bone/import/ct_view.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <glm/trigonometric.hpp>
+
+#include "ct_files.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+// A ball far off the origin, in a lattice that lies obliquely in the patient and has other spacings in each direction.
+const Vec3 kBall_W(12, -230, 371);
+constexpr double kRadius_mm = 10;
+
+Volume ObliqueBall() {
+  const double a = glm::radians(20.0);
+  const double b = glm::radians(-15.0);
+  const glm::dmat3 about_z(Vec3(std::cos(a), std::sin(a), 0), Vec3(-std::sin(a), std::cos(a), 0), Vec3(0, 0, 1));
+  const glm::dmat3 about_x(Vec3(1, 0, 0), Vec3(0, std::cos(b), std::sin(b)), Vec3(0, -std::sin(b), std::cos(b)));
+  const glm::dmat3 axes_W = about_z * about_x;
+  const std::array<int, 3> size = {60, 75, 30};
+  const Vec3 spacing_mm(0.8, 0.6, 1.5);
+  const Vec3 half = 0.5 * Vec3(size[0] - 1, size[1] - 1, size[2] - 1) * spacing_mm;
+  return test::MakeCt(size, spacing_mm, kBall_W - axes_W * half, axes_W, test::Ball(kBall_W, kRadius_mm), 1000);
+}
+
+CtViewOptions Around(const Vec3& centre_W) {
+  CtViewOptions options;
+  options.box_W.Include(centre_W - Vec3(14, 13, 12));
+  options.box_W.Include(centre_W + Vec3(11, 15, 12));
+  options.iso_hu = 500;
+  return options;
+}
+
+// The patient coordinates of the middle of what is warm in colour, and its area.
+struct Spot {
+  double across = 0, down = 0, mm2 = 0;
+};
+Spot FindBone(const CtView& view) {
+  Spot spot;
+  int count = 0;
+  for (int row = 0; row < view.rows; ++row) {
+    for (int column = 0; column < view.columns; ++column) {
+      const Rgb8& p = view.pixels[static_cast<std::size_t>(row * view.columns + column)];
+      if (p[0] < p[2] + 10) continue;
+      ++count;
+      spot.across += view.left_mm + (column + 0.5) / view.columns * (view.right_mm - view.left_mm);
+      spot.down += view.top_mm + (row + 0.5) / view.rows * (view.bottom_mm - view.top_mm);
+    }
+  }
+  spot.across /= count, spot.down /= count;
+  spot.mm2 =
+      count * std::abs((view.right_mm - view.left_mm) / view.columns * (view.bottom_mm - view.top_mm) / view.rows);
+  return spot;
+}
+
+TEST(CtView, ABallLiesWhereItIsInEachSlice) {
+  const Volume ct = ObliqueBall();
+  const CtViewOptions options = Around(kBall_W);
+  for (const CtAxis axis : {CtAxis::kX, CtAxis::kY, CtAxis::kZ}) {
+    const int a = static_cast<int>(axis);
+    const int across = axis == CtAxis::kX ? 1 : 0;
+    const int down = axis == CtAxis::kZ ? 1 : 2;
+    for (const double off_mm : {0.0, 6.0}) {
+      const CtView view = DrawCtSlice(ct, axis, kBall_W[a] + off_mm, options);
+      const Spot spot = FindBone(view);
+      const double mm2 = M_PI * (kRadius_mm * kRadius_mm - off_mm * off_mm);
+      // The circle where the plane cuts the ball; trilinear between voxels of up to 1.5 mm: 0.1 mm on its radius.
+      EXPECT_NEAR(spot.across, kBall_W[across], 0.1) << a;
+      EXPECT_NEAR(spot.down, kBall_W[down], 0.1) << a;
+      EXPECT_NEAR(spot.mm2, mm2, 2 * M_PI * kRadius_mm * 0.1 + 1) << a;
+    }
+    EXPECT_LT(DrawCtSlice(ct, axis, kBall_W[a], options).left_mm, kBall_W[across]);
+  }
+}
+
+// Head up, and in axial slices the back down: as in the scanner's pictures.
+TEST(CtView, TheAxesGoAsRadiologistsHaveThem) {
+  const CtViewOptions options = Around(kBall_W);
+  const Volume ct = ObliqueBall();
+  const CtView axial = DrawCtSlice(ct, CtAxis::kZ, kBall_W.z, options);
+  EXPECT_LT(axial.left_mm, axial.right_mm);
+  EXPECT_LT(axial.top_mm, axial.bottom_mm);
+  for (const CtAxis axis : {CtAxis::kX, CtAxis::kY}) {
+    const CtView view = DrawCtSlice(ct, axis, kBall_W[static_cast<int>(axis)], options);
+    EXPECT_LT(view.left_mm, view.right_mm);
+    EXPECT_GT(view.top_mm, view.bottom_mm);
+  }
+}
+
+// The surface is the ball's whole disc, brightest in its middle, and what lies nearer to the eye hides what is behind.
+TEST(CtView, TheSurfaceIsThatWhichMeetsTheEye) {
+  const CtViewOptions options = Around(kBall_W);
+  for (const CtAxis axis : {CtAxis::kX, CtAxis::kY, CtAxis::kZ}) {
+    const Spot spot = FindBone(DrawCtSurface(ObliqueBall(), axis, options));
+    EXPECT_NEAR(spot.across, kBall_W[axis == CtAxis::kX ? 1 : 0], 0.15);
+    EXPECT_NEAR(spot.down, kBall_W[axis == CtAxis::kZ ? 1 : 2], 0.15);
+    EXPECT_NEAR(spot.mm2, M_PI * kRadius_mm * kRadius_mm, 2 * M_PI * kRadius_mm * 0.15 + 1);
+  }
+  // A ball of 3 mm in front of one of 6 mm, and the same seen from the side: beside it.
+  const Vec3 back(0, 10, 0);
+  const Vec3 front(0, -5, 0);
+  const auto distance = [&](const Vec3& p) { return std::min(test::Ball(back, 6)(p), test::Ball(front, 3)(p)); };
+  const Volume ct = test::MakeCt({30, 40, 30}, {1, 1, 1}, {-15, -15, -15}, glm::dmat3(1), distance, 1000);
+  CtViewOptions both;
+  both.box_W.Include(Vec3(-10, -10, -10));
+  both.box_W.Include(Vec3(10, 18, 10));
+  both.iso_hu = 500;
+  EXPECT_NEAR(FindBone(DrawCtSurface(ct, CtAxis::kY, both)).mm2, M_PI * 36, 8);
+  EXPECT_NEAR(FindBone(DrawCtSurface(ct, CtAxis::kX, both)).mm2, M_PI * (36 + 9), 10);
+  const CtView view = DrawCtSurface(ct, CtAxis::kY, both);
+  const auto brightness = [&](double x, double z) {
+    const int column = static_cast<int>((x - view.left_mm) / (view.right_mm - view.left_mm) * view.columns);
+    const int row = static_cast<int>((z - view.top_mm) / (view.bottom_mm - view.top_mm) * view.rows);
+    return view.pixels[static_cast<std::size_t>(row * view.columns + column)][1];
+  };
+  EXPECT_GT(brightness(0, 0), brightness(3.3, 0) + 5);  // the near ball's middle; the far ball beside it
+  EXPECT_GT(brightness(3.3, 0), brightness(5.5, 0) + 5);
+}
+
+TEST(CtView, TheBoxHoldsTheBoneAndStaysWithinTheScan) {
+  const Volume ct = ObliqueBall();
+  const Box3 box = FindBoneBox(ct, 500, "ball");
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_LE(box.lower[a], kBall_W[a] - kRadius_mm);
+    EXPECT_GE(box.upper[a], kBall_W[a] + kRadius_mm);
+    // Its 5 mm, and what an oblique box of voxels stands out by: up to sqrt(3) - 1 of the radius.
+    EXPECT_GE(box.lower[a], kBall_W[a] - 1.8 * kRadius_mm - 5);
+  }
+  // A table, 2 cm behind: its middle lies more than 10 mm from the ball's box.
+  const auto table = [](const Vec3& p) {
+    return std::max({std::abs(p.x) - 30, std::abs(p.y - 48) - 4, std::abs(p.z) - 10});
+  };
+  const auto distance = [&](const Vec3& p) { return std::min(test::Ball({0, 0, 0}, 20)(p), table(p)); };
+  const Volume with_table = test::MakeCt({40, 50, 30}, {2, 2, 2}, {-40, -40, -30}, glm::dmat3(1), distance, 1000);
+  EXPECT_LT(FindBoneBox(with_table, 500, "table").upper.y, 30);
+  Volume small = ct;
+  small.hu.assign(small.count(), -1000);
+  EXPECT_THROW(FindBoneBox(small, 300, "air"), Error);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,223 @@
+// Parting the bone wanted from what it touches.
+#include "bone/import/isolate.h"
+
+#include <gmock/gmock.h>
+
+#include <numbers>
+
+#include "bone/grid/surface.h"
+#include "bone/import/import.h"
+#include "bone/import/mandible_likeness.h"
+#include "bone/import/patient_frame.h"
+#include "ct_files.h"
+
+namespace kerf {
+namespace {
+
+using test::Ball;
+using test::Folder;
+using test::MessageOf;
+using ::testing::HasSubstr;
+
+// Two balls of 10 and 13 mm that overlap in a neck of about 4 mm radius, along a skew line.
+const Vec3 kSmall(-9, -3, 4);
+const Vec3 kLarge = kSmall + 21.4 * glm::normalize(Vec3(2, 1, -0.5));
+
+Volume TouchingBalls() {
+  const auto a = Ball(kSmall, 10);
+  const auto b = Ball(kLarge, 13);
+  return test::MakeCt(
+      {70, 56, 48}, {1, 1, 1}, {-28, -22, -22}, glm::dmat3(1), [=](const Vec3& p) { return std::min(a(p), b(p)); },
+      900);
+}
+
+IsolateOptions Steered() {
+  IsolateOptions options;
+  options.iso_hu = 450;
+  options.check_shape = false;
+  options.keep_W = {kSmall};
+  options.drop_W = {kLarge};
+  return options;
+}
+
+TEST(Isolate, KeepAndDropPointsPartTouchingBallsAtTheirNeck) {
+  const double ball_mm3 = 4.0 / 3.0 * std::numbers::pi * 1000;
+  const Isolation isolation = Isolate(TouchingBalls(), Steered(), {});
+  // The overlap is a lens of 28 mm3 and the border lies within a voxel of it: 50 mm2 of neck times 1 mm.
+  EXPECT_NEAR(isolation.iso_volume_mm3, ball_mm3, 80);
+  EXPECT_GT(isolation.contact_mm2, 20);
+  EXPECT_LT(isolation.contact_mm2, 150);
+  IsolateOptions other = Steered();
+  std::swap(other.keep_W, other.drop_W);
+  const Isolation rest = Isolate(TouchingBalls(), other, {});
+  EXPECT_NEAR(rest.iso_volume_mm3, ball_mm3 * 2.197, 100);
+  // Nothing is lost and nothing shared.
+  IsolateOptions all = Steered();
+  all.isolate = false;
+  EXPECT_EQ(isolation.iso_volume_mm3 + rest.iso_volume_mm3, Isolate(TouchingBalls(), all, {}).iso_volume_mm3);
+}
+
+TEST(Isolate, TheBoneMadeOfItIsOnePieceWithASmoothCut) {
+  const Folder folder;
+  test::WriteNrrd(TouchingBalls(), folder.file("a.nrrd"));
+  ImportOptions options;
+  options.voxel_mm = 0.4;
+  options.isolate = Steered();
+  const ImportResult result = Import(folder.file("a.nrrd"), options);
+  EXPECT_EQ(result.report.pieces, 1u);
+  EXPECT_NEAR(result.report.solid_mm3, 4.0 / 3.0 * std::numbers::pi * 1000, 100);
+  const Vec3 toward = glm::normalize(kLarge - kSmall);
+  for (const Vec3& p : ExtractSurface(result.bone).points) {
+    EXPECT_LT(glm::length(p - kSmall), 11.5);
+    EXPECT_LT(glm::dot(p - kSmall, toward), 10.5);
+  }
+}
+
+TEST(Isolate, APointOffTheBoneOrOffTheScanIsNamed) {
+  IsolateOptions options = Steered();
+  options.keep_W = {{30, 25, 20}};
+  EXPECT_THAT(
+      MessageOf([&] { Isolate(TouchingBalls(), options, {}); }),
+      HasSubstr("--keep (30.0, 25.0, 20.0): the point lies in no bone; nothing above 450 HU is within 4 mm of it"));
+  options = Steered();
+  options.drop_W = {{500, 0, 0}};
+  EXPECT_THAT(MessageOf([&] { Isolate(TouchingBalls(), options, {}); }),
+              HasSubstr("--drop (500.0, 0.0, 0.0): the point lies outside the scan"));
+  options.drop_W = options.keep_W;
+  EXPECT_THAT(MessageOf([&] { Isolate(TouchingBalls(), options, {}); }),
+              HasSubstr("a --keep point lies at the same place"));
+}
+
+TEST(Isolate, WhatIsNoMandibleIsRefusedWithWhatWasFound) {
+  IsolateOptions options;
+  options.iso_hu = 450;
+  const std::string message = MessageOf([&] { Isolate(TouchingBalls(), options, {}); });
+  EXPECT_THAT(message, HasSubstr("the mandible can't be told from the other bone"));
+  EXPECT_THAT(message, HasSubstr("'kerf picture INPUT --axes -o ct.png'"));
+  EXPECT_THAT(message, HasSubstr("1. 13.4 cm3, centre ("));
+  EXPECT_THAT(message, HasSubstr("--keep x,y,z"));
+  options = Steered();
+  options.check_shape = true;
+  EXPECT_THAT(MessageOf([&] { Isolate(TouchingBalls(), options, {}); }),
+              HasSubstr("does not look like a mandible: its volume of 4.16 cm3 is below 8"));
+}
+
+TEST(Isolate, AVolumeWithoutBoneIsRefused) {
+  const Volume water = test::MakeCt({20, 20, 20}, {1, 1, 1}, {0, 0, 0}, glm::dmat3(1), Ball({10, 10, 10}, 8), 120);
+  EXPECT_THAT(
+      MessageOf([&] { Isolate(water, IsolateOptions{}, {}); }),
+      HasSubstr("the scan holds no bone: nothing above 300 HU is larger than 1 cm3 (the brightest voxel has 120 HU)"));
+}
+
+// A tube along a horseshoe with two uprights: as much of a mandible as the test of shape asks for. `up` gives the
+// uprights' height, `bridge` closes the back, `roof` the top.
+std::function<double(const Vec3&)> Horseshoe(double up_left, double up_right, bool bridge, bool roof) {
+  const auto segment = [](const Vec3& p, const Vec3& a, const Vec3& b, double r) {
+    const double t = std::clamp(glm::dot(p - a, b - a) / glm::dot(b - a, b - a), 0.0, 1.0);
+    return glm::length(p - a - t * (b - a)) - r;
+  };
+  return [=](const Vec3& p) {
+    double d = segment(p, {-12, -40, 0}, {12, -40, 0}, 7);
+    d = std::min(d, segment(p, {12, -40, 0}, {45, 25, 5}, 7));
+    d = std::min(d, segment(p, {-12, -40, 0}, {-45, 25, 5}, 7));
+    d = std::min(d, segment(p, {45, 25, 5}, {48, 30, up_left}, 6));
+    d = std::min(d, segment(p, {-45, 25, 5}, {-48, 30, up_right}, 6));
+    if (bridge) d = std::min(d, segment(p, {-45, 25, 5}, {45, 25, 5}, 7));
+    if (roof) d = std::min(d, segment(p, {-48, 30, up_right}, {48, 30, up_left}, 7));
+    return d;
+  };
+}
+
+Volume HorseshoeCt(const std::function<double(const Vec3&)>& shape) {
+  return test::MakeCt({62, 50, 46}, {2, 2, 2}, {-61, -54, -14}, glm::dmat3(1), shape);
+}
+
+MandibleLikeness ShapeOf(const Volume& ct) {
+  const Components all = FindComponents(ct, [&](std::size_t v) { return ct.hu[v] > 500; });
+  return CheckMandibleLikeness(ct, all.labels, 1, all.list.front());
+}
+
+TEST(MandibleLikeness, ArchWithTwoRamiPassesAndItsCounterexamplesFail) {
+  EXPECT_EQ(ShapeOf(HorseshoeCt(Horseshoe(60, 60, false, false))).objection, "");
+  EXPECT_THAT(ShapeOf(HorseshoeCt(Horseshoe(60, 60, true, false))).objection, HasSubstr("not open to the back"));
+  EXPECT_FALSE(ShapeOf(HorseshoeCt(Horseshoe(60, 60, false, true))).is_mandible);
+  EXPECT_THAT(ShapeOf(HorseshoeCt(Horseshoe(60, 20, false, false))).objection,
+              HasSubstr("only one side reaches up to a condyle"));
+  EXPECT_THAT(ShapeOf(HorseshoeCt(Horseshoe(15, 15, false, false))).objection, HasSubstr("height"));
+}
+
+TEST(MandibleLikeness, UpsideDownOrBackToFrontFails) {
+  const auto shape = Horseshoe(60, 60, false, false);
+  EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, p.y, 62 - p.z}); })).is_mandible);
+  EXPECT_FALSE(ShapeOf(HorseshoeCt([&](const Vec3& p) { return shape({p.x, -8 - p.y, p.z}); })).is_mandible);
+}
+
+// The scan of the arch with its coordinates in another frame than the one it is said to be in.
+Volume HorseshoeIn(const std::string& frame) {
+  Volume ct = HorseshoeCt(Horseshoe(60, 60, false, false));
+  StateFrame(frame, ct);  // in place of its inverse: each of the frames below is its own
+  ct.frame = "LPS";
+  return ct;
+}
+
+TEST(MandibleLikeness, SaysWhichTurnWouldMakeAMandibleOfIt) {
+  for (const auto& [frame, how] :
+       {std::pair("RAS", "faces backwards, as when RAS is read as LPS"), std::pair("RPI", "is upside down:"),
+        std::pair("LAI", "is upside down and faces backwards"), std::pair("SAL", "has its axes in another order")}) {
+    const Volume ct = HorseshoeIn(frame);
+    const MandibleLikeness likeness = ShapeOf(ct);
+    EXPECT_FALSE(likeness.is_mandible);
+    const std::string said = Describe(likeness, "LPS");
+    EXPECT_THAT(said, HasSubstr(fmt::format("; it looks like a mandible that {}", how)));
+    EXPECT_THAT(said, HasSubstr(frame));
+    // The refusal says it too, and the frame that it names gives the arch.
+    EXPECT_THAT(MessageOf([&] { Isolate(ct, IsolateOptions{}, {}); }), HasSubstr(DescribeTurns(likeness, "LPS")));
+    Volume stated = ct;
+    StateFrame(frame, stated);
+    EXPECT_TRUE(Isolate(stated, IsolateOptions{}, {}).mandible);
+  }
+  const MandibleLikeness backwards = ShapeOf(HorseshoeIn("RAS"));
+  EXPECT_THAT(Describe(backwards, "LPS"), HasSubstr("are likely RAS, or LAS in a mirror, and not LPS"));
+  // A file read as RAS: the frame named is that of its own coordinates.
+  EXPECT_THAT(Describe(backwards, "RAS"), HasSubstr("are likely LPS, or RPS in a mirror, and not RAS"));
+  // Lying on its back the arch passes too, so that another order of axes leaves two frames.
+  EXPECT_THAT(Describe(ShapeOf(HorseshoeIn("SAL")), "LPS"),
+              HasSubstr("are likely PIR or SAL, or PIL or SAR in a mirror"));
+  EXPECT_EQ(DescribeTurns(ShapeOf(HorseshoeIn("LPS")), "LPS"), "");
+}
+
+TEST(Isolate, TheTurnIsAlsoNamedWhenPointsSteer) {
+  Volume ct = HorseshoeIn("RAS");
+  const Vec3 other(0, -36, 64);  // of bone apart from the arch
+  for (int side = 0; side < 5 * 5 * 5; ++side) {
+    const Vec3 at = glm::round(ct.VoxelFromWorld(other)) + Vec3(side % 5 - 2, side / 5 % 5 - 2, side / 25 - 2);
+    ct.hu[ct.Index(static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.z))] = 1200;
+  }
+  IsolateOptions options;
+  options.keep_W = {{0, 40, 0}};
+  options.drop_W = {other};
+  EXPECT_THAT(MessageOf([&] { Isolate(ct, options, {}); }), HasSubstr("does not look like a mandible: "));
+  EXPECT_THAT(MessageOf([&] { Isolate(ct, options, {}); }), HasSubstr("are likely RAS, or LAS in a mirror"));
+}
+
+TEST(Isolate, AutomaticFindsTheArchThatADimBridgeJoinsToABlock) {
+  // A block of bone above the rami, joined to them by 500 HU; the arch itself has 1000.
+  const auto arch = Horseshoe(56, 56, false, false);
+  Volume ct = HorseshoeCt(arch);
+  std::size_t alone = 0;
+  for (std::size_t v = 0; v < ct.hu.size(); ++v) {
+    if (ct.hu[v] >= 300) ++alone;
+    const Vec3 p = ct.WorldFromVoxel(
+        {static_cast<double>(v % 62), static_cast<double>(v / 62 % 50), static_cast<double>(v / (62 * 50))});
+    if (std::abs(p.x) < 56 && p.y > 20 && p.y < 40 && p.z > 66 && p.z < 74) ct.hu[v] = 1200;
+    if (std::abs(p.x) > 44 && std::abs(p.x) < 50 && p.y > 28 && p.y < 34 && p.z > 60 && p.z <= 66) ct.hu[v] = 500;
+  }
+  const Isolation isolation = Isolate(ct, IsolateOptions{}, {});
+  EXPECT_TRUE(isolation.mandible);
+  EXPECT_GT(isolation.marker_hu, 500);
+  // Its own volume, and at most the dim bridges: 2 x 6 x 6 x 6 mm.
+  EXPECT_NEAR(isolation.iso_volume_mm3, static_cast<double>(alone) * 8, 600);
+}
+
+}  // namespace
+}  // namespace kerf

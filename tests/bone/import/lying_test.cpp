@@ -1,0 +1,123 @@
+// Scans whose headers promise more than there is: refused with a sentence, and without asking for the memory.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <iostream>
+
+#include "bone/import/dicom.h"
+#include "bone/import/image_file.h"
+#include "ct_files.h"
+#include "kerf/error.h"
+#include "support/folder.h"
+#include "support/memory_limit.h"
+#include "support/one_core.h"
+
+namespace kerf {
+namespace {
+
+using test::SliceSpec;
+
+struct Lie {
+  std::string name;                   // of the file
+  std::vector<std::string> contents;  // of the file, or of each slice
+  std::string said;
+};
+
+Volume Shape(int side) {
+  Volume ct;
+  ct.size = {side, side, 3};
+  ct.spacing_mm = Vec3(0.1, 0.1, 1);
+  return ct;
+}
+
+std::string Nrrd(int side, const std::string& encoding) {
+  std::string header = test::NrrdHeader(Shape(side));
+  header.replace(header.find("raw"), 3, encoding);
+  return header + "\n" + std::string(30, 'x');
+}
+
+/// A slice whose sequence of 20 bytes holds an item with a value of 4 GB.
+std::string NestedLie() {
+  const std::string lie = std::string("\x08\x00\x40\x11SQ\0\0\x14\0\0\0", 12) +
+                          std::string("\xfe\xff\x00\xe0\x0c\0\0\0", 8) +
+                          std::string("\x08\x00\x60\x00OB\0\0\xf0\xff\xff\xff", 12);
+  std::string slice =
+      test::DicomSlice(test::MakeCt({4, 4, 3}, Vec3(1), Vec3(0), glm::dmat3(1), test::Ball(Vec3(2), 1)), 0, {});
+  const std::size_t at = slice.find(std::string("\x08\x00\x60\x00", 4));
+  return slice.insert(at, lie);
+}
+
+/// Items within items, more than GDCM's stack can bear.
+std::string DeepLie() {
+  std::string lie;
+  for (int n = 0; n < 500'000; ++n) {
+    lie +=
+        std::string("\x08\x00\x40\x11SQ\0\0\xff\xff\xff\xff", 12) + std::string("\xfe\xff\x00\xe0\xff\xff\xff\xff", 8);
+  }
+  std::string slice =
+      test::DicomSlice(test::MakeCt({4, 4, 3}, Vec3(1), Vec3(0), glm::dmat3(1), test::Ball(Vec3(2), 1)), 0, {});
+  return slice.insert(slice.find(std::string("\x08\x00\x60\x00", 4)), lie);
+}
+
+std::vector<Lie> MakeLies() {
+  SliceSpec packed;
+  packed.transfer_syntax = "1.2.840.10008.1.2.5";  // RLE
+  packed.encapsulated = true;
+  packed.pixels = std::string(64, '\0');
+  SliceSpec deflated;
+  deflated.transfer_syntax = "1.2.840.10008.1.2.1.99";
+  deflated.pixels = std::string(32, '\0');
+  std::string channels =
+      "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_SHORT\nElementNumberOfChannels = 1000000000\n"
+      "ElementDataFile = LOCAL\n";
+  std::vector<std::string> slices;
+  for (int k = 0; k < 3; ++k) slices.push_back(test::DicomSlice(Shape(8192), k, packed));
+  return {{"a.nrrd", {Nrrd(26000, "raw")}, "the header promises 26000 x 26000 x 3 voxels"},
+          {"a.nrrd", {Nrrd(26000, "gzip")}, "the header promises 26000 x 26000 x 3 voxels"},
+          {"a.nrrd", {Nrrd(26000, "bzip2")}, "the header promises 26000 x 26000 x 3 voxels"},
+          {"a.nrrd", {Nrrd(60000, "raw")}, "more than the 2^31 that kerf reads"},
+          {"a.mha", {channels}, "a voxel has 2000000000 bytes"},
+          {"a.dcm", slices, "8192 x 8192 pixels of 16 bits are promised and not all there"},
+          {"a.dcm", {test::DicomSlice(Shape(40000), 0, packed)}, "a slice of 40000 x 40000 pixels, more than the 2^26"},
+          {"a.dcm", {test::DicomSlice(Shape(4), 0, deflated)}, "packed as a whole (deflated)"},
+          {"a.dcm", {NestedLie()}, "element (0008,0060) is 4294967280 bytes long where 0 are left"},
+          {"a.dcm", {DeepLie()}, "stand more than 64 deep within each other"}};
+}
+
+std::string Read(const Lie& lie, const test::Folder& folder) {
+  for (std::size_t k = 0; k < lie.contents.size(); ++k) {
+    test::WriteBytes(folder.file(fmt::format("{}{}", k, lie.name)), lie.contents[k]);
+  }
+  try {
+    if (lie.name == "a.dcm") {
+      const auto series = ListDicomSeries(folder.path());
+      ReadDicomSeries(ChooseSeries(series, "", folder.path()), {});
+    } else {
+      ReadImageFile(folder.file("0" + lie.name));
+    }
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+[[noreturn]] void ReadAllLies() {
+  test::UseOneCore();
+  test::LimitMemory(std::uint64_t{256} << 20);
+  for (const Lie& lie : MakeLies()) {
+    const test::Folder folder;
+    const std::string said = Read(lie, folder);
+    if (said.find(lie.said) != std::string::npos) continue;
+    std::cerr << "expected '" << lie.said << "' but it was '" << said << "'\n";
+    std::_Exit(1);
+  }
+  std::_Exit(0);
+}
+
+TEST(LyingScan, IsRefusedWithASentenceAndAsksForNoMemory) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(ReadAllLies(), testing::ExitedWithCode(0), "");
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,160 @@
+#include "bone/material/region_table.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "kerf/error.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+const std::string kHeader = "id,name,tissue,E_GPa,nu,estimate,source\n";
+
+std::string MessageOf(const std::string& text) {
+  try {
+    ParseRegionTable(text, "t.csv");
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+void ExpectEqual(const MaterialTable& a, const MaterialTable& b) {
+  ASSERT_EQ(a.regions().size(), b.regions().size());
+  for (const auto& [id, r] : a.regions()) {
+    ASSERT_TRUE(b.Contains(id));
+    const Region& s = b.At(id);
+    EXPECT_EQ(r.name, s.name);
+    EXPECT_EQ(r.tissue, s.tissue);
+    EXPECT_EQ(r.E_MPa, s.E_MPa) << id;  // to the bit
+    EXPECT_EQ(r.nu, s.nu);
+    EXPECT_EQ(r.estimate, s.estimate);
+    EXPECT_EQ(r.source, s.source);
+  }
+}
+
+TEST(RegionTable, EveryBadRowIsNamedWithFileAndLine) {
+  struct Case {
+    std::string text;
+    std::string message;
+  };
+  const Case cases[] = {
+      {"", "t.csv: no header; it is id,name,tissue,E_GPa,nu,estimate,source"},
+      {"# only a comment\n", "t.csv: no header; it is id,name,tissue,E_GPa,nu,estimate,source"},
+      {kHeader, "t.csv: no region below the header"},
+      {"id,name,tissue,E_Gpa,nu,estimate,source\n", "t.csv:1: unknown column \"E_Gpa\"; did you mean \"E_GPa\"?"},
+      {"id,name,tissue,E_GPa,nu,estimate,sauce\n", "t.csv:1: unknown column \"sauce\"; did you mean \"source\"?"},
+      {"id,name,tissue,E_GPa,nu,estimate,source,density_g_cm3\n",
+       "t.csv:1: unknown column \"density_g_cm3\"; the columns are id,name,tissue,E_GPa,nu,estimate,source"},
+      {"id,name,tissue,E_GPa,nu,estimate,source,nu\n", "t.csv:1: column \"nu\" is given twice"},
+      {"\nid,name,tissue,E_GPa,estimate,source\n",
+       "t.csv:2: column \"nu\" is missing; the header is id,name,tissue,E_GPa,nu,estimate,source"},
+      {kHeader + "1,a,cortical,19,0.3,yes\n",
+       "t.csv:2: 6 fields instead of 7; a field with a comma stands in double quotes"},
+      {kHeader + "1,a,cortical,19,0.3,yes,Smith, 1999\n",
+       "t.csv:2: 8 fields instead of 7; a field with a comma stands in double quotes"},
+      {kHeader + "1,a,cortical,19,0.3,yes,\"Smith\n",
+       "t.csv:2: a field begins with a double quote that does not end on this line"},
+      {kHeader + "1,\"a\"b,cortical,19,0.3,yes,s\n",
+       "t.csv:2: text after a closing double quote; write a quote within a field as \"\""},
+      {kHeader + "one,a,cortical,19,0.3,yes,s\n", "t.csv:2: id = \"one\" is not a whole number within 1 to 255"},
+      {kHeader + "1.5,a,cortical,19,0.3,yes,s\n", "t.csv:2: id = \"1.5\" is not a whole number within 1 to 255"},
+      {kHeader + "0,a,cortical,19,0.3,yes,s\n", "t.csv:2: region id 0 is not within 1 to 255"},
+      {kHeader + "256,a,cortical,19,0.3,yes,s\n", "t.csv:2: region id 256 is not within 1 to 255"},
+      {kHeader + "99999999999999999999,a,cortical,19,0.3,yes,s\n",
+       "t.csv:2: id = \"99999999999999999999\" is not a whole number within 1 to 255"},
+      {kHeader + "1,,cortical,19,0.3,yes,s\n", "t.csv:2: name is empty"},
+      {kHeader + "1,a,bone,19,0.3,yes,s\n",
+       "t.csv:2: tissue = \"bone\" is none of cortical, cancellous, tooth, canal, other"},
+      {kHeader + "1,a,cortical,stiff,0.3,yes,s\n", "t.csv:2: E_GPa = \"stiff\" is not a number"},
+      {kHeader + "1,a,cortical,19 GPa,0.3,yes,s\n", "t.csv:2: E_GPa = \"19 GPa\" is not a number"},
+      {kHeader + "1,a,cortical,nan,0.3,yes,s\n", "t.csv:2: E_GPa = \"nan\" is not a number"},
+      {kHeader + "1,a,cortical,inf,0.3,yes,s\n", "t.csv:2: E_GPa = \"inf\" is not a number"},
+      {kHeader + "1,a,cortical,1e,0.3,yes,s\n", "t.csv:2: E_GPa = \"1e\" is not a number"},
+      {kHeader + "1,a,cortical,1e400,0.3,yes,s\n", "t.csv:2: E_GPa = \"1e400\" is not a number"},
+      {kHeader + "1,a,cortical,,0.3,yes,s\n", "t.csv:2: E_GPa = \"\" is not a number"},
+      {kHeader + "1,a,cortical,0,0.3,yes,s\n", "t.csv:2: region 1: E = 0 GPa is not above 0 and at most 10000"},
+      {kHeader + "1,a,cortical,-3,0.3,yes,s\n", "t.csv:2: region 1: E = -3 GPa is not above 0 and at most 10000"},
+      {kHeader + "1,a,cortical,19300,0.3,yes,s\n", "t.csv:2: region 1: E = 19300 GPa is not above 0 and at most 10000"},
+      {kHeader + "1,a,cortical,19,0.6,yes,s\n", "t.csv:2: region 1: nu = 0.6 is not within 0 to 0.5"},
+      {kHeader + "1,a,cortical,19,nan,yes,s\n", "t.csv:2: nu = \"nan\" is not a number"},
+      {kHeader + "1,a,cortical,19,0.3,maybe,s\n", "t.csv:2: estimate = \"maybe\" is neither yes nor no"},
+      {kHeader + "1,a,cortical,19,0.3,yes,\n", "t.csv:2: source is empty; say where the figures come from"},
+      {kHeader + "# a comment\n\n1,a,cortical,19,0.3,yes,s\n1,b,cortical,20,0.3,yes,s\n",
+       "t.csv:5: region 1 is given twice"},
+      {kHeader + std::string("1,a\0,cortical,19,0.3,yes,s\n", 27), "t.csv:2: this is not text"},
+  };
+  for (const Case& c : cases) EXPECT_EQ(MessageOf(c.text), c.message) << c.text;
+}
+
+TEST(RegionTable, ColumnsMayComeInAnyOrderWithQuotesCommentsAndCarriageReturns) {
+  const MaterialTable table = ParseRegionTable(
+      "\xEF\xBB\xBF# mine\r\nname,id,nu,E_GPa,tissue,source,estimate\r\n\r\n \"a, \"\"b\"\" \" , 7 "
+      ",0.25,2.05e1,tooth,s,no",
+      "t.csv");
+  const Region& r = table.At(7);
+  EXPECT_EQ(r.name, "a, \"b\" ");
+  EXPECT_EQ(r.tissue, Tissue::kTooth);
+  EXPECT_EQ(r.E_MPa, 20500);
+  EXPECT_EQ(r.nu, 0.25);
+  EXPECT_FALSE(r.estimate);
+}
+
+TEST(RegionTable, WhatIsWrittenIsReadBackToTheBit) {
+  ExpectEqual(DefaultMandibleTable(), ParseRegionTable(FormatRegionTable(DefaultMandibleTable()), "t.csv"));
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> exponent(-3, 6.9);
+  std::uniform_real_distribution<double> nu(0, 0.5);
+  MaterialTable table;
+  for (int id = 1; id <= 255; ++id) {
+    table.Add({id, id % 2 ? "plain" : "with, comma and \"quote\"", Tissue::kOther, std::pow(10, exponent(random)),
+               nu(random), id % 3 == 0, id % 5 ? "s" : "# not a comment"});
+  }
+  ExpectEqual(table, ParseRegionTable(FormatRegionTable(table), "t.csv"));
+}
+
+TEST(RegionTable, TheShippedTableIsTheFileInVolumes) {
+  std::ifstream file(KERF_SOURCE_DIR "/volumes/mandible_regions.csv");
+  std::stringstream text;
+  text << file.rdbuf();
+  ExpectEqual(DefaultMandibleTable(), ParseRegionTable(text.str(), "t.csv"));
+}
+
+TEST(RegionTable, ThePapersFourRowsAreExactAndTheOnlyOnesNotMarkedAsEstimates) {
+  const MaterialTable& table = DefaultMandibleTable();
+  const struct {
+    int id;
+    double E_MPa;
+    double nu;
+  } paper[] = {{24, 19300, 0.28}, {21, 20500, 0.25}, {13, 19300, 0.25}, {6, 17300, 0.38}};
+  for (const auto& row : paper) {
+    EXPECT_EQ(table.At(row.id).E_MPa, row.E_MPa);
+    EXPECT_EQ(table.At(row.id).nu, row.nu);
+    EXPECT_FALSE(table.At(row.id).estimate);
+    EXPECT_THAT(table.At(row.id).source, testing::HasSubstr("Table 1"));
+  }
+  ASSERT_EQ(table.regions().size(), 34u);
+  for (const auto& [id, region] : table.regions()) {
+    const bool printed = id == 24 || id == 21 || id == 13 || id == 6;
+    EXPECT_EQ(region.estimate, !printed) << id;
+    EXPECT_EQ(region.source.starts_with("Estimate"), !printed) << id;
+    EXPECT_EQ(region.tissue == Tissue::kCortical, id <= 31) << id;
+    // Schwartz-Dabney and Dechow's ranges over all sites and directions: 10 to 30 GPa.
+    if (id <= 31) {
+      EXPECT_GE(region.E_MPa, 10000) << id;
+      EXPECT_LE(region.E_MPa, 30000) << id;
+    }
+  }
+  EXPECT_EQ(table.At(kCancellousRegion).tissue, Tissue::kCancellous);
+  EXPECT_EQ(table.At(kToothRegion).tissue, Tissue::kTooth);
+  EXPECT_EQ(table.At(kCanalRegion).tissue, Tissue::kCanal);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,245 @@
+// heat: the power of cutting goes into the bone that is left, all of it is accounted for, and nothing else changes.
+#include "cut/effects/heat/heat.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "base/core/heap_guard.h"
+#include "cut/effects/effects.h"
+#include "cut/effects/plan.h"
+#include "cut/removal/cutter.h"
+#include "kerf/coupled.h"
+#include "support/cuts.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kRpm = 7500;
+constexpr double kRimSpeed = 2 * test::kPi * kRpm / 60 * 11;  // mm/s
+
+/// A disc that goes down through a block, its teeth meeting a given force along their way: what the tick does, with
+/// tangential forces made up.
+class HeatedCut {
+ public:
+  explicit HeatedCut(const HeatParams& params, double feed_mm_per_s = 3)
+      : feed_(feed_mm_per_s),
+        bone_(test::MakeBox(Pose{}, {8, 5, 6}, 0.2)),
+        field_(bone_),
+        shape_(MakeToolShape(tool_, 8, 1e3, 0, 0)),
+        edge_(field_, bone_, tool_, shape_, Vec3(0)),
+        cutter_(field_, tool_, CutWith::kWholeTool),
+        heat(params, {bone_, field_, tool_, shape_, edge_, nullptr, Vec3(0), field_.p_WF_mm()}) {
+    problem_.law = MakeToothForce(ForceLaw{}, tool_);
+    problem_.passes_per_s = 24 * kRpm / 60;
+    problem_.cutting.reserve(shape_.edge.size());
+    teeth_.reserve(shape_.edge.size());
+  }
+
+  /// Down by the feed, with 2 N along the way of each tooth. Deterministic, no allocation.
+  void Tick(double dt_s) {
+    const Pose X_a = At(time_s_);
+    time_s_ += dt_s;
+    const Pose X_b = At(time_s_);
+    edge_.FindTeeth(Probe(field_, X_a), problem_);
+    teeth_.clear();
+    for (std::size_t i = 0; i < problem_.cutting.size(); ++i) {
+      const CuttingPoint& point = problem_.cutting[i];
+      const EdgePoint& place = shape_.edge[static_cast<std::size_t>(edge_.met()[i].point)];
+      ToothLoad load;
+      load.p_T = place.p_T;
+      load.e_T = place.e_T;
+      load.teeth = point.teeth;
+      load.speed_mm_per_s = std::max(0.0, glm::dot(place.e_T, X_a.InverseVector({0, 0, -feed_})));
+      load.thrust_N = 3 * point.teeth;
+      load.tangential_N = 2 * point.teeth;
+      teeth_.push_back(load);
+      work_mJ += dt_s * (load.tangential_N * kRimSpeed + load.thrust_N * load.speed_mm_per_s);
+    }
+    cutter_.Cut(X_a, X_b);
+    const Twist u{};
+    const EffectSolved solved{X_a, X_b, edge_, nullptr, problem_, u, 1, dt_s, kRpm, teeth_};
+    heat.Solved(solved);
+    EffectEnd end{dt_s, kRpm, kRpm, X_b, problem_.cutting.empty(), 0, 0, 0};
+    heat.End(end);
+  }
+  void Run(double seconds, double rate_hz) {
+    const auto ticks = static_cast<int>(std::lround(seconds * rate_hz));
+    for (int i = 0; i < ticks; ++i) Tick(1 / rate_hz);
+  }
+  /// With nothing to cut.
+  void Rest(double seconds, double rate_hz, double rpm = 0) {
+    const Pose X = At(time_s_);
+    const auto ticks = static_cast<int>(std::lround(seconds * rate_hz));
+    for (int i = 0; i < ticks; ++i) {
+      EffectEnd end{1 / rate_hz, rpm, rpm, X, true, 0, 0, 0};
+      heat.End(end);
+    }
+  }
+
+  double work_mJ = 0;
+
+ private:
+  Pose At(double time_s) const { return test::DiscPose(Pose{}, {0, 0.03, 3 + 11 - feed_ * time_s}); }
+
+  double feed_;
+  Tool tool_ = DiscSaw{};
+  Bone bone_;
+  BoneField field_;
+  ToolShape shape_;
+  Edge edge_;
+  Cutter cutter_;
+  StepProblem problem_;
+  std::vector<ToothLoad> teeth_;
+  double time_s_ = 0;
+
+ public:
+  HeatEffect heat;
+};
+
+TEST(Heat, TakesItsShareOfThePowerAndLosesNone) {
+  for (const double irrigation : {0.0, 2000.0}) {
+    HeatParams params;
+    params.share_into_bone = 0.2;
+    params.grid.irrigation_W_per_m2K = irrigation;
+    HeatedCut cut(params);
+    cut.Run(1.5, 1000);
+    const HeatBalance b = cut.heat.CalcBalance();
+    ASSERT_GT(cut.work_mJ, 1000);
+    EXPECT_NEAR(b.put_in, 0.2 * cut.work_mJ, 1e-9 * cut.work_mJ);
+    // Nodes are floats: rounded in some 15 frames.
+    EXPECT_NEAR(b.CalcRest(), 0, 1e-6 * b.put_in);
+    EXPECT_EQ(b.no_room, 0);
+    EXPECT_GT(b.chips, 0);
+    EXPECT_GT(b.air, 0);
+    EXPECT_GT(b.perfusion, 0);
+    // What is put in stays in the walls, nearly all.
+    EXPECT_LT(b.chips, 0.2 * b.put_in);
+    if (irrigation > 0) {
+      EXPECT_GT(b.irrigation, 0.01 * b.put_in);
+    } else {
+      EXPECT_EQ(b.irrigation, 0);
+    }
+    cut.Rest(20, 1000);
+    EXPECT_NEAR(cut.heat.CalcBalance().CalcRest(), 0, 1e-5 * b.put_in);
+  }
+}
+
+TEST(Heat, CoolantKeepsTheBoneCooler) {
+  HeatParams params;
+  HeatedCut dry(params);
+  params.grid.irrigation_W_per_m2K = 2000;
+  HeatedCut wet(params);
+  for (HeatedCut* cut : {&dry, &wet}) {
+    cut->Run(1.8, 1000);
+    cut->Rest(2, 1000, kRpm);
+  }
+  EXPECT_LT(wet.heat.figures().peak_C, dry.heat.figures().peak_C);
+  EXPECT_LT(wet.heat.figures().hottest_C, dry.heat.figures().hottest_C - 1);
+  EXPECT_LT(wet.heat.figures().cem43_min, dry.heat.figures().cem43_min);
+}
+
+// Frames have a length of their own, 0.1 s; ticks decide which of two a tick's heat falls into (a tick of 250 Hz has 4
+// % of a frame's), and when a frame sees what was cut: a frame of 60 s of cooling, and two of a time above 47 C.
+TEST(Heat, DoesNotDependOnTheTickRate) {
+  std::vector<HeatFigures> figures;
+  std::vector<double> stored;
+  for (const double rate_hz : {250.0, 1000.0, 4000.0}) {
+    HeatedCut cut(HeatParams{});
+    cut.Run(1.8, rate_hz);
+    cut.Rest(60, 250);
+    figures.push_back(cut.heat.figures());
+    stored.push_back(cut.heat.CalcBalance().stored / cut.heat.CalcBalance().put_in);
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    ASSERT_GT(figures[2].peak_C, 45);
+    EXPECT_NEAR((figures[i].peak_C - 37) / (figures[2].peak_C - 37), 1, 0.04);
+    EXPECT_NEAR((figures[i].hottest_C - 37) / (figures[2].hottest_C - 37), 1, 0.005);
+    EXPECT_NEAR(figures[i].above_47_s, figures[2].above_47_s, 0.21);
+    EXPECT_NEAR(stored[i] / stored[2], 1, 0.005);
+  }
+}
+
+TEST(Heat, AsksForNoMemoryAndGivesTheSameBitsAgain) {
+  std::vector<double> first;
+  for (int round = 0; round < 2; ++round) {
+    HeatedCut cut(HeatParams{});
+    std::vector<double> channels(Heat().channels.size());
+    {
+      const HeapGuard guard;
+      cut.Run(1, 1000);
+      cut.heat.Report(channels);
+    }
+    EXPECT_GT(channels[1], 40);
+    if (round == 0) first = channels;
+    EXPECT_EQ(channels, first);
+  }
+}
+
+// A long way in one tick, as after a tool that was set down far off.
+TEST(Heat, HoldsForLongTicks) {
+  HeatedCut cut(HeatParams{}, 0.5);
+  cut.Run(10, 1);
+  const HeatBalance b = cut.heat.CalcBalance();
+  ASSERT_GT(b.put_in, 0);
+  EXPECT_NEAR(b.CalcRest(), 0, 1e-5 * b.put_in);
+  EXPECT_TRUE(std::isfinite(cut.heat.figures().peak_C));
+}
+
+TEST(Heat, SectionShowsTheWarmKerfAndTheColdBone) {
+  HeatedCut cut(HeatParams{});
+  cut.Run(1.5, 1000);
+  // Across the kerf, 1 mm below the block's top; the kerf lies at y = 0.03.
+  const HeatSection section = CalcHeatSection(cut.heat, {0, -2.4, 2}, {0, 1, 0}, {0, 0, -1}, 0.1, 49, 2);
+  ASSERT_EQ(section.C.size(), 98u);
+  EXPECT_TRUE(std::isnan(section.C[24]));  // in the kerf
+  EXPECT_GT(section.C[22], 40);            // beside it
+  EXPECT_GT(section.C[27], 40);
+  EXPECT_LT(section.C[0], 38);
+  EXPECT_LT(section.C[48], 38);
+}
+
+// ---- in a simulation
+
+template <typename Out>
+bool IsSame(const Out& a, const Out& b) {
+  return a.thrust_sum_N == b.thrust_sum_N && a.removed_mm3 == b.removed_mm3 && a.engaged_teeth == b.engaged_teeth;
+}
+
+TEST(Heat, OnAPathOnlyObserves) {
+  SimulationParams params;
+  for (const char* needed : Heat().needs) params.effects.emplace_back(needed);
+  const Bone bone = test::MakeBox(Pose{}, {8, 5, 6}, 0.2);
+  Simulation without(bone, params, test::DiscPose(Pose{}, {0, 0.03, 14.5}));
+  SetEffect(params.effects, "heat", "share_into_bone", 1);
+  Simulation with(bone, params, test::DiscPose(Pose{}, {0, 0.03, 14.5}));
+  const auto a = test::Stroke(without, Pose{}, {0, 0.03, 14.5}, {0, 0.03, 11}, 3);
+  const auto b = test::Stroke(with, Pose{}, {0, 0.03, 14.5}, {0, 0.03, 11}, 3);
+  for (std::size_t i = 0; i < a.size(); ++i) ASSERT_TRUE(IsSame(a[i], b[i])) << i;
+  EXPECT_EQ(without.bone().CalcHash(), with.bone().CalcHash());
+  const auto* heat = dynamic_cast<const HeatEffect*>(with.effects().Find("heat"));
+  ASSERT_NE(heat, nullptr);
+  EXPECT_GT(heat->CalcBalance().put_in, 0);
+}
+
+TEST(Heat, InAHandOnlyObserves) {
+  CoupledParams params;
+  params.coupling.p_TC_mm = Vec3(0, 0, 80);
+  for (const char* needed : Heat().needs) params.effects.emplace_back(needed);
+  const Bone bone = test::MakeBox(Pose{}, {8, 5, 6}, 0.2);
+  const Pose start = test::DiscPose(Pose{}, {0, 0.03, 14.5});
+  CoupledSimulation without(bone, params, start);
+  SetEffect(params.effects, "heat", "share_into_bone", 1);
+  CoupledSimulation with(bone, params, start);
+  for (int i = 0; i < 1500; ++i) {
+    const CoupledInput in{.X_WH = test::DiscPose(Pose{}, {0, 0.03, 14.5 - 0.004 * i})};
+    const CoupledOutput a = without.Tick(in), b = with.Tick(in);
+    ASSERT_TRUE(IsSame(a, b)) << i;
+    ASSERT_TRUE(a.X_WT.p_AB == b.X_WT.p_AB && a.X_WT.R_AB == b.X_WT.R_AB && a.f_H_W_N == b.f_H_W_N) << i;
+  }
+  EXPECT_EQ(without.bone().CalcHash(), with.bone().CalcHash());
+  EXPECT_GT(dynamic_cast<const HeatEffect*>(with.effects().Find("heat"))->CalcBalance().put_in, 0);
+}
+
+}  // namespace
+}  // namespace kerf

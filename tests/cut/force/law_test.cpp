@@ -1,0 +1,182 @@
+// What holds for every law of the list, so that a new one is tested from the day it is added: exact factors when
+// something is doubled, the same force in other units, no force without a bite.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <sstream>
+#include <string>
+
+#include "cut/force/measured.h"
+#include "kerf/force.h"
+#include "kerf/material.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+const DiscSaw kSaw;
+constexpr double kBites_mm[] = {1e-6, 1e-4, 1e-3, 2.5e-3, 2e-2};
+constexpr double kEStar[] = {10, 500, 19140};
+/// A force is a few products and a root or two of exact factors: ten roundings.
+constexpr double kRounding = 10 * 2.3e-16;
+
+/// Factors that each law promises, as functions of the bite; by hand, apart from the library's formulas.
+struct Factors {
+  std::function<double(double h_mm)> bite_doubled;
+  std::function<double(double h_mm)> teeth_doubled;  // of the sum over the teeth at the same feed: twice as many, each
+                                                     // with half the bite
+};
+const std::map<std::string, Factors> kFactors{
+    // h^(3/2)
+    {"hertz_chip", {[](double) { return 2 * std::sqrt(2.0); }, [](double) { return 1 / std::sqrt(2.0); }}},
+    // whatever the bite; (pitch)^3
+    {"hertz_constant_bite", {[](double) { return 1.0; }, [](double) { return 2.0 / 8; }}},
+    // Ke + Kc h, Ke = 9.28, Kc = 530
+    {"edge_plus_chip",
+     {[](double h) { return (9.28 + 530 * 2 * h) / (9.28 + 530 * h); },
+      [](double h) { return 2 * (9.28 + 530 * h / 2) / (9.28 + 530 * h); }}},
+};
+
+const Factors& FactorsOf(const ForceLawInfo& law) {
+  const auto found = kFactors.find(law.name);
+  if (found == kFactors.end()) {
+    throw std::runtime_error(std::string("add the closed-form factors of ") + law.name + " to kFactors");
+  }
+  return found->second;
+}
+
+/// A value in SI from one in the unit that the key ends in.
+double ToSI(const std::string& key, double value) {
+  const auto ends = [&](const std::string& unit) {
+    return key.size() >= unit.size() && key.substr(key.size() - unit.size()) == unit;
+  };
+  if (ends("_N_per_mm2")) return 1e6 * value;
+  if (ends("_N_per_mm")) return 1e3 * value;
+  if (ends("_MPa")) return 1e6 * value;
+  if (ends("_mm")) return 1e-3 * value;
+  // A share has no unit; any other unit must be added above before it can be checked.
+  if (!ends("_share_of_pitch")) throw std::runtime_error("no SI factor for the unit of " + key);
+  return value;
+}
+
+TEST(EveryLaw, DoubledModuliDoubleTheForce) {
+  for (const ForceLawInfo* info : ForceLaws()) {
+    const ToothForce force = MakeToothForce(ForceLaw(info->name), kSaw);
+    DiscSaw stiffer = kSaw;
+    stiffer.E_MPa = 2 * kSaw.E_MPa;
+    const ToothForce force_stiffer = MakeToothForce(ForceLaw(info->name), stiffer);
+    for (const double h : kBites_mm) {
+      for (const double E : {100.0, 19300.0}) {
+        const double once = force(h, CalcReducedModulus(kSaw.E_MPa, kSaw.nu, E, 0.28));
+        const double twice = force_stiffer(h, CalcReducedModulus(stiffer.E_MPa, stiffer.nu, 2 * E, 0.28));
+        EXPECT_NEAR(twice / once, 2, 2 * kRounding) << info->name << " at " << h << " mm";
+      }
+    }
+  }
+}
+
+TEST(EveryLaw, DoubledBiteGivesTheLawsOwnFactor) {
+  for (const ForceLawInfo* info : ForceLaws()) {
+    const ToothForce force = MakeToothForce(ForceLaw(info->name), kSaw);
+    for (const double h : kBites_mm) {
+      const double factor = FactorsOf(*info).bite_doubled(h);
+      EXPECT_NEAR(force(2 * h, 19140) / force(h, 19140), factor, factor * kRounding) << info->name << " at " << h;
+    }
+  }
+}
+
+TEST(EveryLaw, DoubledTeethAtTheSameFeedGiveTheLawsOwnFactor) {
+  DiscSaw finer = kSaw;
+  finer.teeth = 2 * kSaw.teeth;
+  for (const ForceLawInfo* info : ForceLaws()) {
+    const ToothForce coarse = MakeToothForce(ForceLaw(info->name), kSaw);
+    const ToothForce fine = MakeToothForce(ForceLaw(info->name), finer);
+    for (const double h : kBites_mm) {
+      const double factor = FactorsOf(*info).teeth_doubled(h);
+      EXPECT_NEAR(2 * fine(0.5 * h, 19140) / coarse(h, 19140), factor, factor * kRounding) << info->name << " at " << h;
+    }
+  }
+}
+
+TEST(EveryLaw, MetresAndPascalsGiveTheSameNewtons) {
+  DiscSaw si = kSaw;
+  si.diameter_mm = 1e-3 * kSaw.diameter_mm;  // metres now, whatever the field is called
+  si.thickness_mm = 1e-3 * kSaw.thickness_mm;
+  si.E_MPa = 1e6 * kSaw.E_MPa;
+  for (const ForceLawInfo* info : ForceLaws()) {
+    const ForceLaw law(info->name);
+    LawValues values = law.values();
+    for (std::size_t i = 0; i < info->parameters.size(); ++i) values[i] = ToSI(info->parameters[i].key, values[i]);
+    const ToothForce in_mm = info->make(law.values(), CalcTooth(kSaw));
+    const ToothForce in_m = info->make(values, CalcTooth(si));
+    for (const double h : kBites_mm) {
+      for (const double E : kEStar) {
+        const double newton = in_mm(h, E);
+        EXPECT_NEAR(in_m(1e-3 * h, 1e6 * E), newton, newton * kRounding) << info->name << " at " << h << " mm";
+      }
+    }
+  }
+}
+
+TEST(EveryLaw, NoBiteNoForce) {
+  for (const ForceLawInfo* info : ForceLaws()) {
+    const ToothForce force = MakeToothForce(ForceLaw(info->name), kSaw);
+    for (const double bite : {0.0, -0.0, -1e-12, -1e-3, -1e300, std::nan("")}) {
+      EXPECT_EQ(force(bite, 19140), 0) << info->name << " at " << bite;
+    }
+  }
+}
+
+TEST(EveryLaw, NeverPullsAndGrowsWithBiteAndModulus) {
+  for (const ForceLawInfo* info : ForceLaws()) {
+    const ToothForce force = MakeToothForce(ForceLaw(info->name), kSaw);
+    double before = 0;
+    for (double h = 1e-7; h < 0.1; h *= 1.1) {
+      const double now = force(h, 19140);
+      EXPECT_GT(now, 0) << info->name;
+      // The constant one may not fall by a bit either: it doesn't look at the bite.
+      EXPECT_GE(now, before) << info->name << " at " << h << " mm";
+      EXPECT_GT(force(h, 19141), now) << info->name;
+      EXPECT_EQ(force(h, 0), 0) << info->name;
+      before = now;
+    }
+  }
+}
+
+TEST(EveryLaw, IsDescribedWhole) {
+  std::ifstream file(std::string(KERF_SOURCE_DIR) + "/docs/physics.md");
+  std::stringstream physics;
+  physics << file.rdbuf();
+  std::map<std::string, int> names;
+  for (const ForceLawInfo* info : ForceLaws()) {
+    ++names[info->name];
+    EXPECT_NE(physics.str().find(std::string("| `") + info->name + "`"), std::string::npos)
+        << "docs/physics.md has no row for " << info->name;
+    EXPECT_FALSE(std::string(info->summary).empty());
+    EXPECT_FALSE(std::string(info->source).empty());
+    // The same words in the docs as in the program.
+    for (const std::string& phrase : {DescribeAccuracy(ForceLaw(info->name), DiscSaw{}),
+                                      DescribeBlades(ForceLaw(info->name)), std::string(FindCaveat(*info).good_for)}) {
+      EXPECT_FALSE(phrase.empty()) << info->name;
+      EXPECT_NE(physics.str().find(phrase), std::string::npos) << "docs/physics.md does not say: " << phrase;
+    }
+    EXPECT_LE(info->parameters.size(), LawValues{}.size());
+    EXPECT_TRUE(IsNowhereMeasured(info->validity) || info->validity.from_mm < info->validity.to_mm) << info->name;
+    // A limit must say what is wrong outside of it.
+    EXPECT_EQ(info->validity.from_mm > 0, !std::string(info->validity.below).empty()) << info->name;
+    EXPECT_EQ(std::isfinite(info->validity.to_mm), !std::string(info->validity.beyond).empty()) << info->name;
+    for (const LawParameter& p : info->parameters) {
+      EXPECT_GE(p.preset, p.lower) << p.key;
+      EXPECT_LE(p.preset, p.upper) << p.key;
+      EXPECT_FALSE(std::string(p.meaning).empty()) << p.key;
+    }
+  }
+  for (const auto& [name, count] : names) EXPECT_EQ(count, 1) << name;
+  EXPECT_STREQ(ForceLaw().name(), "hertz_chip");
+}
+
+}  // namespace
+}  // namespace kerf

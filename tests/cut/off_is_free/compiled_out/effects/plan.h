@@ -1,0 +1,48 @@
+// The effect plan compiled out: what src/cut/path_sim and src/cut/hand_sim call of effects/plan.h, and nothing in it.
+// tools/off_is_free holds the tick built with this against the tick as it is. KERF_PLAN_WORK puts that much work into
+// each call, so that the comparison itself can be tested.
+#pragma once
+
+#include <new>
+
+#include "cut/effects/effect.h"
+
+#ifndef KERF_PLAN_WORK
+#define KERF_PLAN_WORK 0
+#endif
+
+namespace kerf {
+
+class EffectPlan {
+ public:
+  EffectPlan(const EffectChoices&, const EffectSetup&) {
+    if (KERF_PLAN_WORK > 0) ::operator delete(::operator new(4096));
+  }
+
+  void Begin(EffectBegin&) { Work(); }
+  bool Holds(const EffectFlight&) {
+    Work();
+    return wanted_;
+  }
+  void Engage(const EffectStep&, StepProblem&) { Work(); }
+  bool wants_solved() const { return wanted_; }
+  bool wants_steps() const { return wanted_; }
+  void Solved(EffectSolved&) {}
+  void End(EffectEnd&) { Work(); }
+  void Release() { Work(); }
+  void Reset() { Work(); }
+  void BoneCameBack() {}
+  EffectCapacity capacity() const { return {}; }
+  std::size_t CalcMemoryBytes() const { return 0; }
+
+ private:
+  // Always false, which the compiler doesn't know: what hangs on it stays in the code, so that the rest of the tick is
+  // compiled as it is with a plan.
+  bool wanted_ = false;
+
+  static void Work() {
+    for (int i = 0; i < KERF_PLAN_WORK; ++i) asm volatile("");
+  }
+};
+
+}  // namespace kerf

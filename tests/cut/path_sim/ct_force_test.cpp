@@ -1,0 +1,133 @@
+// The force where the modulus is uniform, or comes from CT numbers, against the same constants in the region table.
+#include <gtest/gtest.h>
+
+#include "bone/grid/ct_modulus.h"
+#include "kerf/simulation.h"
+#include "support/cuts.h"
+
+namespace kerf {
+namespace {
+
+using test::DiscPose;
+using test::Stroke;
+
+const DiscSaw kSaw;
+
+/// A plate of 12 x 1.5 x 6 mm: cortical (24) above z = 0, cancellous (32) below.
+Bone MakePlate(double E_24_MPa, double E_32_MPa, double nu_24 = 0.28, double nu_32 = 0.30) {
+  SolidField field;
+  field.value = [](const Vec3& p) { return test::BoxDistance(p, Vec3(6, 0.75, 3)); };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3& p) { return p.z > 0 ? 24 : 32; };
+  MaterialTable table = test::OneRegionTable(24, E_24_MPa, nu_24);
+  table.Add({32, "cancellous", Tissue::kCancellous, E_32_MPa, nu_32, true, "test"});
+  return MakeBone(field, Box3{Vec3(-7, -2, -4), Vec3(7, 2, 4)}, {0.1, 0.1, {}}, table);
+}
+
+std::vector<TickOutput> Plunge(const Bone& bone) {
+  const double R = kSaw.radius_mm();
+  Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 3.1 + R}));
+  return Stroke(simulation, Pose{}, {0, 0, 3.1 + R}, {0, 0, -2.5 + R}, 20);
+}
+
+/// E = a HU MPa by way of rho = HU / 1200, from 12 to 30000 HU.
+CtLaw LinearLaw(double a = 1) {
+  CtLaw law;
+  law.name = "linear";
+  law.density = "qct";
+  law.calibration = {{0, 0}, {30000, 25}};
+  law.bands = {{0.01, 25, 0, 1200 * a, 1}};
+  law.source = "test";
+  return law;
+}
+
+TEST(UniformForce, IsThatOfABlockOfOneRegionToTheBit) {
+  Bone uniform = MakePlate(19300, 1370);
+  uniform.OverrideMaterials(MakeUniformTable(uniform.materials(), 17000, 0.31));
+  const auto a = Plunge(uniform);
+  const auto b = Plunge(MakePlate(17000, 17000, 0.31, 0.31));
+  const auto regions = Plunge(MakePlate(19300, 1370));
+  ASSERT_EQ(a.size(), b.size());
+  double difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].f_T_W_N, b[i].f_T_W_N);
+    EXPECT_EQ(a[i].mean_E_MPa, b[i].mean_E_MPa);
+    EXPECT_EQ(a[i].removed_mm3, regions[i].removed_mm3);  // removal knows no material
+    difference = std::max(difference, glm::length(a[i].f_T_W_N - regions[i].f_T_W_N));
+  }
+  EXPECT_GT(difference, 0.1);  // and it does differ from that of the regions
+}
+
+TEST(CtForce, OfConstantCtNumbersIsThatOfTheSameConstantsInTheTable) {
+  Bone ct = MakePlate(19300, 5);  // the table's 5 MPa must not be seen
+  SetHu(
+      ct, [](const Vec3&) { return 1500.0; }, 0.37);
+  UseCtModulus(ct, LinearLaw(), false);
+  const auto a = Plunge(ct);
+  const auto b = Plunge(MakePlate(19300, 1500));
+  ASSERT_EQ(a.size(), b.size());
+  double peak = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double size = glm::length(b[i].f_T_W_N);
+    peak = std::max(peak, size);
+    // The grid keeps seven figures of E.
+    EXPECT_NEAR(glm::length(a[i].f_T_W_N - b[i].f_T_W_N), 0, 1e-6 * size + 1e-12);
+    EXPECT_NEAR(a[i].mean_E_MPa, b[i].mean_E_MPa, 1e-6 * b[i].mean_E_MPa);
+    EXPECT_EQ(a[i].removed_mm3, b[i].removed_mm3);
+    EXPECT_EQ(a[i].main_region, b[i].main_region);
+  }
+  EXPECT_GT(peak, 1);
+}
+
+TEST(CtForce, WithTheCoefficientDoubledGrowsAsTheReducedModulusDoes) {
+  // The chip law is proportional to E*, which against steel grows by less than twice.
+  const double E = 3000;
+  const double ratio =
+      CalcReducedModulus(kSaw.E_MPa, kSaw.nu, 2 * E, 0.3) / CalcReducedModulus(kSaw.E_MPa, kSaw.nu, E, 0.3);
+  EXPECT_GT(ratio, 1.9);
+  EXPECT_LT(ratio, 2);
+  Bone once = MakePlate(5, 5, 0.3, 0.3);
+  SetHu(
+      once, [E](const Vec3&) { return E; }, 0.5);
+  Bone twice = once;
+  UseCtModulus(once, LinearLaw(1), true);
+  UseCtModulus(twice, LinearLaw(2), true);
+  const auto a = Plunge(once);
+  const auto b = Plunge(twice);
+  double peak = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_NEAR(b[i].thrust_sum_N, ratio * a[i].thrust_sum_N, 1e-6 * b[i].thrust_sum_N + 1e-12);
+    peak = std::max(peak, a[i].thrust_sum_N);
+  }
+  EXPECT_GT(peak, 0.5);
+}
+
+TEST(CtForce, OfARampIsThatOfTheModulusWhereTheTeethAre) {
+  // E falls from 3000 MPa at the top to 1000 at the bottom. A wide disc cuts the plate's whole length at nearly one
+  // depth, so the mean E over the teeth is the ramp's there.
+  Bone bone = MakePlate(5, 5, 0.3, 0.3);
+  SetHu(
+      bone, [](const Vec3& p) { return 2000 + 1000 * p.z / 3; }, 0.5);
+  UseCtModulus(bone, LinearLaw(), true);
+  SimulationParams params;
+  DiscSaw saw;
+  saw.diameter_mm = 200;
+  saw.teeth = 200;
+  params.tool = saw;
+  const double R = saw.radius_mm();
+  Simulation simulation(bone, params, DiscPose(Pose{}, {0, 0, 3.5 + R}));
+  const auto ticks = Stroke(simulation, Pose{}, {0, 0, 3.5 + R}, {0, 0, -2.5 + R}, 10);
+  const double sag = (R - std::sqrt(R * R - 36)) / 3;  // mean height of the arc above its lowest point
+  int checked = 0;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const double z = 3.5 - 0.01 * static_cast<double>(i) + sag;
+    if (z > 2.5 || z < -2) continue;
+    // The look-ahead is 0.025 mm deeper, a tick 0.01 mm: 12 MPa; the rounded ends of the kerf's floor weigh little.
+    EXPECT_NEAR(ticks[i].mean_E_MPa, 2000 + 1000 * z / 3, 20);
+    ++checked;
+  }
+  EXPECT_GT(checked, 400);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,345 @@
+// What the tool's clearance promises: never too much, and near only when near.
+#include "cut/proximity/clearance.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+#include "base/core/heap_guard.h"
+#include "cut/proximity/cover.h"
+#include "cut/proximity/leaf_boxes.h"
+#include "support/solids.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+// The same cases in every run; RapidCheck reads this at its first check.
+const int kFixedSeed = setenv("RC_PARAMS", "seed=20261120", 0);
+
+Vec3 RandomDirection(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return glm::normalize(Vec3(normal(random), normal(random), normal(random)));
+}
+
+Quat RandomTurn(std::mt19937& random, double most_rad) {
+  return glm::angleAxis(std::uniform_real_distribution<double>(0, most_rad)(random), RandomDirection(random));
+}
+
+/// Points of the tool's surface; for a disc on the rim of both flats and within, for a ball all over.
+std::vector<Vec3> ToolPoints(const Tool& tool) {
+  std::vector<Vec3> points;
+  if (const auto* disc = std::get_if<DiscSaw>(&tool)) {
+    for (const double share : {1.0, 0.97, 0.8, 0.6, 0.4, 0.2, 0.0}) {
+      for (int i = 0; i < 72; ++i) {
+        const double angle = 2 * kPi * i / 72;
+        for (const double side : {-0.5, 0.5}) {
+          points.push_back({share * disc->radius_mm() * std::cos(angle), share * disc->radius_mm() * std::sin(angle),
+                            side * disc->thickness_mm});
+        }
+      }
+    }
+  } else {
+    std::mt19937 random(7);
+    for (int i = 0; i < 1000; ++i) points.push_back(CalcReach(tool) * RandomDirection(random));
+  }
+  return points;
+}
+
+/// Distance of a tool to a ball-shaped bone about the origin, from the tool's side and a little too large: to sampled
+/// points of the tool.
+double SampledDistance(const std::vector<Vec3>& points, const Pose& X_WT, double bone_radius) {
+  double least = 1e300;
+  for (const Vec3& p_T : points) least = std::min(least, glm::length(X_WT.Point(p_T)) - bone_radius);
+  return least;
+}
+
+const Tool kDisc = DiscSaw{};
+const Tool kBall = BallBurr{};
+
+TEST(Cover, PlatesHoldTheWholeDisc) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (const DiscSaw& disc : {DiscSaw{}, DiscSaw{.diameter_mm = 5, .thickness_mm = 2}, DiscSaw{.diameter_mm = 150}}) {
+    const std::vector<CoverPlate> plates = MakeCover(disc);
+    EXPECT_EQ(plates.size(), 37u);
+    for (int i = 0; i < 20000; ++i) {
+      const double r = disc.radius_mm() * (i % 4 ? std::sqrt(unit(random)) : 1.0);
+      const double angle = 2 * kPi * unit(random);
+      const Vec3 p(r * std::cos(angle), r * std::sin(angle), 0);
+      EXPECT_TRUE(
+          std::any_of(plates.begin(), plates.end(),
+                      [&](const CoverPlate& plate) { return glm::length(p - plate.centre_T) <= plate.radius_mm; }))
+          << r << " " << angle;
+    }
+    for (const CoverPlate& plate : plates) {
+      EXPECT_EQ(plate.half_thickness_mm, 0.5 * disc.thickness_mm);
+      EXPECT_LT(plate.radius_mm, 0.25 * disc.radius_mm());
+    }
+  }
+}
+
+TEST(LeafBoxes, HoldAllBoneAndLittleElse) {
+  std::mt19937 random(2);
+  for (const double h : {0.1, 0.3}) {
+    Bone bone = test::MakeSphere({1, -2, 30}, 6, h);
+    const BoneField field(bone, 0);
+    const std::vector<Box3> boxes = MakeLeafBoxes(field);
+    std::uniform_real_distribution<double> side(-7, 7);
+    for (int i = 0; i < 20000; ++i) {
+      const Vec3 p = Vec3(1, -2, 30) + Vec3(side(random), side(random), side(random));
+      if (field.Sample(p / h) >= 0) continue;
+      EXPECT_TRUE(std::any_of(boxes.begin(), boxes.end(), [&](const Box3& box) {
+        return glm::all(glm::lessThanEqual(box.lower, p)) && glm::all(glm::lessThanEqual(p, box.upper));
+      }));
+    }
+    // Nothing sticks out further than a small box's diagonal and the voxel around it.
+    const double edge = std::min(8 * h, 1.2) + 2 * h;
+    for (const Box3& box : boxes) {
+      EXPECT_LT(glm::length(glm::max(glm::abs(box.lower - Vec3(1, -2, 30)), glm::abs(box.upper - Vec3(1, -2, 30)))),
+                6 + std::sqrt(3.0) * edge);
+    }
+  }
+}
+
+TEST(LeafBoxes, PureBoneIsJoinedToFewBoxes) {
+  Bone bone = test::MakeBox(Pose{}, Vec3(20), 0.1);
+  const BoneField field(bone, 0);
+  const std::vector<Box3> boxes = MakeLeafBoxes(field);
+  double largest = 0;
+  for (const Box3& box : boxes) largest = std::max(largest, box.size().x * box.size().y * box.size().z);
+  EXPECT_GT(largest, 0.8 * 8000);  // a cube's inside is one box
+}
+
+/// A tool wanders about a ball of bone and through it; at every step the bound holds.
+void ExpectBoundHoldsOnWalk(const Tool& tool, unsigned seed) {
+  std::mt19937 random(seed);
+  const double bone_radius = 8;
+  Bone bone = test::MakeSphere({0, 0, 0}, bone_radius, 0.2);
+  const BoneField field(bone, 0);
+  Clearance clearance(field, tool);
+  const std::vector<Vec3> points = ToolPoints(tool);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Pose X_WT;
+  X_WT.p_AB = 30.0 * RandomDirection(random);
+  Vec3 velocity{0};
+  // The zero level of the grid lies within a hundredth of a voxel of the sphere.
+  constexpr double kSurface_mm = 0.01;
+  for (int i = 0; i < 1500; ++i) {
+    if (i % 100 == 0) {
+      // Now and then elsewhere, and at another pace: towards somewhere about the bone.
+      if (i % 300 == 0) X_WT = {RandomTurn(random, kPi), (5 + 25 * unit(random)) * RandomDirection(random)};
+      velocity = 0.01 * std::pow(10, 1.5 * unit(random)) * glm::normalize(12.0 * RandomDirection(random) - X_WT.p_AB);
+    }
+    X_WT.p_AB += velocity;
+    X_WT.R_AB = glm::normalize(RandomTurn(random, i % 50 ? 0.01 : 0.5) * X_WT.R_AB);
+    const double margin = i % 7 ? 0.5 : 2.0 * unit(random);
+    const double distance = SampledDistance(points, X_WT, bone_radius);
+    const bool near = clearance.IsNear(X_WT, margin);
+    ASSERT_LE(clearance.bound_mm(), std::max(0.0, distance + kSurface_mm)) << "seed " << seed << ", step " << i;
+    if (near) {
+      ASSERT_EQ(clearance.bound_mm(), 0);
+    } else {
+      ASSERT_GT(clearance.bound_mm(), margin);
+      ASSERT_GT(distance + kSurface_mm, margin) << "seed " << seed << ", step " << i;
+    }
+  }
+}
+
+TEST(Clearance, BoundNeverExceedsTheDistanceOnRandomWalks) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    ExpectBoundHoldsOnWalk(kDisc, seed);
+    ExpectBoundHoldsOnWalk(kBall, seed + 100);
+  }
+}
+
+TEST(Clearance, BoundHoldsAtAnyPoseAtAll) {
+  ASSERT_EQ(kFixedSeed, 0);
+  Bone bone = test::MakeSphere({0, 0, 0}, 6, 0.3);
+  const BoneField field(bone, 0);
+  const std::vector<Vec3> points = ToolPoints(kDisc);
+  Clearance kept(field, kDisc);
+  const bool passed = rc::check([&] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    Pose X_WT{RandomTurn(random, kPi), (*rc::gen::inRange(0, 4000) * 0.01) * RandomDirection(random)};
+    const double margin = *rc::gen::inRange(0, 500) * 0.01;
+    const double distance = SampledDistance(points, X_WT, 6);
+    Clearance fresh(field, kDisc);
+    for (Clearance* clearance : {&fresh, &kept}) {
+      const bool near = clearance->IsNear(X_WT, margin);
+      RC_ASSERT(clearance->bound_mm() <= std::max(0.0, distance + 0.01));
+      RC_ASSERT(near || distance + 0.01 > margin);
+    }
+  });
+  EXPECT_TRUE(passed);
+}
+
+TEST(Clearance, FiveMillimetresAwayIsNotNearInAnyOrientation) {
+  const double half = 20;
+  // Voxels up to those of a coarse scene; the block in line with the grid and askew.
+  for (const double h : {0.1, 0.2, 0.4}) {
+    for (const double askew : {0.0, 0.5}) {
+      const Pose X_WB{glm::angleAxis(askew, glm::normalize(Vec3(1, 2, 0.5))), {0.3, -0.1, 0.2}};
+      Bone bone = test::MakeBox(X_WB, Vec3(2 * half, 2 * half, 6), h);
+      const BoneField field(bone, 0);
+      for (const Tool& tool : {kDisc, kBall}) {
+        std::mt19937 random(3);
+        std::uniform_real_distribution<double> across(-12, 12);
+        const std::vector<Vec3> points = ToolPoints(tool);
+        Clearance clearance(field, tool);
+        for (int i = 0; i < 300; ++i) {
+          const double tilt = i < 10 ? 0 : i < 20 ? 0.5 * kPi : std::uniform_real_distribution<double>(0, kPi)(random);
+          Pose X_BT{glm::angleAxis(tilt, glm::normalize(Vec3(across(random), across(random), 0))),
+                    {across(random), across(random), 0}};
+          double lowest = 1e300;
+          for (const Vec3& p_T : points) lowest = std::min(lowest, X_BT.Vector(p_T).z);
+          X_BT.p_AB.z = 3 + 5 - lowest;
+          const Pose X_WT{glm::normalize(X_WB.R_AB * X_BT.R_AB), X_WB.Point(X_BT.p_AB)};
+          if (i % 50 == 0) clearance = Clearance(field, tool);  // with and without knowledge of other places
+          EXPECT_FALSE(clearance.IsNear(X_WT, 1.0)) << "voxel " << h << ", tilt " << tilt << ", askew " << askew;
+        }
+      }
+    }
+  }
+}
+
+TEST(Clearance, ToolInTheBoneIsNear) {
+  Bone bone = test::MakeBox(Pose{}, Vec3(60), 0.4);
+  const BoneField field(bone, 0);
+  for (const Tool& tool : {kDisc, kBall}) {
+    Clearance clearance(field, tool);
+    EXPECT_TRUE(clearance.IsNear(Pose{}, 0));  // deep inside, where all leaves are pure bone
+    EXPECT_TRUE(clearance.IsNear({Quat(1, 0, 0, 0), {0, 0, 30}}, 0));
+    EXPECT_FALSE(clearance.IsNear({Quat(1, 0, 0, 0), {0, 0, 50}}, 1));
+    EXPECT_TRUE(clearance.IsNear(Pose{}, 0));
+  }
+}
+
+// A clearance that is the margin to the last bits is not lifted above it, for rounding: to ask until it is would never
+// end.
+TEST(Clearance, OfTheMarginItselfIsAnswered) {
+  Bone bone = test::MakeBox({}, Vec3(20, 20, 4), 0.2);
+  const BoneField field(bone, 0);
+  constexpr double kMargin_mm = 0.3;
+  for (const Tool& tool : {Tool(BallBurr{}), Tool(DiscSaw{})}) {
+    Clearance clearance(field, tool);
+    const double high_mm = CalcReach(tool) + 12;
+    clearance.IsNear({Quat{1, 0, 0, 0}, Vec3(0, 0, high_mm)}, 0);
+    const double margin_z_mm = high_mm - clearance.bound_mm() + kMargin_mm;
+    for (int lift = 0; lift < 40; ++lift) {
+      for (int ulps = -30; ulps <= 30; ++ulps) {
+        // What has been travelled sets how the sums round.
+        clearance.IsNear({Quat{1, 0, 0, 0}, Vec3(0, 0, margin_z_mm + 0.1 + 0.037 * lift)}, kMargin_mm);
+        double z_mm = margin_z_mm;
+        for (int i = 0; i < std::abs(ulps); ++i) z_mm = std::nextafter(z_mm, ulps < 0 ? -1e9 : 1e9);
+        clearance.IsNear({Quat{1, 0, 0, 0}, Vec3(0, 0, z_mm)}, kMargin_mm);
+        EXPECT_GE(clearance.bound_mm(), 0);  // that it came back is what counts
+      }
+    }
+  }
+}
+
+TEST(Clearance, StaysTrueWhileBoneIsCutAway) {
+  Bone bone = test::MakeSphere({0, 0, 0}, 8, 0.2);
+  BoneField field(bone);
+  Clearance clearance(field, kDisc);
+  const std::vector<Vec3> points = ToolPoints(kDisc);
+  Pose X_WT{glm::angleAxis(0.3, Vec3(1, 0, 0)), {0, 0, 25}};
+  // Everything above z = 2 mm goes, layer by layer.
+  for (int top = 5; top >= 1; --top) {
+    for (int x = -6; x <= 6; ++x) {
+      for (int y = -6; y <= 6; ++y) {
+        const LeafIndex leaf{x, y, top};
+        if (field.kind(leaf) == BoneField::LeafKind::kOutside) continue;
+        float* values = field.Write(leaf);
+        ASSERT_NE(values, nullptr);
+        std::fill_n(values, BoneField::kLeafVoxels, static_cast<float>(field.band_mm()));
+      }
+    }
+    for (int i = 0; i < 100; ++i) {
+      X_WT.p_AB.z += top % 2 ? -0.15 : 0.13;
+      const double distance = SampledDistance(points, X_WT, 8);  // to what was there, no more than to what is left
+      const bool near = clearance.IsNear(X_WT, 0.5);
+      ASSERT_LE(clearance.bound_mm(), std::max(0.0, distance + 0.01));
+      ASSERT_TRUE(near || distance + 0.01 > 0.5);
+    }
+  }
+}
+
+TEST(Clearance, WithoutBoneNothingIsNear) {
+  Bone bone = test::MakeSphere({0, 0, 0}, 2, 0.2);
+  BoneField field(bone);
+  for (int x = field.lowest().x; x <= field.highest().x; ++x) {
+    for (int y = field.lowest().y; y <= field.highest().y; ++y) {
+      for (int z = field.lowest().z; z <= field.highest().z; ++z) {
+        if (float* values = field.Write({x, y, z})) {
+          std::fill_n(values, BoneField::kLeafVoxels, static_cast<float>(field.band_mm()));
+        }
+      }
+    }
+  }
+  Clearance clearance(field, kDisc);
+  EXPECT_FALSE(clearance.IsNear(Pose{}, 1000));
+  EXPECT_GT(clearance.bound_mm(), 1e6);
+}
+
+TEST(Clearance, BadPosesCountAsNearAndChangeNothing) {
+  Bone bone = test::MakeSphere({0, 0, 0}, 5, 0.3);
+  const BoneField field(bone, 0);
+  Clearance clearance(field, kDisc);
+  Pose far;
+  far.p_AB = {0, 0, 60};
+  EXPECT_FALSE(clearance.IsNear(far, 1));
+  const double bound = clearance.bound_mm();
+  Pose bad = far;
+  bad.p_AB.x = std::nan("");
+  EXPECT_TRUE(clearance.IsNear(bad, 1));
+  EXPECT_FALSE(clearance.IsNear(far, 1));
+  EXPECT_EQ(clearance.bound_mm(), bound);
+  // From the end of the world and back.
+  far.p_AB = {1e300, -1e300, 1e300};
+  EXPECT_FALSE(clearance.IsNear(far, 1));
+  EXPECT_TRUE(clearance.IsNear(Pose{}, 1));
+  far.p_AB = {0, 0, 60};
+  EXPECT_FALSE(clearance.IsNear(far, 1));
+  EXPECT_LE(clearance.bound_mm(), 55);
+}
+
+TEST(Clearance, SameCallsGiveTheSameBits) {
+  Bone bone = test::MakeSphere({0, 0, 0}, 8, 0.2);
+  const BoneField field(bone, 0);
+  Clearance a(field, kDisc);
+  Clearance b(field, kDisc);
+  std::mt19937 random(4);
+  Pose X_WT;
+  X_WT.p_AB = {0, 0, 24};
+  for (int i = 0; i < 2000; ++i) {
+    X_WT.p_AB += 0.05 * RandomDirection(random) + Vec3(0, 0, i < 1000 ? -0.01 : 0.01);
+    X_WT.R_AB = glm::normalize(RandomTurn(random, 0.02) * X_WT.R_AB);
+    ASSERT_EQ(a.IsNear(X_WT, 0.5), b.IsNear(X_WT, 0.5));
+    ASSERT_EQ(a.bound_mm(), b.bound_mm());
+  }
+}
+
+TEST(Clearance, AsksForNoMemory) {
+  if (!HeapGuardIsInstalled()) GTEST_SKIP() << "nothing looks at the heap in this build";
+  Bone bone = test::MakeSphere({0, 0, 0}, 8, 0.2);
+  const BoneField field(bone, 0);
+  Clearance clearance(field, kDisc);
+  std::mt19937 random(5);
+  const HeapUseCounter uses;
+  for (int i = 0; i < 2000; ++i) {
+    const Pose X_WT{RandomTurn(random, kPi), (25.0 * i / 2000) * RandomDirection(random)};
+    const HeapGuard guard;
+    clearance.IsNear(X_WT, 0.5);
+  }
+  EXPECT_EQ(uses.count(), 0);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,83 @@
+// The cutter against brute force: every step applied to every voxel of a plain array, in double precision.
+#include <gtest/gtest.h>
+
+#include "experiment/bench/dense_bone.h"
+#include "strokes.h"
+#include "support/seeded_check.h"
+
+namespace kerf {
+namespace {
+
+using test::CheckSeeded;
+using test::Step;
+using test::Way;
+
+/// Float arithmetic about a tool of this radius: a coordinate is off by up to 2^-24 of it in each of about six
+/// operations, and phi is kept to 2^-24 of the band.
+double Rounding(const Tool& tool) {
+  return 6 * 6e-8 * (CalcReach(tool) + 2) + 1e-7;
+}
+
+struct Difference {
+  DenseDifference phi;
+  double removed_mm3 = 0;        // by the cutter
+  double dense_removed_mm3 = 0;  // by brute force
+};
+
+Difference Compare(const Pose& X_WB, double voxel_mm, const Tool& tool, const std::vector<Step>& steps) {
+  Bone bone = test::MakeBox(X_WB, {5, 4, 4.5}, voxel_mm);
+  DenseBone dense(bone, Box3{X_WB.p_AB - Vec3(5), X_WB.p_AB + Vec3(5)});
+  const double before = dense.CalcOccupancy_mm3();
+  BoneField field(bone, 4096);
+  Cutter cutter(field, tool, CutWith::kWholeTool);
+  Difference difference;
+  difference.removed_mm3 = test::CutAll(cutter, steps);
+  for (const Step& step : steps) dense.Cut(tool, step.X_from, step.X_to);
+  difference.phi = dense.Compare(bone);
+  difference.dense_removed_mm3 = before - dense.CalcOccupancy_mm3();
+  return difference;
+}
+
+TEST(CutterAgainstBruteForce, EveryVoxelIsTheSameToRoundingWhereADiscStaysInItsPlaneAndForBalls) {
+  EXPECT_TRUE(CheckSeeded(1, 20, [] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    const double h = *rc::gen::element(0.1, 0.2, 0.3);
+    const Tool tool = test::DrawTool(random);
+    const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
+    const auto steps = test::DrawSteps(random, tool, Way::kInPlane, h, 3, h < 0.15 ? 15 : 30);
+    const Difference d = Compare(X_WB, h, tool, steps);
+    RC_ASSERT(d.phi.max_phi_mm <= Rounding(tool));
+    // A voxel's share is off by at most rounding / h, of which there are as many as differ.
+    const double rounding_mm3 = static_cast<double>(d.phi.voxels) * h * h * Rounding(tool);
+    RC_ASSERT(std::abs(d.removed_mm3 - d.dense_removed_mm3) <= rounding_mm3 + 1e-6 * d.dense_removed_mm3);
+    RC_CLASSIFY(d.dense_removed_mm3 > 1);
+  }));
+}
+
+TEST(CutterAgainstBruteForce, WhereADiscTiltsAndSlidesItIsTheSameToTheFlanksTolerance) {
+  EXPECT_TRUE(CheckSeeded(2, 12, [] {
+    std::mt19937 random(*rc::gen::arbitrary<unsigned>());
+    const double h = *rc::gen::element(0.2, 0.3);
+    const Tool tool = test::DrawTool(random);
+    const Pose X_WB{test::DrawRotation(random), 0.1 * test::DrawVector(random)};
+    const auto steps = test::DrawSteps(random, tool, Way::kFree, h, 2, 25);
+    const Difference d = Compare(X_WB, h, tool, steps);
+    RC_ASSERT(d.phi.max_phi_mm <= Cutter::kFlankTolerance * h + Rounding(tool));
+    RC_CLASSIFY(d.dense_removed_mm3 > 1);
+  }));
+}
+
+TEST(CutterAgainstBruteForce, ALongStrokeThroughTheBlockMissesNothing) {
+  // Far beyond the slack of the leaf lists, with a turned thick disc.
+  DiscSaw disc;
+  disc.thickness_mm = 0.5;
+  const Pose X_WB = test::BlockPoses(0.2)[5];
+  std::vector<Pose> poses;
+  for (int i = 0; i <= 130; ++i) poses.push_back(test::DiscPose(X_WB, {-13 + 0.2 * i, 0.3, 11}));
+  const Difference d = Compare(X_WB, 0.2, disc, test::MakeSteps(poses, disc, 0.2));
+  EXPECT_LE(d.phi.max_phi_mm, Rounding(disc));
+  EXPECT_GT(d.removed_mm3, 3);
+}
+
+}  // namespace
+}  // namespace kerf

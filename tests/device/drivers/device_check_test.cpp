@@ -1,0 +1,385 @@
+// The look at a device: what it finds of one that is known, and that it never does more than it may.
+#include "device/drivers/device_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "device/devices/falcon/falcon_driver.h"
+#include "device/devices/falcon/falcon_usb.h"
+#include "device/drivers/told_device.h"
+#include "device/emulation/falcon_model.h"
+#include "device/emulation/model_bus.h"
+#include "device/emulation/scripted_hand.h"
+#include "support/wakeful.h"
+
+namespace kerf {
+namespace {
+
+using test::JudgeAwake;
+using test::LongestGap;
+using test::PatientOptions;
+using test::Served;
+using test::ToldDevice;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kQuantum_mm = 0.04;
+constexpr double kSpring_N_per_mm = 0.5;
+
+/// A handle on a spring, told in steps; at rest it goes to and fro by one.
+void FeelSpring(ToldDevice::State& state) {
+  Vec3 p_mm = state.told.f_D_N / kSpring_N_per_mm;
+  p_mm.y += state.rounds / 3 % 2 == 0 ? kQuantum_mm : 0;
+  state.sample.X_DH.p_AB = kQuantum_mm * glm::round(p_mm / kQuantum_mm);
+}
+
+DeviceCheckOptions ShortOptions() {
+  DeviceCheckOptions options;
+  options.homing_s = 60;
+  options.still_s = 2;     // 100 samples must come within it, of a device that tells 2000
+  options.circle_s = 4;    // two seconds of it at full force: time for the gate to open again after a stall
+  options.buttons_s = 20;  // it ends with the last of them
+  return options;
+}
+
+double FalconsPeak() {
+  return FindDeviceProfile("falcon").peak_force_N;
+}
+
+TEST(DeviceCheck, FindsWhatIsKnownOfTheDevice) {
+  // Two seconds at rest, and two at full force: of a machine that stands still for half of them nothing is known.
+  JudgeAwake(std::chrono::milliseconds(1000), [](LongestGap& own) {
+    Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
+    DeviceCheckOptions options = ShortOptions();
+    options.goes_on = [&] {
+      own.Look();
+      return true;
+    };
+    std::string said;
+    options.say = [&](const std::string& text) {
+      said += text + "\n";
+      if (text.starts_with("press each button")) {
+        served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b1011; });
+      } else if (text == "button left") {
+        served.device->With([](ToldDevice::State& state) { state.sample.buttons = 0b0100; });
+      }
+    };
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_THAT(r.faults, IsEmpty());
+    EXPECT_TRUE(r.homed);
+    EXPECT_FALSE(r.stopped);
+    EXPECT_GT(r.still_samples, 15U);
+    EXPECT_NEAR(r.least_step_mm, kQuantum_mm, 1e-9);
+    EXPECT_NEAR(r.span_mm.y, kQuantum_mm, 1e-9);
+    EXPECT_EQ(r.span_mm.x, 0);
+    // Up and down for as long as each other; samples that are skipped by chance make it less even.
+    EXPECT_GT(r.noise_mm.y, 0.2 * kQuantum_mm);
+    EXPECT_LE(r.noise_mm.y, 0.5 * kQuantum_mm + 1e-9);
+    EXPECT_TRUE(r.made_force);
+    EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
+    EXPECT_NEAR(r.largest_sent_N, 0.2 * FalconsPeak(), 0.03 * 0.2 * FalconsPeak());
+    EXPECT_LE(served.device->Look().largest_N, 0.2 * FalconsPeak() + 1e-9);
+    EXPECT_NEAR(r.moved_mm, 0.2 * FalconsPeak() / kSpring_N_per_mm, 0.1);
+    EXPECT_GT(r.followed, 0.9);
+    EXPECT_EQ(r.buttons, 0b1111U);
+    EXPECT_THAT(said, HasSubstr("leave the handle alone"));
+    EXPECT_THAT(said, HasSubstr("button right"));
+
+    const auto json = nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r));
+    EXPECT_EQ(json["ok"], true);
+    EXPECT_EQ(json["buttons"], "clutch, spindle, right, left");
+    EXPECT_EQ(json["still"]["samples"], r.still_samples);
+    EXPECT_THAT(FormatDeviceCheck("told", *served.servo, r), HasSubstr("least step 0.0400 mm"));
+  });
+}
+
+TEST(DeviceCheck, EndsAtOnceWithoutForce) {
+  // The force swells within a second: who looks too late finds it whole.
+  JudgeAwake(std::chrono::milliseconds(200), [](LongestGap& own) {
+    Served served(PatientOptions(), [](ToldDevice::State& state) { state.feels = FeelSpring; });
+    DeviceCheckOptions options = ShortOptions();
+    options.circle_s = 60;
+    options.goes_on = [&] {
+      own.Look();
+      return served.device->Look().largest_N < 0.5;
+    };
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_TRUE(r.stopped);
+    EXPECT_THAT(r.faults, IsEmpty());
+    EXPECT_EQ(r.buttons, 0U);
+    EXPECT_LT(r.largest_asked_N, 0.2 * FalconsPeak());
+    EXPECT_TRUE(test::WaitFor([&] { return served.device->Look().told.f_D_N == Vec3(0); }, 10));
+    EXPECT_EQ(nlohmann::json::parse(FormatDeviceCheckJson("told", *served.servo, r))["ok"], false);
+  });
+}
+
+TEST(DeviceCheck, MakesNoForceWithADeviceThatHasNone) {
+  Served served(PatientOptions(), [](ToldDevice::State& state) {
+    state.traits.makes_force = false;
+    state.traits.motion = DriverMotion::kDeflection;
+    state.traits.buttons.clear();
+  });
+  const DeviceCheckResult r = CheckDevice(*served.servo, ShortOptions());
+  EXPECT_THAT(r.faults, IsEmpty());
+  EXPECT_FALSE(r.made_force);
+  EXPECT_EQ(served.device->Look().largest_N, 0);
+  EXPECT_THAT(FormatDeviceCheck("told", *served.servo, r), HasSubstr("the device makes none"));
+}
+
+TEST(DeviceCheck, NamesWhatIsWrong) {
+  {
+    Served served(PatientOptions(), [](ToldDevice::State& state) { state.sample.homed = false; });
+    DeviceCheckOptions options = ShortOptions();
+    options.homing_s = 0.1;
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_FALSE(r.homed);
+    EXPECT_THAT(r.faults, ElementsAre("the handle was not homed in 0.1 s: pull it out"));
+    EXPECT_EQ(served.device->Look().largest_N, 0);
+  }
+  // The last second at rest is the one that counts.
+  JudgeAwake(std::chrono::milliseconds(500), [](LongestGap& /*own*/) {
+    DeviceCheckOptions options = ShortOptions();
+    options.buttons_s = 0;
+    options.still_s = 1;  // it is measured five times
+    // One round of ten has no good answer, and the handle is never at rest: nobody holds it, and no force is made.
+    Served served(PatientOptions(), [](ToldDevice::State& state) {
+      state.feels = [](ToldDevice::State& s) {
+        s.sample.X_DH.p_AB.x = 5 * std::sin(0.1 * static_cast<double>(s.rounds));
+        s.end = s.rounds % 10 == 0 ? RoundEnd::kBadAnswer : RoundEnd::kSample;
+      };
+    });
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_THAT(r.faults,
+                ElementsAre(HasSubstr("never kept still in the middle"), HasSubstr("rounds had no good answer"),
+                            HasSubstr("the handle was never left alone")));
+    EXPECT_FALSE(r.made_force);
+    EXPECT_EQ(served.device->Look().largest_N, 0);
+  });
+}
+
+TEST(DeviceCheck, SaysWhyLessForceWentOutThanWasAskedFor) {
+  // A round that is 100 ms late closes the gate too, with a reason of its own.
+  JudgeAwake(std::chrono::milliseconds(50), [](LongestGap& own) {
+    DeviceServoOptions servo = PatientOptions();
+    servo.servo.gate.lost_s = 0.05;
+    // It falls silent in mid-force, and is in the hand for seconds yet.
+    Served served(servo, [](ToldDevice::State& state) {
+      state.feels = [](ToldDevice::State& s) {
+        FeelSpring(s);
+        if (s.largest_N > 0.5) s.end = RoundEnd::kNoAnswer;
+      };
+    });
+    DeviceCheckOptions options = ShortOptions();
+    options.still_s = 1;
+    options.circle_s = 2.2;
+    options.buttons_s = 0;
+    options.goes_on = [&] {
+      own.Look();
+      return true;
+    };
+    const DeviceCheckResult r = CheckDevice(*served.servo, options);
+    EXPECT_TRUE(r.made_force);
+    EXPECT_EQ(r.closed_by, GateReason::kLostSample);
+    EXPECT_THAT(r.faults, testing::Contains(HasSubstr("N were sent (no force: the device does not answer)")));
+  });
+}
+
+TEST(DeviceCheck, UnpluggedInMidForceItEndsAtOnceAndSaysSo) {
+  Served served(PatientOptions(), [](ToldDevice::State& state) {
+    state.feels = [](ToldDevice::State& s) {
+      FeelSpring(s);
+      if (s.largest_N > 0.5) s.is_there = false;
+    };
+  });
+  DeviceCheckOptions options = ShortOptions();
+  options.circle_s = 60;
+  const DeviceCheckResult r = CheckDevice(*served.servo, options);
+  EXPECT_THAT(r.faults, ElementsAre("the device went away in the middle of the test"));
+  EXPECT_FALSE(r.stopped);
+}
+
+TEST(DeviceCheck, RefusesMoreThanAFifthOfThePeak) {
+  Served served;
+  for (const double share : {0.0, 0.005, 0.21, 1.0, std::nan("")}) {
+    DeviceCheckOptions options = ShortOptions();
+    options.circle_share = share;
+    EXPECT_THROW(CheckDevice(*served.servo, options), Error) << share;
+  }
+  EXPECT_EQ(served.device->Look().largest_N, 0);
+}
+
+/// A Falcon made of numbers, in a hand, whose time is the machine's.
+class LiveFalcon {
+ public:
+  LiveFalcon() : hand_(FindDeviceProfile("falcon"), FindHandModel("H3"), {}), model_(hand_, {}) { bus_.PlugIn(model_); }
+
+  std::unique_ptr<DeviceDriver> Open();
+  void Home() {
+    const std::lock_guard lock(mutex_);
+    hand_.Home();
+  }
+  bool homed() {
+    const std::lock_guard lock(mutex_);
+    return model_.homed() && !hand_.homing();
+  }
+  std::array<int, 3> motors() {
+    const std::lock_guard lock(mutex_);
+    return model_.last_command().motors;
+  }
+  int uploads() {
+    const std::lock_guard lock(mutex_);
+    return model_.uploads();
+  }
+  void Unplug() {
+    const std::lock_guard lock(mutex_);
+    UsbFaults faults;
+    faults.unplugged = true;
+    bus_.SetFaults(faults);
+  }
+  void PlugInAgain() {
+    const std::lock_guard lock(mutex_);
+    bus_.PlugInAgain();
+  }
+
+ private:
+  class Driver;
+  std::mutex mutex_;
+  ScriptedHand hand_;
+  FalconModel model_;
+  ModelBus bus_;
+};
+
+/// No more than 20 ms at once, however late the machine is: the hand goes on from there.
+class LiveFalcon::Driver final : public DeviceDriver {
+ public:
+  Driver(LiveFalcon& falcon, std::unique_ptr<FalconDriver> driver)
+      : falcon_(falcon), driver_(std::move(driver)), last_(std::chrono::steady_clock::now()) {}
+  ~Driver() override {
+    const std::lock_guard lock(falcon_.mutex_);
+    driver_.reset();
+  }
+  const DeviceProfile& profile() const override { return driver_->profile(); }
+  const DriverTraits& traits() const override { return driver_->traits(); }
+  void Start(const std::function<bool(const std::string&, double)>& show) override {
+    const std::lock_guard lock(falcon_.mutex_);
+    driver_->Start(show);
+  }
+  RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override {
+    const std::lock_guard lock(falcon_.mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    falcon_.bus_.Advance(std::min(0.02, std::chrono::duration<double>(now - last_).count()));
+    last_ = now;
+    return driver_->Exchange(command, sample);
+  }
+  void Stop() noexcept override {
+    const std::lock_guard lock(falcon_.mutex_);
+    driver_->Stop();
+  }
+
+ private:
+  LiveFalcon& falcon_;
+  std::unique_ptr<FalconDriver> driver_;
+  std::chrono::steady_clock::time_point last_;
+};
+
+std::unique_ptr<DeviceDriver> LiveFalcon::Open() {
+  const std::lock_guard lock(mutex_);
+  FalconOptions options;
+  options.firmware.assign(2000, 0x5a);
+  const std::vector<UsbDeviceInfo> devices = bus_.List();
+  if (devices.empty()) throw Error("no Falcon is plugged in");
+  return std::make_unique<Driver>(
+      *this, std::make_unique<FalconDriver>(bus_.Open(devices.front(), kFalconInterface).transport, options));
+}
+
+TEST(DeviceCheck, OfAFalconInAHandAndThroughAnUnplug) {
+  std::unique_ptr<LiveFalcon> falcon;
+  std::unique_ptr<DeviceServo> servo;
+  JudgeAwake(std::chrono::milliseconds(1000), [&](LongestGap& own) {
+    servo.reset();
+    falcon = std::make_unique<LiveFalcon>();
+    servo = std::make_unique<DeviceServo>(
+        "falcon", [&] { return falcon->Open(); }, PatientOptions(), [](const std::string&, double) { return true; });
+    DeviceCheckOptions options = ShortOptions();
+    options.buttons_s = 0;
+    options.goes_on = [&] {
+      own.Look();
+      return true;
+    };
+    options.say = [&](const std::string& text) {
+      if (text.find("no force before that") != std::string::npos) falcon->Home();
+    };
+    const DeviceCheckResult r = CheckDevice(*servo, options);
+    EXPECT_THAT(r.faults, IsEmpty());
+    EXPECT_TRUE(r.homed);
+    EXPECT_NEAR(r.largest_asked_N, 0.2 * FalconsPeak(), 1e-9);
+    EXPECT_GT(r.moved_mm, 0.5);
+    EXPECT_GT(r.followed, 0.5);
+  });
+  ASSERT_TRUE(test::WaitFor([&] { return falcon->motors() == std::array<int, 3>{}; }));
+
+  // In mid-force.
+  const auto push = [&] {
+    DriverCommand command;
+    command.f_D_N = {0, 1, 0};
+    servo->Command(command);
+  };
+  ASSERT_TRUE(test::WaitFor([&] {
+    push();
+    return falcon->motors() != std::array<int, 3>{};
+  }));
+  falcon->Unplug();
+  ASSERT_TRUE(test::WaitFor([&] { return servo->state() == ServoState::kClosed; }));
+  falcon->PlugInAgain();
+  ASSERT_TRUE(test::WaitFor([&] {
+    push();
+    return servo->state() == ServoState::kHoming;
+  }));
+  EXPECT_EQ(falcon->uploads(), 2);
+  falcon->Home();
+  ASSERT_TRUE(test::WaitFor([&] {
+    push();
+    EXPECT_EQ(falcon->motors(), (std::array<int, 3>{}));
+    return servo->state() == ServoState::kWaiting;
+  }));
+  servo->Agree();
+  EXPECT_TRUE(test::WaitFor([&] {
+    push();
+    return falcon->motors() != std::array<int, 3>{};
+  }));
+}
+
+TEST(WatchDevice, ShowsWhereTheHandleIsOnlyWhileItTells) {
+  DeviceServoOptions options = PatientOptions();
+  options.servo.silent_s = options.servo.agree_s = 0.3;
+  Served served(options, [](ToldDevice::State& state) {
+    state.sample.X_DH.p_AB = {1.25, -2.5, 30};
+    state.sample.buttons = 0b0100;
+  });
+  const char* const told = "right    +1.25  up    -2.50  towards you   +30.00 mm; buttons right";
+  // What must be seen next, and what is done to the device then.
+  const std::vector<std::pair<std::string, std::function<void(ToldDevice::State&)>>> sights = {
+      {told, [](ToldDevice::State& state) { state.end = RoundEnd::kNoAnswer; }},
+      {"; no answer", [](ToldDevice::State& state) { state.end = RoundEnd::kSample; }},
+      {told, [](ToldDevice::State& state) { state.is_there = false; }},
+      {"not there", [](ToldDevice::State& state) { state.is_there = true; }},
+      {told, [](ToldDevice::State& /*state*/) {}}};
+  std::size_t next = 0;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(test::kLongWait_s);
+  WatchDevice(
+      *served.servo, [&] { return next < sights.size() && std::chrono::steady_clock::now() < end; },
+      [&](const std::string& line, bool passing) {
+        if (!passing || next == sights.size()) return;
+        EXPECT_EQ(line.ends_with(told), line.find(" mm") != std::string::npos) << line;
+        if (!line.ends_with(sights[next].first)) return;
+        served.device->With(sights[next].second);
+        ++next;
+      });
+  EXPECT_EQ(next, sights.size()) << "never saw: " << sights[std::min(next, sights.size() - 1)].first;
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,217 @@
+// libusb as it is, over devices that are not there.
+#include "device/drivers/libusb_bus.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <stdexcept>
+#include <thread>
+
+#include "device/emulated/echo_model.h"
+#include "device/emulated/emulated_kernel.h"
+
+namespace kerf {
+namespace {
+
+using test::EchoModel;
+using test::EmulatedKernel;
+
+// What is waited for comes at once, or the machine stands still: never a judgement of speed.
+constexpr int kPatience_ms = 20'000;
+
+class LibusbBusTest : public testing::Test {
+ protected:
+  UsbDeviceInfo Only() {
+    const std::vector<UsbDeviceInfo> devices = bus_.List();
+    if (devices.size() != 1) throw std::runtime_error("not just one device");
+    return devices[0];
+  }
+
+  EchoModel& Make(const test::EchoModelOptions& options = {}) { return models_.emplace_back(options); }
+
+  std::deque<EchoModel> models_;
+  EmulatedKernel kernel_;
+  LibusbBus bus_;
+};
+
+TEST_F(LibusbBusTest, ListsWhatIsPluggedIn) {
+  EXPECT_TRUE(bus_.List().empty());
+  EchoModel& plain = Make();
+  EchoModel& hid = Make({.vendor = 0x1234, .product = 6, .hid = true});
+  kernel_.PlugIn(plain);
+  kernel_.PlugIn(hid);
+  const std::vector<UsbDeviceInfo> devices = bus_.List();
+  ASSERT_EQ(devices.size(), 2U);
+  EXPECT_EQ(devices[0].vendor, 0x1209);
+  EXPECT_EQ(devices[0].product, 1);
+  EXPECT_EQ(devices[0].bus, 1);
+  EXPECT_EQ(devices[0].address, 4);
+  EXPECT_EQ(devices[0].ports, "1-1");
+  EXPECT_FALSE(devices[0].is_hid);
+  EXPECT_EQ(DeviceNode(devices[0]), "/dev/bus/usb/001/004");
+  EXPECT_EQ(devices[1].vendor, 0x1234);
+  EXPECT_EQ(devices[1].product, 6);
+  EXPECT_EQ(devices[1].ports, "1-2");
+  EXPECT_TRUE(devices[1].is_hid);
+}
+
+TEST_F(LibusbBusTest, CarriesBytesBothWaysByBulkAndByInterrupt) {
+  for (const bool hid : {false, true}) {
+    EchoModel model({.hid = hid});
+    EmulatedKernel kernel;
+    kernel.PlugIn(model);
+    UsbOpening opening = bus_.Open(Only(), 0);
+    ASSERT_TRUE(opening.transport) << opening.detail;
+    for (int i = 0; i < 100; ++i) {
+      std::array<std::uint8_t, 64> sent{};
+      for (std::size_t j = 0; j < sent.size(); ++j) sent[j] = static_cast<std::uint8_t>(7 * i + 3 * j);
+      const Transfer out = opening.transport->Write(EchoModel::kOut, sent, kPatience_ms);
+      ASSERT_EQ(out.end, TransferEnd::kOk);
+      ASSERT_EQ(out.bytes, 64);
+      std::array<std::uint8_t, 64> got{};
+      const Transfer in = opening.transport->Read(EchoModel::kIn, got, kPatience_ms);
+      ASSERT_EQ(in.end, TransferEnd::kOk);
+      ASSERT_EQ(in.bytes, 64);
+      ASSERT_EQ(got, sent);
+    }
+    EXPECT_EQ(kernel.unknown_calls(), 0);
+  }
+}
+
+TEST_F(LibusbBusTest, CarriesControlRequestsAndTellsThoseThatTheDeviceDoesNotKnow) {
+  EchoModel& model = Make();
+  kernel_.PlugIn(model);
+  UsbOpening opening = bus_.Open(Only(), 0);
+  ASSERT_TRUE(opening.transport) << opening.detail;
+  EXPECT_EQ(opening.transport->Control(0x40, 1, 0xbeef, 0, {}, kPatience_ms).end, TransferEnd::kOk);
+  kernel_.Look([&] { EXPECT_EQ(model.word, 0xbeef); });
+  std::array<std::uint8_t, 2> data{};
+  const Transfer in = opening.transport->Control(0xc0, 2, 0, 0, data, kPatience_ms);
+  EXPECT_EQ(in.end, TransferEnd::kOk);
+  EXPECT_EQ(in.bytes, 2);
+  EXPECT_EQ(data[0] | data[1] << 8, 0xbeef);
+  EXPECT_EQ(opening.transport->Control(0x40, 99, 0, 0, {}, kPatience_ms).end, TransferEnd::kStall);
+  // And goes on.
+  EXPECT_EQ(opening.transport->Control(0x40, 1, 1, 0, {}, kPatience_ms).end, TransferEnd::kOk);
+}
+
+TEST_F(LibusbBusTest, WhatIsRefusedOnceIsTakenTheNextTimeAndTooMuchIsNotSent) {
+  EchoModel& model = Make();
+  kernel_.PlugIn(model);
+  UsbOpening opening = bus_.Open(Only(), 0);
+  ASSERT_TRUE(opening.transport) << opening.detail;
+  std::array<std::uint8_t, 5000> bytes{};
+  const auto packet = std::span(bytes).first(64);
+  kernel_.Look([&] { model.refuses = true; });
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kPatience_ms).end, TransferEnd::kStall);
+  kernel_.Look([&] { model.refuses = false; });
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, packet, kPatience_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kFailed);
+  // Neither is an endpoint that it does not have.
+  EXPECT_EQ(opening.transport->Write(0x05, packet, kPatience_ms).end, TransferEnd::kFailed);
+  const Transfer in = opening.transport->Read(EchoModel::kIn, packet, kPatience_ms);
+  EXPECT_EQ(in.end, TransferEnd::kOk);
+  EXPECT_EQ(in.bytes, 64);
+}
+
+TEST_F(LibusbBusTest, SilenceIsATimeoutAndTheDeviceGoesOn) {
+  EchoModel& model = Make();
+  kernel_.PlugIn(model);
+  UsbOpening opening = bus_.Open(Only(), 0);
+  ASSERT_TRUE(opening.transport) << opening.detail;
+  std::array<std::uint8_t, 64> bytes{1, 2, 3};
+  EXPECT_EQ(opening.transport->Read(EchoModel::kIn, bytes, 100).end, TransferEnd::kTimeout);
+  EXPECT_EQ(bytes[0], 1);
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(opening.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kOk);
+}
+
+TEST_F(LibusbBusTest, UnpluggedItIsGoneForGoodAndPluggedInAgainItIsFoundAnew) {
+  EchoModel& model = Make();
+  const int socket = kernel_.PlugIn(model);
+  UsbOpening opening = bus_.Open(Only(), 0);
+  ASSERT_TRUE(opening.transport) << opening.detail;
+  std::array<std::uint8_t, 64> bytes{};
+  // In the middle of waiting.
+  std::thread puller([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    kernel_.Unplug(socket);
+  });
+  EXPECT_EQ(opening.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kGone);
+  puller.join();
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kGone);
+  EXPECT_EQ(opening.transport->Control(0x40, 1, 1, 0, {}, kPatience_ms).end, TransferEnd::kGone);
+  EXPECT_TRUE(bus_.List().empty());
+  kernel_.PlugInAgain(socket);
+  const UsbDeviceInfo again = Only();
+  EXPECT_EQ(again.address, 5);
+  EXPECT_EQ(again.ports, "1-1");
+  EXPECT_EQ(opening.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kGone);
+  UsbOpening anew = bus_.Open(again, 0);
+  ASSERT_TRUE(anew.transport) << anew.detail;
+  EXPECT_EQ(anew.transport->Write(EchoModel::kOut, bytes, kPatience_ms).end, TransferEnd::kOk);
+  EXPECT_EQ(anew.transport->Read(EchoModel::kIn, bytes, kPatience_ms).end, TransferEnd::kOk);
+}
+
+TEST_F(LibusbBusTest, WhoStopsListeningJustWhenItIsPluggedInIsNoTrouble) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "libusb 1.0.26 itself keeps the memory of a device that it is told of as its context ends";
+#endif
+  EchoModel& model = Make();
+  const int socket = kernel_.PlugIn(model);
+  std::atomic<bool> end = false;
+  std::thread listener([&] {
+    while (!end) LibusbBus{}.List();
+  });
+  // An address of USB is a byte for libusb, and each time it has another.
+  for (int i = 0; i < 200; ++i) {
+    kernel_.Unplug(socket);
+    kernel_.PlugInAgain(socket);
+  }
+  end = true;
+  listener.join();
+  EXPECT_EQ(bus_.List().size(), 1U);
+}
+
+TEST_F(LibusbBusTest, TellsWhyADeviceCannotBeOpened) {
+  EchoModel& forbidden = Make();
+  EchoModel& held = Make({.hid = true});
+  EchoModel& serial = Make();
+  EchoModel& stuck = Make({.hid = true});
+  kernel_.PlugIn(forbidden, {.no_permission = true});
+  kernel_.PlugIn(held, {.driver = "usbhid"});
+  kernel_.PlugIn(serial, {.driver = "cdc_acm"});
+  kernel_.PlugIn(stuck, {.driver = "usbhid", .driver_holds = true});
+  const std::vector<UsbDeviceInfo> devices = bus_.List();
+  ASSERT_EQ(devices.size(), 4U);
+  {
+    const test::WithoutPrivileges limit;
+    const UsbOpening opening = bus_.Open(devices[0], 0);
+    EXPECT_FALSE(opening.transport);
+    EXPECT_EQ(opening.problem, UsbProblem::kNoPermission);
+    EXPECT_EQ(opening.detail, "/dev/bus/usb/001/004 may not be written to");
+  }
+  {
+    const UsbOpening opening = bus_.Open(devices[1], 0);
+    EXPECT_TRUE(opening.transport) << opening.detail;
+    // A second program.
+    const UsbOpening second = bus_.Open(devices[1], 0);
+    EXPECT_EQ(second.problem, UsbProblem::kBusy);
+    EXPECT_EQ(second.detail, "another program has it");
+  }
+  // It was given back.
+  EXPECT_TRUE(bus_.Open(devices[1], 0).transport);
+  const UsbOpening serial_opening = bus_.Open(devices[2], 0);
+  EXPECT_EQ(serial_opening.problem, UsbProblem::kBusy);
+  EXPECT_EQ(serial_opening.detail, "the kernel's driver cdc_acm has it");
+  EXPECT_EQ(bus_.Open(devices[3], 0).problem, UsbProblem::kBusy);
+  UsbDeviceInfo gone = devices[0];
+  gone.address = 99;
+  EXPECT_EQ(bus_.Open(gone, 0).problem, UsbProblem::kGone);
+}
+
+}  // namespace
+}  // namespace kerf

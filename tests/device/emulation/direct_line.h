@@ -1,0 +1,32 @@
+// A model of a device as a transport with nothing in between: no faults, and no heap of its own.
+#pragma once
+
+#include "device/devices/usb.h"
+#include "device/emulation/usb_model.h"
+
+namespace kerf::test {
+
+/// A read that finds nothing moves the model on by its timeout, once.
+class DirectLine final : public UsbTransport {
+ public:
+  explicit DirectLine(UsbModel& model) : model_(model) {}
+
+  Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
+                   std::span<std::uint8_t> data, int /*timeout_ms*/) noexcept override {
+    return model_.Control(request_type, request, value, index, data);
+  }
+  Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data, int /*timeout_ms*/) noexcept override {
+    return model_.Write(endpoint, data);
+  }
+  Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data, int timeout_ms) noexcept override {
+    const Transfer transfer = model_.Read(endpoint, data);
+    if (transfer.end != TransferEnd::kTimeout) return transfer;
+    model_.Advance(1e-3 * timeout_ms);
+    return model_.Read(endpoint, data);
+  }
+
+ private:
+  UsbModel& model_;
+};
+
+}  // namespace kerf::test

@@ -1,0 +1,496 @@
+// The rounds with a device: force only where it may be, and none whatever goes wrong.
+#include "device/devices/servo_round.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "base/core/heap_guard.h"
+#include "device/devices/falcon/falcon_driver.h"
+#include "device/devices/hid/wooden_driver.h"
+#include "device/devices/profiles.h"
+#include "device/emulation/falcon_model.h"
+#include "device/emulation/model_bus.h"
+#include "device/emulation/scripted_hand.h"
+#include "device/emulation/wooden_model.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kRound_s = 0.001;
+constexpr double kForce_N = 2;
+// A motor count is 0.1 N mm at a joint, and 1 N at the grip some 40 to 60 N mm: a count is at most 3 mN there, three
+// motors at most 5 mN.
+constexpr double kMotorCount_N = 0.005;
+
+/// A device that does what a test says.
+class ToldDriver final : public DeviceDriver {
+ public:
+  explicit ToldDriver(bool senses_orientation = false) {
+    traits_.homes = true;
+    traits_.senses_orientation = senses_orientation;
+  }
+  const DeviceProfile& profile() const override { return FindDeviceProfile("falcon"); }
+  const DriverTraits& traits() const override { return traits_; }
+  void Start(const std::function<bool(const std::string&, double)>&) override {}
+  RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override {
+    told = command;
+    if (end == RoundEnd::kSample) sample = next;
+    return end;
+  }
+  void Stop() noexcept override {}
+
+  RoundEnd end = RoundEnd::kSample;
+  DriverSample next;
+  DriverCommand told;
+
+ private:
+  DriverTraits traits_;
+};
+
+/// Rounds at 1 kHz, with a force asked for by a simulation that runs at the same rate.
+class Rounds {
+ public:
+  explicit Rounds(const DriverTraits& traits) : round(FindDeviceProfile("falcon"), traits, {}) { round.Open(now_s); }
+
+  /// The largest force that went out.
+  double Run(DeviceDriver& driver, double seconds, bool agrees = false) {
+    double largest_N = 0;
+    for (double t_s = 0; t_s < seconds; t_s += kRound_s) {
+      now_s += kRound_s;
+      command.made_at_s = now_s;
+      ++command.sequence;
+      command.command.f_D_N = {0, 0, kForce_N};
+      round.Step(driver, now_s, kRound_s, command, agrees);
+      agrees = false;
+      const double sent_N = glm::length(round.sent_force_N());
+      largest_N = std::max(largest_N, sent_N);
+      largest_rise_N = std::max(largest_rise_N, sent_N - last_N_);
+      last_N_ = sent_N;
+    }
+    return largest_N;
+  }
+
+  ServoRound round;
+  ServoCommand command;
+  double now_s = 10;
+  double largest_rise_N = 0;
+
+ private:
+  double last_N_ = 0;
+};
+
+TEST(ServoRound, MakesNoForceBeforeTheHandleIsHomedAndTheUserAgrees) {
+  ToldDriver driver;
+  driver.next.homed = false;
+  Rounds rounds(driver.traits());
+  EXPECT_EQ(rounds.Run(driver, 2, true), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kHoming);
+  driver.next.homed = true;
+  EXPECT_EQ(rounds.Run(driver, 2), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
+  rounds.Run(driver, 2, true);
+  EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+  EXPECT_DOUBLE_EQ(rounds.Run(driver, 0.1), kForce_N);
+  EXPECT_TRUE(driver.told.engaged);
+}
+
+TEST(ServoRound, AButtonPressedAgreesOneThatIsHeldDoesNot) {
+  ToldDriver driver;
+  driver.next.buttons = 4;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 1);
+  EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
+  driver.next.buttons = 0;
+  rounds.Run(driver, 0.1);
+  driver.next.buttons = 1;
+  rounds.Run(driver, 0.1);
+  EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+}
+
+TEST(ServoRound, LosingItsZeroEndsTheForceUntilTheUserAgreesAgain) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 0.1);
+  rounds.Run(driver, 2, true);
+  ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
+  driver.next.homed = false;
+  rounds.Run(driver, 0.1);  // the ramp out of 20 ms
+  EXPECT_EQ(rounds.Run(driver, 1), 0);
+  driver.next.homed = true;
+  EXPECT_EQ(rounds.Run(driver, 1), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
+}
+
+TEST(ServoRound, AShortSilenceEndsTheForceALongOneAsksAgain) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 0.1);
+  rounds.Run(driver, 2, true);
+  driver.end = RoundEnd::kNoAnswer;
+  rounds.Run(driver, 0.2);
+  EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+  EXPECT_EQ(glm::length(driver.told.f_D_N), 0);
+  driver.end = RoundEnd::kSample;
+  rounds.Run(driver, 2);
+  EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+  EXPECT_EQ(rounds.round.sample().engagements, 2u);  // the handle may be elsewhere
+  EXPECT_DOUBLE_EQ(glm::length(driver.told.f_D_N), kForce_N);
+  driver.end = RoundEnd::kBadAnswer;
+  rounds.Run(driver, 1);
+  driver.end = RoundEnd::kSample;
+  EXPECT_EQ(rounds.Run(driver, 1), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
+  EXPECT_EQ(rounds.round.counts().silences, 2u);
+}
+
+TEST(ServoRound, WhoStoodStillAsksAgain) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 0.1);
+  rounds.Run(driver, 2, true);
+  ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
+  // 0.3 s in which nobody served it: seen by all for a round, then the handle takes the tool anew.
+  rounds.now_s += 0.3;
+  rounds.command.made_at_s = rounds.now_s;
+  ++rounds.command.sequence;
+  EXPECT_EQ(rounds.round.Step(driver, rounds.now_s, 0.3, rounds.command, false), ServoState::kSilent);
+  rounds.Run(driver, 0.01);
+  EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+  EXPECT_EQ(rounds.round.sample().engagements, 2u);
+  // A minute: the user is asked.
+  rounds.now_s += 60;
+  rounds.command.made_at_s = rounds.now_s;
+  ++rounds.command.sequence;
+  rounds.round.Step(driver, rounds.now_s, 60, rounds.command, false);
+  rounds.Run(driver, 0.05);  // the ramp out of 20 ms
+  EXPECT_EQ(rounds.Run(driver, 2), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
+}
+
+TEST(ServoRound, ALeapIsNoMotionOfAHand) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 0.1);
+  rounds.Run(driver, 2, true);
+  // 4 m/s is a fast hand.
+  for (int i = 0; i < 20; ++i) {
+    driver.next.X_DH.p_AB.x += 4;
+    rounds.Run(driver, 0.5 * kRound_s);
+  }
+  EXPECT_EQ(rounds.round.counts().leaps, 0u);
+  EXPECT_EQ(rounds.round.sample().engagements, 1u);
+  driver.next.X_DH.p_AB.x += 12;
+  rounds.Run(driver, 0.5 * kRound_s);
+  EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+  rounds.Run(driver, 0.03);
+  EXPECT_EQ(rounds.round.counts().leaps, 1u);
+  EXPECT_EQ(rounds.round.sample().engagements, 2u);
+  EXPECT_EQ(glm::length(driver.told.f_D_N), 0);  // it comes back from nothing
+  EXPECT_DOUBLE_EQ(rounds.Run(driver, 2), kForce_N);
+}
+
+TEST(ServoRound, LettingGoEndsTheForceInTheNextRound) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 0.1);
+  rounds.Run(driver, 2, true);
+  ASSERT_GT(glm::length(driver.told.f_D_N), 0);
+  rounds.round.LetGo();
+  EXPECT_EQ(rounds.Run(driver, 2), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
+}
+
+TEST(ServoRound, AsksForNoMemory) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.Run(driver, 0.1);
+  const HeapGuard guard;
+  rounds.Run(driver, 0.5, true);
+  driver.end = RoundEnd::kBadAnswer;
+  rounds.Run(driver, 0.2);
+}
+
+TEST(ServoRound, AFieldOfForceIsLetThroughAsItsMiddleIs) {
+  ToldDriver driver;
+  Rounds rounds(driver.traits());
+  rounds.command.command.stiffness_N_per_mm = 3;
+  rounds.Run(driver, 0.1);
+  EXPECT_EQ(driver.told.stiffness_N_per_mm, 0);
+  rounds.Run(driver, 0.35, true);  // in the middle of the ramp
+  const double share = driver.told.f_D_N.z / kForce_N;
+  ASSERT_GT(share, 0.1);
+  ASSERT_LT(share, 0.9);
+  EXPECT_NEAR(driver.told.stiffness_N_per_mm, 3 * share, 1e-12);
+  rounds.Run(driver, 1);
+  EXPECT_DOUBLE_EQ(driver.told.stiffness_N_per_mm, 3);
+}
+
+/// A Falcon within the process, with a hand on it.
+class FalconOnABus {
+ public:
+  FalconOnABus() : hand_(FindDeviceProfile("falcon"), FindHandModel("H3"), {}), model_(hand_, {}) {
+    bus.PlugIn(model_);
+  }
+  void Open() {
+    FalconOptions options;
+    options.firmware.assign(2000, 0x5a);
+    driver = std::make_unique<FalconDriver>(bus.Open(bus.List().at(0), 0).transport, options);
+    driver->Start([](const std::string&, double) { return true; });
+  }
+  ScriptedHand& hand() { return hand_; }
+  FalconModel& model() { return model_; }
+
+ private:
+  // These outlive the driver, which tells the device good-bye.
+  ScriptedHand hand_;
+  FalconModel model_;
+
+ public:
+  ModelBus bus;
+  std::unique_ptr<FalconDriver> driver;
+};
+
+/// Passes time with each round, as a real device does.
+class WithTime final : public DeviceDriver {
+ public:
+  explicit WithTime(FalconOnABus& falcon) : falcon_(falcon) {}
+  const DeviceProfile& profile() const override { return falcon_.driver->profile(); }
+  const DriverTraits& traits() const override { return falcon_.driver->traits(); }
+  void Start(const std::function<bool(const std::string&, double)>&) override {}
+  RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override {
+    falcon_.bus.Advance(kRound_s);
+    return falcon_.driver->Exchange(command, sample);
+  }
+  void Stop() noexcept override { falcon_.driver->Stop(); }
+
+ private:
+  FalconOnABus& falcon_;
+};
+
+TEST(ServoRound, AFalconFromHomingToForceAndThroughAnUnplug) {
+  FalconOnABus falcon;
+  falcon.Open();
+  WithTime driver(falcon);
+  Rounds rounds(driver.traits());
+  EXPECT_EQ(rounds.Run(driver, 1, true), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kHoming);
+  falcon.hand().Home();
+  EXPECT_EQ(rounds.Run(driver, 4), 0);
+  ASSERT_EQ(rounds.round.state(), ServoState::kWaiting);
+  rounds.Run(driver, 3, true);
+  ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
+  EXPECT_NEAR(falcon.model().f_D_N().z, kForce_N, kMotorCount_N);
+  EXPECT_NEAR(falcon.model().f_D_N().x, 0, kMotorCount_N);
+
+  UsbFaults unplugged;
+  unplugged.unplugged = true;
+  falcon.bus.SetFaults(unplugged);
+  rounds.Run(driver, kRound_s);
+  EXPECT_EQ(rounds.round.state(), ServoState::kClosed);
+  EXPECT_TRUE(falcon.bus.List().empty());
+
+  falcon.bus.PlugInAgain();
+  falcon.Open();
+  EXPECT_EQ(falcon.model().uploads(), 2);
+  rounds.round.Open(rounds.now_s);
+  rounds.largest_rise_N = 0;
+  EXPECT_EQ(rounds.Run(driver, 1, true), 0);
+  falcon.hand().Home();
+  EXPECT_EQ(rounds.Run(driver, 4), 0);
+  EXPECT_EQ(rounds.round.state(), ServoState::kWaiting);
+  rounds.Run(driver, 2, true);
+  EXPECT_EQ(rounds.round.sample().engagements, 2u);
+  // A smooth ramp of 0.5 s has 1.5 times its mean slope at most.
+  EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
+}
+
+TEST(ServoRound, KeepsWithinBoundsWhateverTheCableDoes) {
+  FalconOnABus falcon;
+  falcon.Open();
+  WithTime driver(falcon);
+  Rounds rounds(driver.traits());
+  falcon.hand().Home();
+  rounds.Run(driver, 4);
+  UsbFaults faults;
+  faults.drop_in = faults.drop_out = faults.duplicate = faults.truncate = faults.corrupt = faults.delay = 0.05;
+  falcon.bus.SetFaults(faults);
+  double largest_N = 0;
+  for (int i = 0; i < 60'000; ++i) {
+    rounds.Run(driver, kRound_s, true);
+    const Vec3 f = falcon.model().f_D_N();
+    ASSERT_TRUE(std::isfinite(glm::length(f)));
+    largest_N = std::max(largest_N, glm::length(f));
+  }
+  // Packets to the device are dropped whole: what the motors make was asked for, at the place that was known then. The
+  // hand moves a millimetre or two under it, by which the legs' leverage changes about as many percent.
+  EXPECT_LE(largest_N, 1.03 * kForce_N);
+  EXPECT_GT(largest_N, 0.5 * kForce_N);  // it was not off all the time
+}
+
+/// A WoodenHaptics device within the process; time passes with each round.
+class WoodenOnABus final : public DeviceDriver {
+ public:
+  WoodenOnABus() : model_(hand, {}) {
+    bus.PlugIn(model_);
+    driver_ = std::make_unique<WoodenDriver>(bus.Open(bus.List().at(0), 0).transport, WoodenParams{});
+    driver_->Start(nullptr);
+  }
+  const DeviceProfile& profile() const override { return driver_->profile(); }
+  const DriverTraits& traits() const override { return driver_->traits(); }
+  void Start(const std::function<bool(const std::string&, double)>&) override {}
+  RoundEnd Exchange(const DriverCommand& command, DriverSample& sample) noexcept override {
+    bus.Advance(kRound_s);
+    return driver_->Exchange(command, sample);
+  }
+  void Stop() noexcept override { driver_->Stop(); }
+
+  HeldMechanism hand;
+
+ private:
+  WoodenModel model_;
+
+ public:
+  ModelBus bus;
+
+ private:
+  std::unique_ptr<WoodenDriver> driver_;
+};
+
+TEST(ServoRound, ADeviceThatTellsButDoesNotHearIsSilent) {
+  constexpr int kShort = 4;
+  for (const Transfer ends : {Transfer{TransferEnd::kStall, 0}, Transfer{TransferEnd::kTimeout, 0},
+                              Transfer{TransferEnd::kFailed, 0}, Transfer{TransferEnd::kOk, kShort}}) {
+    WoodenOnABus device;
+    Rounds rounds(device.traits());
+    rounds.Run(device, 0.1);
+    rounds.Run(device, 2, true);
+    ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
+    // Currents of whole mA, at an arm of some counts ago.
+    ASSERT_NEAR(device.hand.f_D_N().z, kForce_N, 0.05);
+    const std::uint64_t samples = rounds.round.counts().samples;
+    UsbFaults faults;
+    faults.out_ends = ends;
+    device.bus.SetFaults(faults);
+    rounds.Run(device, 0.1);  // 50 ms, and the ramp out of 20 ms
+    EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+    EXPECT_EQ(rounds.round.counts().samples, samples);
+    EXPECT_EQ(glm::length(rounds.round.sent_force_N()), 0);
+    // It hears again while its motors still make what they were told last.
+    device.bus.SetFaults({});
+    rounds.Run(device, 0.003);
+    EXPECT_EQ(device.hand.f_D_N(), Vec3{0});
+    rounds.largest_rise_N = 0;
+    double largest_rise_N = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const double before_N = glm::length(device.hand.f_D_N());
+      rounds.Run(device, 0.5 * kRound_s);
+      largest_rise_N = std::max(largest_rise_N, glm::length(device.hand.f_D_N()) - before_N);
+    }
+    EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+    EXPECT_EQ(rounds.round.counts().silences, 1u);
+    EXPECT_NEAR(device.hand.f_D_N().z, kForce_N, 0.05);
+    // A smooth ramp of 0.5 s has 1.5 times its mean slope at most; a mA of three motors is some mN.
+    EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
+    EXPECT_LE(largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 0.01);
+  }
+}
+
+/// Says that nothing went out, though it did: as when a transfer is given up just before its end.
+class DeafLine final : public UsbTransport {
+ public:
+  DeafLine(std::unique_ptr<UsbTransport> line, const bool& deaf) : line_(std::move(line)), deaf_(deaf) {}
+  Transfer Control(std::uint8_t request_type, std::uint8_t request, std::uint16_t value, std::uint16_t index,
+                   std::span<std::uint8_t> data, int timeout_ms) noexcept override {
+    return line_->Control(request_type, request, value, index, data, timeout_ms);
+  }
+  Transfer Write(std::uint8_t endpoint, std::span<const std::uint8_t> data, int timeout_ms) noexcept override {
+    const Transfer transfer = line_->Write(endpoint, data, timeout_ms);
+    return deaf_ ? Transfer{TransferEnd::kTimeout, 0} : transfer;
+  }
+  Transfer Read(std::uint8_t endpoint, std::span<std::uint8_t> data, int timeout_ms) noexcept override {
+    return line_->Read(endpoint, data, timeout_ms);
+  }
+
+ private:
+  std::unique_ptr<UsbTransport> line_;
+  const bool& deaf_;
+};
+
+TEST(ServoRound, AFalconThatTellsButDoesNotHearIsSilent) {
+  FalconOnABus falcon;
+  bool deaf = false;
+  FalconOptions options;
+  options.firmware.assign(2000, 0x5a);
+  falcon.driver = std::make_unique<FalconDriver>(
+      std::make_unique<DeafLine>(falcon.bus.Open(falcon.bus.List().at(0), 0).transport, deaf), options);
+  falcon.driver->Start(nullptr);
+  WithTime driver(falcon);
+  Rounds rounds(driver.traits());
+  falcon.hand().Home();
+  rounds.Run(driver, 5);
+  rounds.Run(driver, 2, true);
+  ASSERT_EQ(rounds.round.state(), ServoState::kEngaged);
+  deaf = true;
+  rounds.Run(driver, 0.1);
+  EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+  EXPECT_EQ(glm::length(rounds.round.sent_force_N()), 0);
+  deaf = false;
+  rounds.largest_rise_N = 0;
+  rounds.Run(driver, 2);
+  EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+  EXPECT_EQ(rounds.round.counts().silences, 1u);
+  EXPECT_LE(rounds.largest_rise_N, 1.5 * kForce_N * kRound_s / 0.5 + 1e-9);
+}
+
+TEST(ServoRound, ATurnInARoundIsNoMotionOfAHandWhereTurningIsSensed) {
+  const auto turned = [](double angle_rad, const Vec3& axis) {
+    return Quat(std::cos(angle_rad / 2), std::sin(angle_rad / 2) * axis);
+  };
+  const Vec3 axis(0.6, 0, -0.8);
+  for (const bool senses : {true, false}) {
+    ToldDriver driver(senses);
+    Rounds rounds(driver.traits());
+    rounds.Run(driver, 0.1);
+    rounds.Run(driver, 2, true);
+    // 25 rad/s is a fast hand, also where it goes more than once round; and either sign is the same turn.
+    double angle_rad = 0;
+    for (int i = 0; i < 600; ++i) {
+      angle_rad += 0.025;
+      driver.next.X_DH.R_AB = (i % 2 == 0 ? 1.0 : -1.0) * turned(angle_rad, axis);
+      rounds.Run(driver, 0.5 * kRound_s);
+    }
+    EXPECT_EQ(rounds.round.counts().leaps, 0u);
+    EXPECT_EQ(rounds.round.sample().engagements, 1u);
+    // As a grip that drops out and is told as not turned: 0.1 rad + 30 rad/s over 1 ms are 0.13 rad.
+    driver.next.X_DH.R_AB = turned(angle_rad + 0.14, axis);
+    rounds.Run(driver, 0.5 * kRound_s);
+    if (!senses) {
+      EXPECT_EQ(rounds.round.counts().leaps, 0u);
+      EXPECT_EQ(rounds.round.state(), ServoState::kEngaged);
+      continue;
+    }
+    EXPECT_EQ(rounds.round.state(), ServoState::kSilent);
+    rounds.Run(driver, 0.03);
+    EXPECT_EQ(rounds.round.counts().leaps, 1u);
+    EXPECT_EQ(rounds.round.sample().engagements, 2u);
+    EXPECT_EQ(glm::length(driver.told.f_D_N), 0);
+    EXPECT_DOUBLE_EQ(rounds.Run(driver, 2), kForce_N);
+    EXPECT_EQ(rounds.round.counts().leaps, 1u);
+  }
+}
+
+TEST(ServoRound, RefusesBoundsOutOfRange) {
+  ToldDriver driver(true);
+  for (const double bad : {0.9, 2e9, std::nan("")}) {
+    ServoParams params;
+    params.leap_rad_per_s = bad;
+    EXPECT_THROW(ServoRound(driver.profile(), driver.traits(), params), Error) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace kerf

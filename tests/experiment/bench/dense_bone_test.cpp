@@ -1,0 +1,120 @@
+// The brute-force reference against solids with known volumes: it must stand on its own feet before anything is held
+// against it.
+#include "experiment/bench/dense_bone.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kerf/error.h"
+#include "support/solids.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+DenseBone MakeDenseBlock(double voxel_mm, double half_mm = 6) {
+  const Bone block = test::MakeBox(Pose{}, Vec3(2 * half_mm), voxel_mm);
+  return DenseBone(block, Box3{Vec3(-half_mm - 1), Vec3(half_mm + 1)});
+}
+
+TEST(DenseBone, HoldsTheBonesOwnValues) {
+  const Bone block = test::MakeBox(Pose{}, {4, 5, 6}, 0.25);
+  const DenseBone dense(block, Box3{Vec3(-4), Vec3(4)});
+  EXPECT_EQ(dense.size(), (std::array<int, 3>{33, 33, 33}));
+  EXPECT_EQ(dense.Compare(block).voxels, 0u);
+  // Occupancy of a half space is linear in where its face lies, so only the block's edges are off, by a part of h^2
+  // times their length of 60 mm.
+  EXPECT_NEAR(dense.CalcOccupancy_mm3(), 120, 60 * 0.25 * 0.25 / 4);
+}
+
+TEST(DenseBone, BallOnAStraightWayTakesAwayACapsule) {
+  const BallBurr ball{.diameter_mm = 6};
+  for (const double h : {0.3, 0.15}) {
+    DenseBone dense = MakeDenseBlock(h);
+    const double before = dense.CalcOccupancy_mm3();
+    Pose from;
+    Pose to;
+    from.p_AB = {-0.7, 0.2, 0.1};
+    to.p_AB = {0.9, -0.3, 0.4};
+    dense.Cut(ball, from, to);
+    const double length = glm::length(to.p_AB - from.p_AB);
+    const double capsule = kPi * 27 * 4 / 3 + kPi * 9 * length;
+    // Of a curved face occupancy is off by h^2/24 times the integral of the mean curvature sum (2/r over the ball, 1/r
+    // along the tube): 8 pi r + 2 pi length, with room for the sampling of the face by the grid.
+    EXPECT_NEAR(before - dense.CalcOccupancy_mm3(), capsule, h * h / 12 * (8 * kPi * 3 + 2 * kPi * length)) << h;
+  }
+}
+
+TEST(DenseBone, DiscInItsOwnPlaneTakesAwayAStadium) {
+  DiscSaw saw;
+  saw.diameter_mm = 8;
+  saw.thickness_mm = 1;
+  const double h = 0.125;
+  DenseBone dense = MakeDenseBlock(h);
+  const double before = dense.CalcOccupancy_mm3();
+  Pose from;
+  from.R_AB = glm::angleAxis(0.6, glm::normalize(Vec3(1, 2, 0.5)));
+  Pose to = from;
+  to.p_AB = from.Vector({1.1, -0.4, 0});
+  dense.Cut(saw, from, to);
+  const double length = glm::length(to.p_AB);
+  const double stadium = (kPi * 16 + 8 * length) * 1;
+  const double edges = 2 * (2 * kPi * 4 + 2 * length);
+  // The flats count exactly; at the two edges of the rim up to a quarter of a voxel's square is off.
+  EXPECT_NEAR(before - dense.CalcOccupancy_mm3(), stadium, edges * h * h / 4);
+}
+
+TEST(DenseBone, MotionAlongTheSpindleIsLeftOut) {
+  const DiscSaw saw{.diameter_mm = 8, .thickness_mm = 1};
+  DenseBone a = MakeDenseBlock(0.25);
+  DenseBone b = a;
+  Pose from;
+  Pose to;
+  from.p_AB = {0, 0, 0.5};
+  a.Cut(saw, from, to);
+  b.Cut(saw, to, to);
+  EXPECT_EQ(a.CalcOccupancy_mm3(), b.CalcOccupancy_mm3());
+}
+
+TEST(DenseBone, CuttingTwiceChangesNothingMore) {
+  const BallBurr ball{.diameter_mm = 4};
+  DenseBone dense = MakeDenseBlock(0.25);
+  Pose to;
+  to.p_AB = {1, 0, 0};
+  dense.Cut(ball, Pose{}, to);
+  const double once = dense.CalcOccupancy_mm3();
+  dense.Cut(ball, Pose{}, to);
+  EXPECT_EQ(dense.CalcOccupancy_mm3(), once);
+}
+
+TEST(DenseBone, DifferenceIsWhatWasCut) {
+  const Bone block = test::MakeBox(Pose{}, Vec3(12), 0.25);
+  DenseBone dense(block, Box3{Vec3(-7), Vec3(7)});
+  const double before = dense.CalcOccupancy_mm3();
+  dense.Cut(BallBurr{.diameter_mm = 4}, Pose{}, Pose{});
+  const DenseDifference difference = dense.Compare(block);
+  EXPECT_NEAR(difference.volume_mm3, before - dense.CalcOccupancy_mm3(), 1e-9);
+  EXPECT_NEAR(difference.max_phi_mm, 2 * block.band_mm(), 1e-6);  // from full bone to well outside
+}
+
+TEST(DenseBone, RefusesAnEmptyBoxAndAnotherGrid) {
+  const Bone block = test::MakeBox(Pose{}, Vec3(4), 0.25);
+  try {
+    const DenseBone dense(block, Box3{});
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "a dense copy of the bone would have 0 voxels; valid range 1 to 2^31");
+  }
+  const DenseBone dense(block, Box3{Vec3(-1), Vec3(1)});
+  try {
+    dense.Compare(test::MakeBox(Pose{}, Vec3(4), 0.5));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "bones with voxels of 0.25 and 0.5 mm can't be compared voxel by voxel");
+  }
+}
+
+}  // namespace
+}  // namespace kerf

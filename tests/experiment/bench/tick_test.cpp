@@ -1,0 +1,247 @@
+// The cases of `kerf bench tick` with few ticks: errors, hashes and the form of the reports. No times: those belong to
+// the machine.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "cut/removal/carve.h"
+#include "experiment/bench/cut_cases.h"
+#include "experiment/bench/other_cases.h"
+#include "experiment/bench/tick_cases.h"
+#include "experiment/bench/tick_report.h"
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+BenchOptions FewTicks(int ticks) {
+  BenchOptions options;
+  options.ticks = ticks;
+  options.baseline_ticks = 2;
+  return options;
+}
+
+double Figure(const BenchResult& r, const char* what) {
+  const BenchFigure* figure = r.Find(what);
+  EXPECT_NE(figure, nullptr) << what;
+  return figure ? figure->value : std::nan("");
+}
+
+/// What must hold of every cut.
+void ExpectGoodCut(const BenchResult& r, int ticks, double feed_mm_per_s) {
+  EXPECT_EQ(r.times.count, static_cast<std::size_t>(ticks));
+  EXPECT_LE(r.undisturbed.count, r.times.count);
+  EXPECT_LE(r.times.p50_us, r.times.p99_us);
+  EXPECT_LE(r.times.p99_us, r.times.p999_us);
+  EXPECT_LE(r.times.p999_us, r.times.max_us);
+  EXPECT_NE(r.hash, 0u);
+  EXPECT_EQ(r.note, "");
+  EXPECT_NEAR(Figure(r, "feed of the tool"), feed_mm_per_s, 0.01 * feed_mm_per_s);
+  EXPECT_EQ(Figure(r, "ticks at a limit"), 0);
+  // Occupancy counts plane walls exactly and the ball's floor to h^2 / (24 r) of depth or 0.05 mm in 2 mm at 0.3 mm.
+  if (r.Find("removed by occupancy less swept")) {
+    EXPECT_NEAR(Figure(r, "removed by occupancy less swept"), 0, 0.5);
+  }
+  if (r.Find("removed against dense")) {
+    // The walls are let stand within a hundredth of a voxel; all else is float rounding.
+    EXPECT_LE(Figure(r, "phi against dense at the surface, at most"), 0.011);
+    EXPECT_NEAR(Figure(r, "removed against dense"), 0, 0.05);
+  }
+  EXPECT_EQ(r.stages_us.size(), StageClock::kStages);
+}
+
+TEST(BenchTick, DiscsRemoveWhatTheySweepAndWhatTheDenseReferenceDoes) {
+  // Long enough that the window of the dense reference is passed by the rim.
+  ExpectGoodCut(RunCut(MakeDiscCut(0.2), FewTicks(400)), 400, 5);
+  ExpectGoodCut(RunCut(MakeThickDiscCut(), FewTicks(300)), 300, 10);
+}
+
+TEST(BenchTick, ABuriedDiscCutsAtTheFeedThatItIsLed) {
+  const BenchResult r = RunCut(MakeBuriedCut(), FewTicks(150));
+  ExpectGoodCut(r, 150, 5);
+  // Half of the teeth, in front; the flats are in what they have not cut.
+  EXPECT_GT(Figure(r, "removed"), 0);
+}
+
+TEST(BenchTick, TremblingHandCutsWithoutReachingALimit) {
+  const BenchResult r = RunCut(MakeHandCut(), FewTicks(150));
+  EXPECT_EQ(r.times.count, 150u);
+  EXPECT_EQ(Figure(r, "ticks at a limit"), 0);
+  EXPECT_GT(Figure(r, "removed"), 0);
+  EXPECT_NE(r.hash, RunCut(MakeDiscCut(0.1), FewTicks(150)).hash);
+}
+
+TEST(BenchTick, BallRemovesTheSameOnEveryGridAndAtEveryFeed) {
+  const int ticks = 300;
+  double volume_mm3[3];
+  int i = 0;
+  for (const double h : {0.1, 0.2, 0.3}) {
+    const BenchResult r = RunCut(MakeBallCut(h, 10, false), FewTicks(ticks));
+    ExpectGoodCut(r, ticks, 10);
+    volume_mm3[i++] = Figure(r, "removed");
+  }
+  EXPECT_NEAR(volume_mm3[1] / volume_mm3[0], 1, 0.01);
+  EXPECT_NEAR(volume_mm3[2] / volume_mm3[0], 1, 0.01);
+  const BenchResult slow = RunCut(MakeBallCut(0.2, 5, false), FewTicks(2 * ticks));
+  ExpectGoodCut(slow, 2 * ticks, 5);
+}
+
+TEST(BenchTick, PeersBlockAgreesWithItsDenseArrayThroughout) {
+  const BenchResult r = RunCut(MakeBallCut(0.2, 10, true), FewTicks(50));
+  ExpectGoodCut(r, 50, 10);
+  ASSERT_TRUE(r.baseline);
+  EXPECT_EQ(r.baseline->times.count, 50u);
+  EXPECT_LE(Figure(r, "phi against dense at the surface, at most"), 1e-4);
+}
+
+TEST(BenchTick, BlockOfAMandibleIsCutAsItIs) {
+  const BenchResult r = RunCut(MakeMandibleCut(false), FewTicks(200));
+  ExpectGoodCut(r, 200, 5);
+  EXPECT_GT(Figure(r, "removed"), 0.2 * 5 * 0.2 * 5);  // the kerf of a body at least 5 mm thick, 1 mm long
+}
+
+TEST(BenchTick, SameBoneFromRunToRunAndAtEveryVectorWidth) {
+  CutCase cut = MakeDiscCut(0.2);
+  cut.warm_up_mm = 3;  // just into the bone
+  const std::uint64_t hash = RunCut(cut, FewTicks(60)).hash;
+  EXPECT_EQ(RunCut(cut, FewTicks(60)).hash, hash);
+  for (const std::string& target : VectorTargets()) {
+    SetVectorTarget(target);
+    EXPECT_EQ(RunCut(cut, FewTicks(60)).hash, hash) << target;
+  }
+  SetVectorTarget("");
+  EXPECT_NE(RunCut(cut, FewTicks(61)).hash, hash);  // a hash that tells a tick's difference
+}
+
+TEST(BenchTick, MorePassesMeasureMoreTicks) {
+  CutCase cut = MakeBallCut(0.3, 10, false);
+  cut.measured_mm = 0.5;  // 50 ticks
+  EXPECT_EQ(RunCut(cut, FewTicks(120)).times.count, 150u);
+}
+
+TEST(BenchTick, FiveMillimetresAwayTheToolSleeps) {
+  const BenchResult r = RunIdle(FewTicks(300));
+  EXPECT_EQ(r.times.count, 300u);
+  EXPECT_EQ(Figure(r, "ticks asleep"), 100);
+}
+
+TEST(BenchTick, ToolThatDoesNotFollowIsSaid) {
+  CutCase cut = MakeDiscCut(0.2);
+  cut.rpm = 0;           // it does not cut, and is stopped by the bone
+  cut.warm_up_mm = 1.2;  // a little after it has met it
+  const BenchResult r = RunCut(cut, FewTicks(50));
+  EXPECT_THAT(r.note, testing::StartsWith("the tool fed at "));
+  TickReport report;
+  report.results = {r};
+  EXPECT_THAT(FindTickDoubts(report), testing::ElementsAre("disc-0.2: " + r.note));
+}
+
+TEST(BenchTick, CasesAreChosenByName) {
+  const std::vector<BenchResult> results = RunTickCases({"idle", "ball-0.3"}, FewTicks(30));
+  ASSERT_EQ(results.size(), 2u);
+  EXPECT_EQ(results[0].name, "ball-0.3");  // in the order of the table
+  EXPECT_EQ(results[1].name, "idle");
+  try {
+    RunTickCases({"disk-0.1"}, FewTicks(30));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(),
+                testing::StartsWith("there is no case \"disk-0.1\"; the nearest is \"disc-0.1\"; the cases are "
+                                    "disc-0.1, disc-0.1-hand, "));
+  }
+}
+
+TEST(BenchTick, CoreThatIsNotThereIsRefused) {
+  BenchOptions options = FewTicks(10);
+  options.core = 4000;
+  try {
+    RunCut(MakeBallCut(0.3, 10, false), options);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_STREQ(e.what(), "this program can't be held to core 4000; choose one of those that it may use");
+  }
+}
+
+TickReport MadeUpReport() {
+  BenchResult cut;
+  cut.name = "disc-0.1";
+  cut.title = "a disc";
+  cut.times = {5000, 40, 80, 90, 100};
+  cut.undisturbed = {4999, 40, 79, 88, 90};
+  cut.baseline = {"the library", {30, 8000, 9000, 9500, 9500}};
+  cut.figures = {{"removed less swept", "%", -0.25},
+                 {"removed by occupancy less swept", "%", 0.125},
+                 {"force on the hand, mean", "N", 12.5}};
+  cut.targets = {{"p99", "us", 100, 80}, {"times faster", "", 300, 200, true}};
+  cut.stages_us = {1, 2, 3, 4, 5, 6};
+  cut.hash = 0xabc;
+  BenchResult memory;
+  memory.name = "memory";
+  memory.title = "memory";
+  TickReport report;
+  report.results = {cut, memory};
+  report.machine = {"a processor", 2, 0.25};
+  report.core = 1;
+  report.ticks = 5000;
+  report.vector_width = "avx2";
+  return report;
+}
+
+TEST(TickReport, JsonHoldsErrorAndHashBesideTheSpeed) {
+  const auto json = nlohmann::json::parse(FormatTickJson(MadeUpReport()));
+  EXPECT_EQ(json["machine"]["cpu"], "a processor");
+  EXPECT_EQ(json["machine"]["vector_width"], "avx2");
+  EXPECT_EQ(json["machine"]["core"], 1);
+  EXPECT_EQ(json["machine"]["realtime"], false);
+  EXPECT_EQ(json["ticks_asked_for"], 5000);
+  const auto& cut = json["cases"][0];
+  EXPECT_EQ(cut["name"], "disc-0.1");
+  EXPECT_EQ(cut["tick"]["ticks"], 5000);
+  EXPECT_EQ(cut["tick"]["p50_us"], 40);
+  EXPECT_EQ(cut["tick"]["p999_us"], 90);
+  EXPECT_EQ(cut["undisturbed"]["p99_us"], 79);
+  EXPECT_EQ(cut["baseline"]["p50_us"], 8000);
+  EXPECT_EQ(cut["baseline"]["times_faster"], 200);
+  EXPECT_EQ(cut["stages_mean_us"]["remove"], 5);
+  EXPECT_EQ(cut["figures"][0]["what"], "removed less swept");
+  EXPECT_EQ(cut["figures"][0]["value"], -0.25);
+  EXPECT_EQ(cut["targets"][0]["at_most"], 100);
+  EXPECT_EQ(cut["targets"][0]["met"], true);
+  EXPECT_EQ(cut["targets"][1]["at_least"], 300);
+  EXPECT_EQ(cut["targets"][1]["met"], false);
+  EXPECT_EQ(cut["bone_hash"], "0000000000000abc");
+  EXPECT_TRUE(json["cases"][1]["tick"].is_null());
+  EXPECT_TRUE(json["cases"][1]["baseline"].is_null());
+  EXPECT_TRUE(json["cases"][1]["bone_hash"].is_null());
+  EXPECT_TRUE(json["warnings"].empty());
+}
+
+TEST(TickReport, TablesSayWhatWasMissed) {
+  TickReport report = MadeUpReport();
+  const std::string table = FormatTickTable(report);
+  EXPECT_THAT(table, testing::HasSubstr("met     p99 at most 100 us: 80.0"));
+  EXPECT_THAT(table, testing::HasSubstr("MISSED  times faster at least 300: 200"));
+  const std::string markdown = FormatTickMarkdown(report);
+  EXPECT_THAT(markdown, testing::HasSubstr("| volume -0.250 %, by occupancy +0.125 % | `0000000000000abc` |"));
+  EXPECT_THAT(markdown, testing::HasSubstr("times faster 200, at least 300 **missed**"));
+  report.machine.load = 3;
+  EXPECT_THAT(FindTickDoubts(report), testing::ElementsAre(testing::HasSubstr("the machine was busy")));
+}
+
+TEST(Percentiles, AreTheNearestRanks) {
+  std::vector<double> times;
+  for (int i = 1000; i >= 1; --i) times.push_back(i);
+  const Percentiles p = CalcPercentiles(times);
+  EXPECT_EQ(p.count, 1000u);
+  EXPECT_EQ(p.p50_us, 500);
+  EXPECT_EQ(p.p99_us, 990);
+  EXPECT_EQ(p.p999_us, 999);
+  EXPECT_EQ(p.max_us, 1000);
+  EXPECT_EQ(CalcPercentiles({7}).p999_us, 7);
+  EXPECT_EQ(CalcPercentiles({}).count, 0u);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,459 @@
+// A comparison of a small block, from scene to files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "base/files/files.h"
+#include "bone/grid/ct_modulus.h"
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
+#include "bone/vdb/bonefile.h"
+#include "cut/force/measured.h"
+#include "experiment/compare/compare_files.h"
+#include "experiment/compare/run_cases.h"
+#include "kerf/error.h"
+#include "made_up.h"
+#include "session/run/make_bone.h"
+#include "session/run/run.h"
+#include "session/run/run_slab.h"
+#include "support/result_folder.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// A block on one side of the disc's middle, two materials, cut straight down.
+constexpr char kScene[] = R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 12.0
+size_y_mm = 2.0
+size_z_mm = 6.0
+voxel_mm = 0.2
+top_mm = [6.0, 0.0, 0.0]
+[[bone.block.layer]]
+thickness_mm = 3.0
+region = 24
+[[bone.block.layer]]
+thickness_mm = 3.0
+region = 6
+[[path.stroke]]
+start_mm = [0.0, 0.0, 11.5]
+end_mm = [0.0, 0.0, 4.0]
+feed_mm_per_s = 12.0
+disc_normal = [0.0, 1.0, 0.0]
+)";
+const std::string kSlab = "[slab]\ndirection = [0, 0, -1]\n";
+
+Scene Parse(const std::string& more = "") {
+  return ParseScene(std::string(kScene) + more, "scene.toml");
+}
+
+std::string MessageOf(const Scene& scene, const CompareParams& params) {
+  try {
+    CompareScene(scene, params, {});
+    return "";
+  } catch (const Error& e) {
+    return e.what();
+  }
+}
+
+TEST(Compare, SameLawInBothModesGivesTheSameForceWhereTheArcsAreTheSame) {
+  // hertz_constant_bite is the law of the slab's corrected reading, and down to 11 mm the block's half arc is the one
+  // that the slab counts teeth on. So the sums of the tooth forces agree. The first 0.5 mm and the layers' border are
+  // left out: the grid's edge there, and a slab's layer border is sharp. At 0.2 mm voxels the free edge in the disc's
+  // middle is rounded by up to 0.14 mm, of an arc of 3.4 mm and more; and of a kerf 1.25 voxels wide the
+  // corners reach into what teeth look at: 1 % more.
+  const Comparison c = CompareScene(Parse(kSlab + "[force]\nlaw = \"hertz_constant_bite\"\n"), {{}, 0.1, 1}, {});
+  ASSERT_EQ(c.cases.size(), 3u);
+  const CaseResult& voxel = c.cases[0];
+  const CaseResult& corrected = c.cases[2];
+  int checked = 0;
+  for (const std::size_t i : c.slice_bins) {
+    const double h = c.grid.Centre(i);
+    if (h < 0.5 || std::abs(h - 3) < 0.4 || h > 5.2) continue;
+    const double arc_mm = 11 * std::acos(1 - h / 11);
+    EXPECT_NEAR(voxel.curve.thrust_N[i] / corrected.curve.thrust_N[i], 1, 0.14 / arc_mm + 0.01) << "at " << h;
+    ++checked;
+  }
+  EXPECT_GT(checked, 30);
+  // The component against the cut: teeth spread evenly over the arc alpha = acos(1 - h/R) give sin(alpha) / alpha of
+  // their sum, here in one material down to 3 mm.
+  for (const std::size_t i : c.slice_bins) {
+    const double h = c.grid.Centre(i);
+    if (h < 0.5 || h > 2.6) continue;
+    const double alpha = std::acos(1 - h / 11);
+    EXPECT_NEAR(voxel.curve.force_N[i] / voxel.curve.thrust_N[i], std::sin(alpha) / alpha, 0.01) << "at " << h;
+  }
+  // Work is the force's integral over the depth, in both modes: the ticks' own sums against the curves. Bins of 0.1 mm
+  // at the onset and past the last bin: 2 %.
+  double integral_mJ = 0;
+  for (const double force : voxel.curve.force_N) integral_mJ += force * c.grid.step_mm;
+  EXPECT_NEAR(integral_mJ / voxel.work_mJ, 1, 0.02);
+}
+
+TEST(Compare, CasesAreTheScenesLawTheLawsAskedForAndBothSlabs) {
+  const auto ids = [](const std::vector<std::string>& laws) {
+    std::string text;
+    for (const CompareCase& what : MakeCompareCases(ForceLaw("edge_plus_chip"), laws)) text += what.id + " ";
+    return text;
+  };
+  EXPECT_EQ(ids({}), "voxel_edge_plus_chip voxel_hertz_constant_bite slab_as_computed slab_corrected ");
+  EXPECT_EQ(ids({"hertz_chip", "edge_plus_chip", "hertz_chip"}),
+            "voxel_edge_plus_chip voxel_hertz_chip voxel_hertz_constant_bite slab_as_computed slab_corrected ");
+  std::string all = "voxel_edge_plus_chip ";
+  for (const ForceLawInfo* law : ForceLaws()) {
+    if (std::string(law->name) != "edge_plus_chip") all += "voxel_" + std::string(law->name) + " ";
+  }
+  EXPECT_EQ(ids({"all"}), all + "slab_as_computed slab_corrected ");
+  EXPECT_THROW(ids({"hertz"}), Error);
+}
+
+TEST(Compare, OneVoxelCaseHasTheSlabsLawWhateverTheScenes) {
+  SlabParams slab;
+  slab.contact_share_of_pitch = 0.02;
+  ForceLaw own("hertz_constant_bite");
+  const auto last_voxel = [&] {
+    const std::vector<CompareCase> cases = MakeCompareCases(own, {}, slab);
+    return cases.at(cases.size() - 3);
+  };
+  EXPECT_EQ(last_voxel().id, "voxel_slab_law");
+  EXPECT_EQ(last_voxel().law.Get("contact_share_of_pitch"), 0.02);
+  own.Set("contact_share_of_pitch", 0.02);
+  EXPECT_EQ(last_voxel().id, "voxel_hertz_constant_bite");
+  EXPECT_EQ(MakeCompareCases(own, {}, slab).size(), 3u);
+}
+
+TEST(Compare, ReferenceDiffersFromItselfByNothingAndRepetitionsAgree) {
+  const Comparison c = CompareScene(Parse(kSlab), {{}, 0.1, 2}, {});
+  EXPECT_EQ(c.reference().slice.rms_N, 0);
+  EXPECT_EQ(c.reference().slice.peak_N, 0);
+  EXPECT_EQ(c.rms_between_N[0][0], 0);
+  EXPECT_EQ(c.rms_between_N[0][1], c.rms_between_N[1][0]);
+  EXPECT_EQ(c.rms_between_N[0][1], c.cases[1].slice.rms_N);
+  for (const CaseResult& r : c.cases) {
+    EXPECT_EQ(r.p50_us.size(), 2u);
+    EXPECT_EQ(r.ticks, 625u);
+    EXPECT_EQ(r.ticks_on_curve, 625u);
+  }
+  EXPECT_NE(c.cases[1].force_hash, c.cases[2].force_hash);
+}
+
+TEST(Compare, EveryTickOfAPathCountsOnceWhateverTheStrokes) {
+  // Down, up again through the kerf, down once more: the curve is that of the first way down.
+  const std::string more =
+      "[[path.stroke]]\nend_mm = [0.0, 0.0, 10.0]\nfeed_mm_per_s = 12.0\nretract = false\n"
+      "[[path.stroke]]\nend_mm = [0.0, 0.0, 4.0]\nfeed_mm_per_s = 12.0\nretract = false\n";
+  const Comparison once = CompareScene(Parse(kSlab), {{}, 0.1, 1}, {});
+  const Comparison thrice = CompareScene(Parse(more + kSlab), {{}, 0.1, 1}, {});
+  ASSERT_EQ(once.grid.count, thrice.grid.count);
+  EXPECT_EQ(once.reference().curve.force_N, thrice.reference().curve.force_N);
+  EXPECT_EQ(thrice.reference().ticks_on_curve, once.reference().ticks_on_curve);
+  EXPECT_GT(thrice.reference().ticks, once.reference().ticks + 900);
+}
+
+TEST(Compare, StepInWhichTheSliceEndsCountsNowhere) {
+  // 6 mm in steps of 4: one lies within the slice, in the other it ends.
+  std::string deep = kScene;
+  const std::string end = "end_mm = [0.0, 0.0, 4.0]";
+  deep.replace(deep.find(end), end.size(), "end_mm = [0.0, 0.0, -2.0]");
+  const Comparison c = CompareScene(ParseScene(deep + kSlab, "scene.toml"), {{}, 4, 1}, {});
+  ASSERT_EQ(c.grid.count, 3u);
+  EXPECT_EQ(c.slice_bins, std::vector<std::size_t>{0});
+  EXPECT_EQ(c.beyond_bins, std::vector<std::size_t>{2});
+  EXPECT_EQ(c.region_of_bin[1], 0);
+  std::string thin = deep;
+  thin.replace(thin.find("size_z_mm = 6.0"), 15, "size_z_mm = 3.8");
+  EXPECT_THAT(
+      MessageOf(ParseScene(thin + kSlab, "scene.toml"), {{}, 4, 1}),
+      testing::MatchesRegex("scene: the slice is 3.* mm long, less than a depth step of 4 mm; choose a smaller one"));
+}
+
+TEST(Compare, TimesAreThoseOfTheFastestRepetition) {
+  const Comparison c = CompareScene(Parse(kSlab), {{}, 0.5, 4}, {});
+  for (const CaseResult& r : c.cases) {
+    EXPECT_EQ(r.times.p99_us, *std::min_element(r.p99_us.begin(), r.p99_us.end())) << r.what.label;
+  }
+}
+
+TEST(Compare, ForceBelongsToTheMiddleOfTheTickInBothModes) {
+  const Scene scene = Parse(kSlab);
+  const Bone bone = MakeSceneBone(scene, {});
+  const SlabProfile profile = MakeSlabProfile(scene, bone);
+  const auto cases = MakeCompareCases(scene.force, {});
+  const CaseRun voxel = RunCase(cases[0], scene, bone, profile, {});
+  const CaseRun slab = RunCase(cases[1], scene, bone, profile, {});
+  ASSERT_EQ(voxel.samples.size(), slab.samples.size());
+  // Above the bone the slab's blade goes with the hand, 12 um a tick; the spring's first swing has died down.
+  int checked = 0;
+  for (std::size_t i = 0; i < slab.samples.size(); ++i) {
+    const double depth_mm = -0.5 + 0.012 * (static_cast<double>(i) + 0.5);
+    if (depth_mm < -0.25 || depth_mm > -0.05) continue;
+    EXPECT_NEAR(voxel.samples[i].depth_mm, depth_mm, 0.001);  // the profile's entry
+    EXPECT_NEAR(slab.samples[i].depth_mm, depth_mm, 0.001);
+    ++checked;
+  }
+  EXPECT_GT(checked, 10);
+}
+
+TEST(Compare, MemoryIsTheLargerOfTheBoneBeforeAndAfter) {
+  // Wide enough to have an inside, of which only cut voxels are stored one by one.
+  std::string wide = kScene;
+  wide.replace(wide.find("size_y_mm = 2.0"), 15, "size_y_mm = 12.0");
+  const Scene scene = ParseScene(wide + kSlab, "scene.toml");
+  const Bone bone = MakeSceneBone(scene, {});
+  const CaseRun run = RunCase(MakeCompareCases(scene.force, {})[0], scene, bone, MakeSlabProfile(scene, bone), {});
+  const Bone after =
+      RunPath(bone, MakeSimulationParams(scene), MakePath(scene), scene.simulation.rate_hz, scene.tool.rpm, {}).bone;
+  ASSERT_NE(bone.CalcMemoryBytes(), after.CalcMemoryBytes());
+  EXPECT_EQ(run.memory_bytes, std::max(bone.CalcMemoryBytes(), after.CalcMemoryBytes()));
+}
+
+TEST(Compare, DoesNotWarnOfTheVoxelLawsInSlabMode) {
+  for (const std::string& warning : CompareScene(Parse(kSlab), {{"edge_plus_chip"}, 0.1, 1}, {}).warnings) {
+    EXPECT_THAT(warning, testing::Not(HasSubstr("is not used in slab mode")));
+  }
+}
+
+TEST(Compare, WhatCannotBeComparedIsRefused) {
+  EXPECT_EQ(MessageOf(Parse(), {}),
+            "scene: to compare with slab mode the scene needs the cut direction; add [slab] with direction = [0, 0, "
+            "-1], the way of its first stroke, or another");
+  EXPECT_EQ(
+      MessageOf(Parse(kSlab + "segments_move = true\nhold = \"right\"\n"), {}),
+      "scene: [slab] hold = \"right\" leaves the blade where the path starts, and a comparison needs it in the hand; "
+      "set hold = \"slice\"");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.001, 3}),
+            "a depth step of 0.001 mm is out of range; valid range 0.005 to 5 mm");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, std::nan(""), 3}),
+            "a depth step of nan mm is out of range; valid range 0.005 to 5 mm");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{}, 0.05, 0}), "0 repetitions are out of range; valid range 1 to 100");
+  EXPECT_EQ(MessageOf(Parse(kSlab), {{"herz"}, 0.05, 1}),
+            "there is no force law \"herz\"; there are hertz_chip, hertz_constant_bite, edge_plus_chip");
+  EXPECT_EQ(MessageOf(Parse(kSlab + "[tool]\nrpm = 0\n"), {}), "scene: rpm = 0: a stopped saw cuts nothing to compare");
+  EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 1, 0]\n"), {}), HasSubstr("degrees out of the disc's plane"));
+  // Upwards: the path starts behind what would be cut.
+  EXPECT_THAT(MessageOf(Parse("[slab]\ndirection = [0, 0, 1]\n"), {{}, 0.05, 1}),
+              HasSubstr("start it before the bone along the cut direction"));
+  // 0.05 mm deep.
+  std::string shallow = kScene;
+  const std::string end = "end_mm = [0.0, 0.0, 4.0]";
+  shallow.replace(shallow.find(end), end.size(), "end_mm = [0.0, 0.0, 10.95]");
+  EXPECT_THAT(
+      MessageOf(ParseScene(shallow + kSlab, "scene.toml"), {{}, 0.05, 1}),
+      HasSubstr("goes less than 0.1 mm into the bone, too little to compare; let the path go into the bone along it"));
+}
+
+TEST(Compare, HintOfADirectionIsOfUnitLength) {
+  std::string scene = kScene;
+  const std::string start = "start_mm = [0.0, 0.0, 11.5]";
+  scene.replace(scene.find(start), start.size(), "start_mm = [-31.5, 0.0, 46.0]");
+  EXPECT_THAT(MessageOf(ParseScene(scene, "scene.toml"), {}), HasSubstr("direction = [0.6, 0, -0.8], the way"));
+}
+
+TEST(Compare, PathThatEndsInsideTheSliceIsComparedAsFarAsItGoesAndSaysSo) {
+  // To 2 mm of 6.
+  const Comparison c = CompareScene(
+      ParseScene(std::string(kScene).replace(std::string(kScene).find("0.0, 4.0]"), 9, "0.0, 9.0]") + kSlab,
+                 "scene.toml"),
+      {{}, 0.1, 1}, {});
+  ASSERT_FALSE(c.warnings.empty());
+  EXPECT_THAT(c.warnings.back(), testing::MatchesRegex("the path goes through 1.9 mm of the slice's 6(.0.)? mm; .*"));
+  EXPECT_TRUE(c.beyond_bins.empty());
+  EXPECT_EQ(c.regions.size(), 1u);
+}
+
+TEST(Compare, SaysWhatTheStiffnessIsFrom) {
+  const Comparison regions = CompareScene(Parse(kSlab), {{}, 0.5, 1}, {});
+  EXPECT_EQ(regions.material, "E by region, from the bone's own table");
+  const Comparison uniform =
+      CompareScene(Parse(kSlab + "[material]\nkind = \"uniform\"\nE_GPa = 5.0\nnu = 0.2\n"), {{}, 0.5, 1}, {});
+  EXPECT_EQ(uniform.material, "uniform, E 5 GPa, nu 0.2");
+  EXPECT_THAT(FormatCompareReport(uniform), HasSubstr("- Material: uniform, E 5 GPa, nu 0.2.\n"));
+  const auto json = nlohmann::json::parse(FormatCompareJson(uniform));
+  EXPECT_EQ(json["material"]["kind"], "uniform");
+  EXPECT_EQ(json["material"]["E_GPa"], 5);
+}
+
+TEST(Compare, CommandHoldsWhatWasAskedForAndNoFolder) {
+  const CompareParams params{{"hertz_chip", "edge_plus_chip"}, 0.25, 2};
+  EXPECT_EQ(CompareScene(Parse(kSlab), params, {}, "scenes of mine/it's a cut.toml").command,
+            "kerf compare 'it'\\''s a cut.toml' --laws hertz_chip,edge_plus_chip --depth-step 0.25 --repeat 2");
+  EXPECT_EQ(CompareScene(Parse(kSlab), {{}, 0.5, 1}, {}).command,
+            "kerf compare scene.toml --depth-step 0.5 --repeat 1");
+}
+
+using CompareFiles = test::ResultFolderTest;
+
+TEST_F(CompareFiles, AgreeWithEachOtherAndWithTheComparison) {
+  const Comparison c = CompareScene(Parse(kSlab), {{"all"}, 0.1, 1}, {});
+  const std::vector<std::string> files = WriteComparison(c, folder_);
+  for (const std::string& file : files) EXPECT_TRUE(fs::exists(folder_ + "/" + file)) << file;
+  for (const char* png : {"force_depth.png", "difference.png", "cost.png"}) {
+    EXPECT_LT(fs::file_size(folder_ + "/" + png), 300'000u) << png;
+  }
+  const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/compare.json"));
+  ASSERT_EQ(json["cases"].size(), c.cases.size());
+  EXPECT_EQ(json["reference"], "voxel_hertz_chip");
+  std::istringstream csv(ReadTextFile(folder_ + "/compare.csv"));
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line,
+            "depth_mm,region,voxel_hertz_chip_N,voxel_hertz_constant_bite_N,voxel_edge_plus_chip_N,slab_as_computed_N,"
+            "slab_corrected_N");
+  std::size_t row = 0;
+  std::vector<double> squares(c.cases.size(), 0);
+  for (; std::getline(csv, line); ++row) {
+    std::vector<double> cells;
+    std::istringstream text(line);
+    for (std::string cell; std::getline(text, cell, ',');) cells.push_back(std::stod(cell));
+    ASSERT_EQ(cells.size(), 2 + c.cases.size()) << line;
+    EXPECT_NEAR(cells[0], c.grid.Centre(row), 1e-6);
+    EXPECT_EQ(static_cast<int>(cells[1]), c.region_of_bin[row]);
+    for (std::size_t k = 0; k < c.cases.size(); ++k) {
+      EXPECT_NEAR(json["cases"][k]["force_N"][row].get<double>(), cells[2 + k], 1e-4 * std::abs(cells[2 + k]));
+      if (cells[0] < c.profile.end_mm) squares[k] += std::pow(cells[2 + k] - cells[2], 2);
+    }
+  }
+  EXPECT_EQ(row, c.grid.count);
+  for (std::size_t k = 0; k < c.cases.size(); ++k) {
+    // The rms again, from the table alone, which has six figures.
+    const double rms = std::sqrt(squares[k] / static_cast<double>(c.slice_bins.size()));
+    EXPECT_NEAR(json["cases"][k]["slice"]["rms_difference_N"].get<double>(), rms, 1e-4);
+    EXPECT_EQ(json["cases"][k]["memory_bytes"].get<std::uint64_t>(), c.cases[k].memory_bytes);
+  }
+  const std::string report = ReadTextFile(folder_ + "/report.md");
+  for (const CaseResult& r : c.cases) EXPECT_THAT(report, HasSubstr("| " + r.what.label + " |"));
+  for (const char* figure : {"(force_depth.png)", "(difference.png)", "(cost.png)"}) {
+    EXPECT_THAT(report, HasSubstr(figure));
+  }
+}
+
+TEST_F(CompareFiles, TellTheCtLawItsRangeAndAllItsWarnings) {
+  // A block with CT numbers: the lowest 1.2 mm of the cancellous 5 below the law's 100 HU.
+  fs::create_directories(folder_);
+  BlockParams block;
+  block.size_mm = {8, 2, 6};
+  block.voxel_mm = 0.2;
+  block.layers = {{1, 24}, {5, 32}};
+  Bone bone = MakeBlock(block, DefaultMandibleTable());
+  SetHu(
+      bone, [](const Vec3& p) { return p.z < -4.8 ? 50 : 1000; }, 0.25);
+  WriteBone(bone, folder_ + "/hu.vdb");
+  WriteTextFile(folder_ + "/laws.csv",
+                "name,tissue,density,calibration,bands,tag,source\n"
+                "linear,test,qct,0:0 3000:3,0.1 to 3: 2000 rho^1,R,made up\n");
+  const Scene scene = ParseScene(
+      "[bone]\nfile = \"hu.vdb\"\n[material]\nkind = \"ct\"\nct_law = \"linear\"\nct_law_file = \"laws.csv\"\n"
+      "[[path.stroke]]\nstart_mm = [0, 0, 11.5]\nend_mm = [0, 0, 8]\nfeed_mm_per_s = 20.0\ndisc_normal = [0, 1, 0]\n" +
+          kSlab,
+      folder_ + "/scene.toml");
+  const Comparison c = CompareScene(scene, {{}, 0.5, 1}, {});
+  EXPECT_THAT(c.material, testing::MatchesRegex("E of cancellous regions from the CT by linear: 0.2 to 2 GPa, median 2 "
+                                                "GPa; [0-9.]+ % outside its range .100 to 3000 HU."));
+  MaterialSummary material;
+  MakeSceneBone(scene, {}, &material);
+  ASSERT_EQ(material.warnings.size(), 2u);  // the share outside the range; a law recalled rather than verified
+  const std::string report = FormatCompareReport(c);
+  EXPECT_THAT(report, HasSubstr("- Material: " + c.material + ".\n"));
+  Comparison named = c;
+  named.title = "<b>a | b</b>";
+  named.regions[0].name = "<i>x|y</i>";
+  const std::string escaped = FormatCompareReport(named);
+  EXPECT_THAT(escaped, HasSubstr("# &lt;b&gt;a \\| b&lt;/b&gt;: the same cut"));
+  EXPECT_THAT(escaped, HasSubstr(" &lt;i&gt;x\\|y&lt;/i&gt; ("));
+  EXPECT_THAT(escaped, testing::Not(HasSubstr("<b>")));
+  EXPECT_THAT(escaped, testing::Not(HasSubstr("<i>")));
+  const auto json = nlohmann::json::parse(FormatCompareJson(c));
+  const std::string kept = report.substr(report.find("To keep in mind:"), report.find("## Force and work"));
+  for (const std::string& warning : material.warnings) {
+    EXPECT_THAT(c.warnings, testing::Contains(warning));
+    EXPECT_THAT(kept, HasSubstr("- " + warning + "\n"));
+    EXPECT_THAT(json["warnings"].get<std::vector<std::string>>(), testing::Contains(warning));
+  }
+  // What each law is good for stands there too, the scene's own included, which has no other warning.
+  for (const CaseResult& result : c.cases) {
+    if (result.what.slab) continue;
+    const ForceLaw& law = result.what.law;
+    EXPECT_THAT(kept, HasSubstr(fmt::format("- {}: {}; {}; {}\n", law.name(), DescribeAccuracy(law, DiscSaw{}),
+                                            DescribeBlades(law), FindCaveat(law.info()).good_for)));
+  }
+  EXPECT_THAT(kept, HasSubstr("- slab: one tooth alone has the force of hertz_constant_bite: thrust 1/"));
+  EXPECT_EQ(json["material"], nlohmann::json::parse(FormatMaterialJson(scene, material)));
+  EXPECT_EQ(json["material"]["law"], "linear");
+  EXPECT_NEAR(json["material"]["share_below_range"].get<double>(), 1.2 / 5, 0.05);  // by CT voxels of 0.25 mm in 5 mm
+  EXPECT_EQ(json["material"]["valid_HU"][0], 100);
+  EXPECT_THAT(report, Not(HasSubstr(folder_)));
+}
+
+TEST_F(CompareFiles, NameTheRegionTableWithoutItsFolder) {
+  fs::create_directories(folder_);
+  fs::copy_file(std::string(KERF_SOURCE_DIR) + "/volumes/mandible_regions.csv", folder_ + "/own.csv");
+  std::string text = kScene + kSlab;
+  text.replace(text.find("model = \"block\""), 0, "materials = \"own.csv\"\n");
+  const Comparison c = CompareScene(ParseScene(text, folder_ + "/scene.toml"), {{}, 0.5, 1}, {});
+  EXPECT_EQ(c.material, "E by region, from own.csv");
+  EXPECT_EQ(nlohmann::json::parse(FormatCompareJson(c))["material"]["source"], "own.csv");
+}
+
+TEST_F(CompareFiles, NeverReplaceAnInput) {
+  Scene scene = Parse(kSlab);
+  scene.path.file = folder_ + "/compare.csv";
+  try {
+    CheckCompareInputsStay(scene, "scene.toml", folder_);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(),
+                HasSubstr("compare.csv: is an input and would be written over by " + folder_ + "/compare.csv"));
+  }
+  scene.path.file = folder_ + "/path.csv";
+  scene.material.ct_law_file = folder_ + "/report.md";
+  EXPECT_THROW(CheckCompareInputsStay(scene, "scene.toml", folder_), Error);
+  scene.material.ct_law_file = folder_ + "/laws.csv";
+  EXPECT_NO_THROW(CheckCompareInputsStay(scene, "scene.toml", folder_));
+}
+
+TEST_F(CompareFiles, BothDepthFiguresHaveTheSameRange) {
+  test::MadeUpCase a, b;
+  a.force_N = b.force_N = [](double) { return 1.0; };
+  const Comparison c = test::MakeUp({a, b});
+  for (const PlotSpec& plot : {MakeForceDepthPlot(c), MakeDifferencePlot(c)}) {
+    ASSERT_TRUE(plot.x.lower && plot.x.upper) << plot.title;
+    EXPECT_EQ(*plot.x.lower, 0) << plot.title;
+    EXPECT_NEAR(*plot.x.upper, 12, 1e-9) << plot.title;
+  }
+}
+
+TEST_F(CompareFiles, ForcesFarApartAreDrawnLogarithmically) {
+  test::MadeUpCase a, b;
+  a.label = "a";
+  b.label = "b";
+  a.force_N = [](double) { return 1.0; };
+  b.force_N = [](double) { return 5.0; };
+  EXPECT_FALSE(MakeForceDepthPlot(test::MakeUp({a, b})).y.log);
+  b.force_N = [](double) { return 50.0; };
+  const PlotSpec plot = MakeForceDepthPlot(test::MakeUp({a, b}));
+  EXPECT_TRUE(plot.y.log);
+  EXPECT_LT(*plot.y.lower, 1);
+  EXPECT_GT(*plot.y.upper, 50);
+  // The regions are the bands: 0 to 4 and 4 to 10 mm.
+  ASSERT_EQ(plot.bands.size(), 2u);
+  EXPECT_NEAR(plot.bands[0].x1, 4, 1e-9);
+  EXPECT_NEAR(plot.bands[1].x1, 10, 1e-9);
+  EXPECT_EQ(plot.bands[1].label, "32 lower");
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,104 @@
+// The short form of the hour: memory flat, force at rest nothing, sums exact. `kerf bench hour` is the long one.
+#include "experiment/hour/hour.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "base/files/files.h"
+#include "support/result_folder.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+Scene ReadHourScene() {
+  return ReadScene(KERF_SOURCE_DIR "/scenes/one_hour.toml");
+}
+
+using HourTest = test::ResultFolderTest;
+
+TEST_F(HourTest, AMinuteOfSawingLeavesNoTrace) {
+  MakeFolder(folder_);
+  HourOptions options;
+  options.minutes = 1.25;
+  options.each_s = 5;
+  options.folder = folder_;
+  const Hour hour = RunHour(ReadHourScene(), options, {});
+  ASSERT_EQ(hour.minutes.size(), 15U);
+  EXPECT_EQ(hour.loop.end, LoopEnd::kAsked);
+  EXPECT_EQ(hour.loop.counts.ticks, 75'000U);
+  const HourMinute worst = hour.CalcWorst();
+  // It works: most ticks cut, and there are pauses.
+  EXPECT_GT(worst.cutting_share, 0.7);
+  EXPECT_GT(worst.teeth, 1);
+  EXPECT_GT(worst.rest_ticks, 2000U);
+  EXPECT_GT(worst.removed_mm3, 30);
+  // Clear in the air nothing pushes, from the first pause to the last.
+  EXPECT_EQ(worst.rest_hand_N, 0);
+  EXPECT_EQ(worst.rest_device_N, 0);
+  // By rows alone 70'000 ticks would add 15 MB. Of the heap, as what is resident moves with the system's pages too.
+  EXPECT_LT(hour.CalcHeapGrowth_MB(), 0.25);
+  // And of the leaves that are cut into, 2 kB each: less than all 64 x 22 x 6 that the block has.
+  EXPECT_GT(hour.minutes[1].heap_MB, hour.minutes[1].bone_MB);
+  EXPECT_LT(hour.minutes.back().heap_MB - hour.minutes[1].heap_MB, 1);
+  // Sums of some 1e5 parts of a bone of 27,200 mm3, each to 1e-16 of it.
+  EXPECT_LT(std::abs(worst.removed_error_mm3), 1e-16 * 75'000 * hour.volume_before_mm3);
+  // Its edges and corners are chamfered in their voxels: up to half a voxel squared along 576 mm.
+  EXPECT_NEAR(hour.volume_before_mm3, 100 * 34 * 8, 576 * 0.5 * 0.2 * 0.2);
+  // By occupancy of voxels a kerf of two voxels is some percent off, in its first corners more.
+  const HourMinute& last = hour.minutes.back();
+  EXPECT_NEAR(last.removed_by_ticks_mm3 / last.removed_mm3, 1, 0.05);
+  EXPECT_GT(worst.energy_J, 1e-3);
+  // The solver leaves forces out of balance by 1e-8 of those in play, which may be many times those that do work.
+  EXPECT_LT(std::abs(worst.energy_error_J), 1e-6 * worst.energy_J);
+  EXPECT_TRUE(hour.loop.mirror_identical);
+  // Watching changes nothing.
+  LoopOptions plain;
+  plain.virtual_time = true;
+  plain.seconds = 75;
+  plain.log = LoopLog::kNowhere;
+  const LoopSummary unwatched = RunLoop(ReadHourScene(), plain, {});
+  EXPECT_EQ(unwatched.force_hash, hour.loop.force_hash);
+  EXPECT_EQ(unwatched.bone_hash, hour.loop.bone_hash);
+}
+
+TEST_F(HourTest, TellsWhatItMeasured) {
+  Hour hour;
+  hour.scene = "s";
+  for (int i = 1; i <= 30; ++i) {
+    HourMinute m;
+    m.minute = i;
+    m.resident_MB = i == 1 ? 300 : 100 + 0.5 * i;
+    m.heap_MB = i == 1 ? 300 : 60 + 0.25 * i;
+    m.bone_MB = 50 + 0.5 * i;
+    m.tick_p50_us = i <= 10 ? 20 : i <= 20 ? 99 : 21;
+    m.rest_device_N = i == 7 ? 0.25 : 0;
+    m.removed_error_mm3 = i == 9 ? -3e-9 : 1e-10;
+    hour.minutes.push_back(m);
+  }
+  // The warm-up does not count, the middle neither.
+  EXPECT_DOUBLE_EQ(hour.CalcMemoryGrowth_MB(), 14);
+  EXPECT_DOUBLE_EQ(hour.CalcOtherGrowth_MB(), 0);
+  EXPECT_DOUBLE_EQ(hour.CalcHeapGrowth_MB(), 7);
+  EXPECT_DOUBLE_EQ(hour.CalcTimeRatio(), 1.05);
+  EXPECT_EQ(hour.CalcWorst().removed_error_mm3, -3e-9);
+  EXPECT_THAT(FormatHourTable(hour), testing::HasSubstr("0.25 N on the device"));
+  EXPECT_THAT(FormatHourMarkdown(hour, "this machine", "h.png"), testing::HasSubstr("| 30 | 115.00 | 65.00 |"));
+  std::istringstream csv(FormatHourCsv(hour));
+  std::string line;
+  std::getline(csv, line);
+  const auto columns = std::count(line.begin(), line.end(), ',');
+  int rows = 0;
+  for (; std::getline(csv, line); ++rows) EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
+  EXPECT_EQ(rows, 30);
+  MakeFolder(folder_);
+  WriteHour(hour, folder_);
+  EXPECT_TRUE(std::filesystem::exists(folder_ + "/hour.png"));
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,120 @@
+// Hard case 15: the spindle stands still. Nothing is cut, and a solid that only gives way and rubs gives nothing back.
+#include <random>
+
+#include "experiment/stability/in_kerf.h"
+#include "experiment/stability/verdict.h"
+
+namespace kerf {
+namespace {
+
+using test::DiscParams;
+using test::DiscPose;
+using test::InKerf;
+using test::Sawing;
+
+const double kR = InKerf::kR;
+
+TEST(HardCase15, StoppedItRestsOnTheBoneByTheCouplingsForceAlone) {
+  test::Verdict verdict("holds");
+  const Bone bone = test::MakeBox(Pose{}, {26, 6, 8}, 0.2);
+  // Below 1 rpm it stands still, either way round.
+  double most_in_mm = 0;
+  for (const double rpm : {0.0, -0.0, 0.99, -0.99}) {
+    Sawing saw(bone, DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.3}));
+    saw.Move(DiscPose(Pose{}, {0, 0, 4 + kR - 5}), 500, rpm);
+    EXPECT_TRUE(saw.out.status & kCoupledSpindleStopped);
+    EXPECT_EQ(saw.out.f_cut_W_N, Vec3(0));
+    EXPECT_EQ(saw.out.engaged_teeth, 0);
+    // 5 mm of spring at 1 N/mm, less how far the contact of 2000 N/mm a point gives way.
+    EXPECT_NEAR(saw.out.f_H_W_N.z, 5, 0.01);
+    most_in_mm = std::max(most_in_mm, 4 + kR - saw.out.X_WT.p_AB.z);
+    EXPECT_EQ(saw.simulation.bone().CalcHash(), bone.CalcHash());
+  }
+  verdict.AtMost("into the bone under 5 N", 1000 * most_in_mm, 10, "um");
+}
+
+TEST(HardCase15, DrawnAlongItMeetsCoulombsFrictionAndNoMore) {
+  test::Verdict verdict("holds");
+  CoupledParams params = DiscParams();
+  SetEffect(params.effects, "kerf_friction", "coefficient", 0.3);
+  params.coupling.torsion_Nmm_per_rad = 1e6;  // it does not roll
+  params.coupling.max_torque_Nmm = 1e5;
+  Sawing saw(test::MakeBox(Pose{}, {30, 6, 8}, 0.2), params, DiscPose(Pose{}, {-5, 0, 4 + kR + 0.3}));
+  saw.Move(DiscPose(Pose{}, {-5, 0, 4 + kR - 5}), 500, 0);
+  double least = 1e9;
+  double most = 0;
+  const double x_from = saw.out.X_WT.p_AB.x;
+  saw.Move(DiscPose(Pose{}, {5, 0, 4 + kR - 5}), 1000, 0, [&](const CoupledOutput& out) {
+    const double ratio = -out.f_H_W_N.x / out.f_H_W_N.z;
+    most = std::max(most, ratio);
+    if (saw.X_WH.p_AB.x > -2) least = std::min(least, ratio);
+    // It sticks, but for the creep, until the hand pulls with mu N = 1.5 N: 1.5 mm of spring.
+    if (saw.X_WH.p_AB.x < -3.6) {
+      ASSERT_LT(out.X_WT.p_AB.x - x_from, 0.02 * 0.2 * 10);
+    }
+  });
+  // On a plane's voxels the normal force is that of all points together, to the unevenness of a float's distances.
+  verdict.AtMost("friction while it slides, of the normal force", most, 0.3 * 1.02);
+  verdict.AtLeast("and at least", least, 0.3 * 0.98);
+  EXPECT_EQ(saw.invariants.removed_mm3(), 0);
+}
+
+/// The handle on a closed path through random places about the bone's surface, with the tool turned a little.
+TEST(HardCase15, ClosedPathsInAndOutOfTheBoneGiveNothingBack) {
+  test::Verdict verdict("holds");
+  const Bone bone = test::MakeBox(Pose{}, {26, 6, 8}, 0.4);
+  const std::uint64_t hash = bone.CalcHash();
+  std::mt19937_64 random(15);
+  const auto draw = [&random](double most) {
+    return most * (static_cast<double>(random() >> 11) / 4503599627370496.0 - 1);
+  };
+  const int orbits = std::max(5, static_cast<int>(60 * test::Effort()));
+  double lowest_mJ = 1e9;
+  double exchanged_mJ = 0;
+  double most_force_N = 0;
+  for (int n = 0; n < orbits; ++n) {
+    const Pose start = DiscPose(Pose{}, {0, 0, 4 + kR + 2});
+    Sawing saw(bone, DiscParams(), start);
+    Pose X_before = start;
+    const auto account = [&](const CoupledOutput& out) {
+      const Vec3 way = saw.X_WH.Point(saw.simulation.params().coupling.p_TC_mm) -
+                       X_before.Point(saw.simulation.params().coupling.p_TC_mm);
+      exchanged_mJ += std::abs(glm::dot(out.f_H_W_N, way));
+      X_before = saw.X_WH;
+      most_force_N = std::max(most_force_N, glm::length(out.f_H_W_N));
+      ASSERT_EQ(out.removed_mm3, 0);
+    };
+    for (int leg = 0; leg < 4; ++leg) {
+      Pose X = start;
+      if (leg < 3) {
+        X.p_AB += Vec3(draw(10), draw(3), draw(4) - 4);
+        X.R_AB = glm::normalize(X.R_AB * glm::angleAxis(draw(0.3), glm::normalize(Vec3(1, draw(1), draw(1)))));
+      }
+      saw.Move(X, 100 + static_cast<int>(random() % 200), 0, account);
+    }
+    // Back in the air nothing is stored: what the hand has put in is lost for good. The tick's own account is exact.
+    EXPECT_EQ(saw.out.f_H_W_N, Vec3(0)) << n;
+    EXPECT_NEAR(saw.invariants.stored_mJ(), 0, 1e-9) << n;
+    EXPECT_EQ(saw.invariants.spindle_mJ(), 0) << n;
+    lowest_mJ = std::min(lowest_mJ, saw.invariants.hand_mJ());
+    EXPECT_EQ(saw.simulation.bone().CalcHash(), hash) << n;
+  }
+  EXPECT_GT(most_force_N, 3);  // it did touch
+  verdict.AtLeast("least work of a hand on a closed path", lowest_mJ, -1e-7, "mJ");
+  verdict.Note("exchanged on the way", exchanged_mJ, "mJ");
+}
+
+TEST(HardCase15, OnAPathItHasNoForceAndCutsNothing) {
+  const Bone bone = test::MakeBox(Pose{}, {12, 4, 8}, 0.4);
+  Simulation simulation(bone, {}, DiscPose(Pose{}, {0, 0, 4 + kR + 0.3}));
+  for (const TickOutput& out : test::Stroke(simulation, Pose{}, {0, 0, 4 + kR + 0.3}, {0, 0, 4 + kR - 3}, 20, 0)) {
+    ASSERT_EQ(out.status, kTickSpindleStopped);
+    ASSERT_EQ(out.f_T_W_N, Vec3(0));
+    ASSERT_EQ(out.tau_TG_W_Nmm, Vec3(0));
+    ASSERT_EQ(out.removed_mm3, 0);
+  }
+  EXPECT_EQ(simulation.bone().CalcHash(), bone.CalcHash());
+}
+
+}  // namespace
+}  // namespace kerf

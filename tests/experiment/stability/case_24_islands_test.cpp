@@ -1,0 +1,151 @@
+// Hard case 24: single voxels, dust, a checkerboard. Many tiny contacts ask for no more than as much bone in one piece.
+#include <random>
+
+#include "base/core/high_pass.h"
+#include "bone/grid/surface.h"
+#include "experiment/stability/in_kerf.h"
+#include "experiment/stability/verdict.h"
+
+namespace kerf {
+namespace {
+
+using test::DiscParams;
+using test::DiscPose;
+using test::InKerf;
+
+const double kR = InKerf::kR;
+constexpr double kVoxel_mm = 0.2;
+const Vec3 kHalf(6, 1, 2);
+
+/// A block in which each voxel is bone or not, as `is_bone` of its index says: distances of half a voxel to either
+/// side, as where nothing is known but that.
+template <typename IsBone>
+Bone Speckled(IsBone is_bone) {
+  SolidField field;
+  field.value = [is_bone](const Vec3& p) {
+    const int i = static_cast<int>(std::lround(p.x / kVoxel_mm));
+    const int j = static_cast<int>(std::lround(p.y / kVoxel_mm));
+    const int k = static_cast<int>(std::lround(p.z / kVoxel_mm));
+    const double block = test::BoxDistance(p, kHalf);
+    return block < 0 && is_bone(i, j, k) ? -0.5 * kVoxel_mm : std::max(block, 0.5 * kVoxel_mm);
+  };
+  field.classify = [](const Vec3&, double) { return BlockClass::kMixed; };
+  field.region = [](const Vec3&) { return 24; };
+  return MakeBone(field, Box3{-kHalf, kHalf}.Grown(6 * kVoxel_mm), {kVoxel_mm, kVoxel_mm, {}}, test::OneRegionTable());
+}
+
+bool IsDust(int i, int j, int k, double share) {
+  auto x = static_cast<std::uint64_t>(std::int64_t{i + 512} * 1048576 + std::int64_t{j + 512} * 1024 + (k + 512));
+  x = (x ^ (x >> 31)) * 0x9E3779B97F4A7C15u;
+  x = (x ^ (x >> 29)) * 0xBF58476D1CE4E5B9u;
+  return static_cast<double>((x ^ (x >> 32)) >> 11) < share * 9007199254740992.0;
+}
+
+struct Cut {
+  double work_mJ = 0;  // of the hand
+  double volume_mm3 = 0;
+  double most_N = 0;
+  double most_step = 0;  // from tick to tick, of what is just noticed
+  double noise_mN = 0;   // above 20 Hz
+};
+
+/// A slot along x, 2 mm deep, at 5 mm/s.
+Cut CutSlot(const Bone& bone) {
+  Cut cut;
+  const double z = kHalf.z + kR - 2;
+  const double x_from = -kHalf.x - std::sqrt(kR * kR - (kR - 2) * (kR - 2)) - 0.5;
+  test::Sawing saw(bone, DiscParams(), DiscPose(Pose{}, {x_from, 0, z}));
+  Vec3 f_before(0);
+  std::vector<double> f;
+  for (int i = 1; i <= 2600; ++i) {
+    saw.To(DiscPose(Pose{}, {x_from + 0.005 * i, 0, z}));
+    const double now_N = glm::length(saw.out.f_H_W_N);
+    cut.most_N = std::max(cut.most_N, now_N);
+    cut.most_step = std::max(cut.most_step, glm::length(saw.out.f_H_W_N - f_before) / (0.07 * std::max(now_N, 0.5)));
+    f_before = saw.out.f_H_W_N;
+    if (i > 1200) f.push_back(saw.out.f_H_W_N.x);
+  }
+  cut.work_mJ = saw.invariants.lost_mJ();
+  cut.volume_mm3 = saw.invariants.removed_mm3();
+  cut.noise_mN = 1000 * CalcHighPassRms(f, 0.001, 20);
+  saw.invariants.CheckBone();
+  return cut;
+}
+
+TEST(HardCase24, IslandsAskForNoMoreThanAsMuchBoneInOnePiece) {
+  test::Verdict verdict("holds: a tooth's force goes by how much of its edge has bone before it");
+  const Cut bulk = CutSlot(Speckled([](int, int, int) { return true; }));
+  ASSERT_GT(bulk.most_N, 0.3);
+  double most_force = 0;
+  double most_work = 0;
+  double most_step = 0;
+  double most_noise_mN = 0;
+  const std::vector<std::pair<const char*, Bone>> bones = [] {
+    std::vector<std::pair<const char*, Bone>> all;
+    all.emplace_back("checkerboard", Speckled([](int i, int j, int k) { return (i + j + k) % 2 == 0; }));
+    all.emplace_back("every third",
+                     Speckled([](int i, int j, int k) { return i % 3 == 0 && j % 3 == 0 && k % 3 == 0; }));
+    all.emplace_back("sheets", Speckled([](int i, int, int) { return i % 2 == 0; }));
+    all.emplace_back("dust 10 %", Speckled([](int i, int j, int k) { return IsDust(i, j, k, 0.1); }));
+    all.emplace_back("dust 50 %", Speckled([](int i, int j, int k) { return IsDust(i, j, k, 0.5); }));
+    all.emplace_back("dust 90 %", Speckled([](int i, int j, int k) { return IsDust(i, j, k, 0.9); }));
+    return all;
+  }();
+  for (const auto& [name, bone] : bones) {
+    const Cut cut = CutSlot(bone);
+    EXPECT_GT(cut.volume_mm3, 0.01) << name;
+    EXPECT_LT(cut.volume_mm3, bulk.volume_mm3) << name;
+    most_force = std::max(most_force, cut.most_N / bulk.most_N);
+    most_work = std::max(most_work, (cut.work_mJ / cut.volume_mm3) / (bulk.work_mJ / bulk.volume_mm3));
+    most_step = std::max(most_step, cut.most_step);
+    most_noise_mN = std::max(most_noise_mN, cut.noise_mN);
+  }
+  verdict.AtMost("largest force, of that in the whole block", most_force, 1);
+  verdict.AtMost("work for a volume, of that in the whole block", most_work, 1);
+  // A grain that breaks off is an event: its force goes at once.
+  verdict.AtMost("largest step of the force from tick to tick, of what is just noticed", most_step, 3);
+  verdict.AtMost("force above 20 Hz", most_noise_mN, 20, "mN");
+}
+
+TEST(HardCase24, IslandsAreCountedExactlyAndSmallOnesLeftOutWhenAsked) {
+  test::Verdict verdict("holds");
+  const Bone bone = Speckled([](int i, int j, int k) { return i % 3 == 0 && j % 3 == 0 && k % 3 == 0; });
+  int expected = 0;
+  for (int i = -40; i <= 40; ++i) {
+    for (int j = -10; j <= 10; ++j) {
+      for (int k = -20; k <= 20; ++k) {
+        const Vec3 p = kVoxel_mm * Vec3(i, j, k);
+        expected += i % 3 == 0 && j % 3 == 0 && k % 3 == 0 && test::BoxDistance(p, kHalf) < -1e-9 ? 1 : 0;
+      }
+    }
+  }
+  verdict.Equal("islands of a voxel", static_cast<double>(SplitPieces(bone).pieces.size()), expected);
+  const Pieces large = SplitPieces(bone, 1.5 * kVoxel_mm * kVoxel_mm * kVoxel_mm);
+  EXPECT_EQ(large.pieces.size(), 0u);
+  EXPECT_EQ(large.dust_count, static_cast<std::size_t>(expected));
+}
+
+TEST(HardCase24, AStoppedDiscRestsOnDustWithoutHammering) {
+  test::Verdict verdict("holds, but single grains smaller than the spacing of the edge's points may pass between them");
+  double noise = 0;
+  for (const double share : {0.5, 0.9}) {
+    const Bone bone = Speckled([share](int i, int j, int k) { return IsDust(i, j, k, share); });
+    test::Sawing saw(bone, DiscParams(), DiscPose(Pose{}, {0, 0.03, kHalf.z + kR + 0.3}));
+    std::vector<double> f[3];
+    for (int i = 1; i <= 2500; ++i) {
+      saw.To(DiscPose(Pose{}, {0.0003 * i, 0.03, kHalf.z + kR + 0.3 - std::min(0.005 * i, 4.0)}), 0);
+      if (i <= 1200) continue;
+      for (int k = 0; k < 3; ++k) f[k].push_back(saw.out.f_H_W_N[k]);
+    }
+    EXPECT_GT(saw.out.f_H_W_N.z, 1) << share;
+    EXPECT_EQ(saw.invariants.removed_mm3(), 0);
+    double sum = 0;
+    for (const auto& axis : f) sum += std::pow(CalcHighPassRms(axis, 0.001, 20), 2);
+    noise = std::max(noise, std::sqrt(sum) / saw.out.f_H_W_N.z);
+  }
+  // It slides at 0.3 mm/s over grains of 0.2 mm.
+  verdict.AtMost("force above 20 Hz while it slides over grains, of the force", noise, 0.01);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,127 @@
+// Hard case 30: bone on both sides of the disc, in a slot as wide as it is or narrower.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bone/grid/build.h"
+#include "cut/contact/step.h"
+#include "cut/hand_sim/hands.h"
+#include "experiment/stability/verdict.h"
+
+namespace kerf {
+namespace {
+
+using test::DiscPose;
+using test::Handle;
+using test::Verdict;
+
+const DiscSaw kSaw;
+const double kR = kSaw.radius_mm();
+
+/// 30 x 6 x 24 mm, its top at z = 12, with a slot in the plane y = 0 from the top down to z = -1: the disc stands in it
+/// with its middle at z = 11.
+Bone MakeSlottedBlock(double width_mm, double voxel_mm) {
+  SolidField field;
+  field.value = [width_mm](const Vec3& p) {
+    const double block = test::BoxDistance(p, {15, 3, 12});
+    const double slot = test::BoxDistance(p - Vec3(0, 0, 9), {40, 0.5 * width_mm, 10});
+    return std::max(block, -slot);
+  };
+  field.classify = ClassifyByDistance(field.value);
+  field.region = [](const Vec3&) { return 24; };
+  return MakeBone(field, Box3{{-17, -5, -14}, {17, 5, 14}}, {voxel_mm, voxel_mm, {}}, test::OneRegionTable());
+}
+
+TEST(HardCase30, ASymmetricSlotPushesToNeitherSide) {
+  Verdict verdict("holds");
+  double worst_N = 0;
+  double worst_moment_Nmm = 0;
+  double least_touching_N = 1e9;
+  // Wider than the disc, as wide, and narrower by a fifth (as the grid may make it).
+  for (const double width_mm : {0.4, 0.25, 0.2}) {
+    const Bone bone = MakeSlottedBlock(width_mm, 0.1);
+    for (const double rpm : {7500.0, 0.0}) {
+      const Pose X = DiscPose(Pose{}, {0, 0, 11});
+      CoupledSimulation simulation(bone, test::DiscParams(), X);
+      CoupledOutput out;
+      for (int i = 0; i < 300; ++i) {
+        // Straight up and down: whatever friction there is acts along z.
+        out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 11 + 0.2 * std::sin(0.05 * i)}), rpm));
+        worst_N = std::max(worst_N, std::abs(out.f_H_W_N.y));
+        worst_moment_Nmm = std::max(worst_moment_Nmm, std::abs(out.tau_H_W_Nmm.x) + std::abs(out.tau_H_W_Nmm.z));
+      }
+      // That the walls are there at all: they bear a push to either side.
+      for (const double side : {1.0, -1.0}) {
+        for (int i = 0; i < 100; ++i) out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 2 * side, 11}), rpm));
+        least_touching_N = std::min(least_touching_N, -side * out.f_H_W_N.y);
+      }
+    }
+  }
+  verdict.AtMost("force across the slot", worst_N, 1e-6, "N");
+  verdict.AtMost("torque out of its plane", worst_moment_Nmm, 1e-5, "N mm");
+  verdict.AtLeast("borne when pushed with 2 N/mm by 2 mm", least_touching_N, 1.8, "N");
+}
+
+TEST(HardCase30, WhatTheHandFeelsDoesNotDependOnTheSideThatItCameFrom) {
+  Verdict verdict("holds");
+  // Pushed against one wall with 2 N, then back to the middle; the same from the other side.
+  double unlike_N = 0;
+  double left_N = 0;
+  for (const double width_mm : {0.4, 0.25}) {
+    const Bone bone = MakeSlottedBlock(width_mm, 0.1);
+    double f[2][200];
+    for (const int side : {0, 1}) {
+      const double sign = side == 0 ? 1 : -1;
+      CoupledSimulation simulation(bone, test::DiscParams(), DiscPose(Pose{}, {0, 0, 11}));
+      for (int i = 0; i < 200; ++i) {
+        const double y = i < 100 ? 0.02 * i : std::max(0.0, 2 - 0.04 * (i - 100));
+        const CoupledOutput out = simulation.Tick(Handle(DiscPose(Pose{}, {0, sign * y, 11})));
+        f[side][i] = sign * out.f_H_W_N.y;
+      }
+      left_N = std::max(left_N, std::abs(f[side][199]));
+    }
+    for (int i = 0; i < 200; ++i) unlike_N = std::max(unlike_N, std::abs(f[0][i] - f[1][i]));
+  }
+  verdict.AtMost("one side against the other", unlike_N, 1e-6, "N");
+  verdict.AtMost("left over in the middle", left_N, 1e-6, "N");
+}
+
+TEST(HardCase30, TheStepHasOneSolutionWhereverTheSearchBegins) {
+  Verdict verdict("holds");
+  // Flats held from both sides, by points already inside the bone, some more than others.
+  StepProblem problem;
+  problem.tau_s = 0.001;
+  problem.coupling.spring = {1, 40};
+  problem.coupling.torsion = {5000, 4000};
+  problem.coupling.damper = {0, 40};
+  problem.coupling.torsion_damper = {0, 4000};
+  problem.coupling.x_mm = {0.3, -0.2, 0.5};
+  problem.coupling.theta_rad = {0.01, -0.02, 0.03};
+  problem.flat_stiffness_N_per_mm = 3000;
+  for (int i = 0; i < 60; ++i) {
+    const double angle = 0.7 * i;
+    const double r = 2 + 0.13 * i;
+    for (const double side : {1.0, -1.0}) {
+      problem.flats.push_back({side, r * std::cos(angle), r * std::sin(angle), 0.001 * ((i * 7) % 5 - 1)});
+    }
+  }
+  problem.frictions.push_back({MakeRow({1, 0, 0}, {3, 4, 0}), MakeRow({0, 1, 0}, {3, 4, 0}), 100, -50, 2});
+  StepSolver solver(256);
+  const Twist first = solver.Solve(problem, Twist{}, kR, 100).u;
+  double worst = 0;
+  for (const double speed : {1e3, -1e3, 1e-3, 37.0}) {
+    for (int axis = 0; axis < 6; ++axis) {
+      Twist start{};
+      start[axis] = speed;
+      const StepSolution found = solver.Solve(problem, start, kR, 100);
+      EXPECT_TRUE(found.converged);
+      for (int k = 0; k < 6; ++k) worst = std::max(worst, std::abs(found.u[k] - first[k]) * (k < 3 ? 1 : kR));
+    }
+  }
+  // Forces balance to 1e-8 of themselves; times 1 mm/s a newton at the softest, the friction's.
+  verdict.AtMost("motion found from 24 starts differs by", worst, 1e-5, "mm/s");
+}
+
+}  // namespace
+}  // namespace kerf

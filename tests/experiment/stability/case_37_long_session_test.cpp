@@ -1,0 +1,171 @@
+// Hard case 37: a long session. What adds up must not drift, and what turns must not lose its angle.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "base/realtime/deadlines.h"
+#include "cut/hand_sim/hands.h"
+#include "device/devices/profiles.h"
+#include "device/devices/velocity.h"
+#include "experiment/stability/verdict.h"
+#include "loop/haptics/force_map.h"
+
+namespace kerf {
+namespace {
+
+using test::DiscPose;
+using test::Effort;
+using test::Handle;
+using test::Verdict;
+
+const DiscSaw kSaw;
+const double kR = kSaw.radius_mm();
+const double kClear = 5 + kR + 0.2;  // height of the disc's centre just above the block
+
+Bone MakeBlockOfBone() {
+  return test::MakeBox(Pose{}, {26, 4, 10}, 0.2);
+}
+
+TEST(HardCase37, AMillionIdleTicksLeaveNoTrace) {
+  Verdict verdict("holds: no tooth angle is kept that could grow");
+  const Bone bone = MakeBlockOfBone();
+  const Pose start = DiscPose(Pose{}, {0, 0, kClear});
+  CoupledSimulation rested(bone, test::DiscParams(), start);
+  CoupledSimulation fresh(bone, test::DiscParams(), start);
+  const int idle = static_cast<int>(1e6 * Effort());
+  double most_N = 0;
+  double off_mm = 0;
+  for (int i = 1; i <= idle; ++i) {
+    // Round and round, 2 to 8 mm above the bone, turning with it.
+    const double angle = 0.01 * i;
+    Pose X = DiscPose(Pose{}, {3 * std::sin(angle), 2 * std::cos(angle), kClear + 5 + 3 * std::sin(0.37 * angle)});
+    X.R_AB = glm::angleAxis(angle, Vec3(0, 1, 0)) * X.R_AB;
+    const CoupledOutput out = rested.Tick(Handle(X));
+    most_N = std::max({most_N, glm::length(out.f_H_W_N), glm::length(out.tau_H_W_Nmm), out.hand_mJ, out.stored_mJ});
+    off_mm = std::max(off_mm, glm::length(out.X_WT.p_AB - X.p_AB));
+  }
+  verdict.Equal("largest force, torque, work while idle", most_N, 0);
+  verdict.Equal("tool off the handle", off_mm, 0, "mm");
+  rested.Tick(Handle(start));
+  fresh.Tick(Handle(start));
+  double unlike_N = 0;
+  double touched_N = 0;
+  for (int i = 1; i <= 1500; ++i) {
+    const CoupledInput in = Handle(DiscPose(Pose{}, {0.2 * std::sin(0.01 * i), 0, kClear - 0.003 * i}));
+    const Vec3 f = rested.Tick(in).f_H_W_N;
+    const Vec3 g = fresh.Tick(in).f_H_W_N;
+    unlike_N = std::max(unlike_N, glm::length(f - g));
+    touched_N = std::max(touched_N, glm::length(f));
+  }
+  EXPECT_GT(touched_N, 0.5);
+  verdict.AtMost("the cut after it unlike one without it", unlike_N, 1e-6, "N");
+}
+
+TEST(HardCase37, SumsOfMillionsOfPartsAreTheWhole) {
+  Verdict verdict("holds");
+  // The same stroke in few ticks and in very many: each of these takes some millionths of a voxel from hundreds of
+  // voxels, and their sum is the same volume.
+  CoupledParams params = test::DiscParams();
+  params.coupling.stiffness_N_per_mm = 1000;
+  params.coupling.max_force_N = 1e4;
+  double sum_mm3[2];
+  double exact_mm3[2];
+  double account = 0;
+  const int many = static_cast<int>(std::max(3000.0, 30000 * std::min(Effort(), 20.0)));
+  for (const int run : {0, 1}) {
+    const int ticks = run == 0 ? 600 : many;
+    const Bone bone = MakeBlockOfBone();
+    CoupledSimulation simulation(bone, params, DiscPose(Pose{}, {0, 0, kClear}));
+    double sum = 0;
+    for (int i = 1; i <= ticks; ++i) {
+      CoupledInput in = Handle(DiscPose(Pose{}, {0, 0, kClear - 3.0 * i / ticks}));
+      in.dt_s = 0.6 / ticks;
+      sum += simulation.Tick(in).removed_mm3;
+    }
+    // It lags behind by what the force draws the coupling; at rest it creeps to the same place.
+    for (int i = 0; i < 2000; ++i) {
+      sum += simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, kClear - 3}))).removed_mm3;
+    }
+    const std::array<double, 256> removed = simulation.CalcRemovedByRegion();
+    sum_mm3[run] = sum;
+    exact_mm3[run] = std::accumulate(removed.begin(), removed.end(), 0.0);
+    const double lost = bone.CalcVolume() - simulation.bone().CalcVolume();
+    account = std::max(account, std::abs(exact_mm3[run] - lost) / bone.CalcVolume());
+  }
+  EXPECT_GT(exact_mm3[0], 2);
+  verdict.AtMost("sum of many ticks against few, off by", 1e6 * std::abs(sum_mm3[1] / sum_mm3[0] - 1), 200, "ppm");
+  verdict.AtMost("the bone's own volume, off by", 1e6 * std::abs(exact_mm3[1] / exact_mm3[0] - 1), 200, "ppm");
+  verdict.AtMost("removed and remaining miss the whole by, of it", account, 1e-9);
+  EXPECT_NEAR(sum_mm3[1] / exact_mm3[1], 1, 0.03);
+}
+
+TEST(HardCase37, ToAndFroForLongIsTheSameEachTime) {
+  Verdict verdict("holds");
+  // In its own kerf, 250 ticks a stroke: once it has cut what is in its way, each stroke is like the one before.
+  CoupledSimulation simulation(MakeBlockOfBone(), test::DiscParams(), DiscPose(Pose{}, {0, 0, kClear}));
+  const int strokes = static_cast<int>(std::max(120.0, 120 * Effort()));  // fewer and it still cuts
+  std::vector<Vec3> early;
+  double drift_N = 0;
+  double late_mm3 = 0;
+  double early_mm3 = 0;
+  double most_N = 0;
+  for (int stroke = 0; stroke < strokes; ++stroke) {
+    for (int i = 0; i < 250; ++i) {
+      const double down = std::min(2.0, 0.002 * (250 * stroke + i));
+      const double phase = 2 * test::kPi * i / 250;
+      const CoupledOutput out =
+          simulation.Tick(Handle(DiscPose(Pose{}, {2 * std::sin(phase), 0.3 * std::sin(2 * phase), kClear - down})));
+      if (stroke < strokes / 3) early_mm3 += out.removed_mm3;
+      if (stroke == strokes - 11) early.push_back(out.f_H_W_N);
+      if (stroke < strokes - 10) continue;
+      late_mm3 += out.removed_mm3;
+      most_N = std::max(most_N, glm::length(out.f_H_W_N));
+      drift_N = std::max(drift_N, glm::length(out.f_H_W_N - early[static_cast<std::size_t>(i)]));
+    }
+  }
+  EXPECT_GT(early_mm3, 1);
+  EXPECT_GT(most_N, 0.1);
+  verdict.AtMost("force unlike that ten strokes before", drift_N, 0.002, "N");
+  verdict.AtMost("still removed in ten strokes", late_mm3, 0.005 * early_mm3, "mm3");
+}
+
+TEST(HardCase37, WhatCountsTimeAndWayStaysExact) {
+  Verdict verdict("holds");
+  // A handle that has turned or gone a very long way: 1e7 ticks at 1 mm/s and 10 km from where it began.
+  AdaptiveVelocity velocity(0.001);
+  double worst = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double v = velocity.Update(Vec3(1e7 + 0.001 * i, 0, 0), 0.001).x;
+    if (i > 40) worst = std::max(worst, std::abs(v - 1));
+  }
+  verdict.AtMost("velocity of 1 mm/s off by, 10 km on", worst, 1e-4, "mm/s");
+  // A month of deadlines at 4 kHz: whole nanoseconds, and none lost.
+  constexpr std::int64_t kPeriod = 250'000;
+  constexpr std::int64_t kMonth = std::int64_t{30} * 86400 * 1'000'000'000;
+  Deadlines deadlines(kPeriod);
+  deadlines.Start(17);
+  const Deadlines::Tick after = deadlines.Begin(17 + kMonth);
+  EXPECT_EQ(after.skipped, kMonth / kPeriod - 1);
+  deadlines.End(17 + kMonth + 100'000);
+  verdict.Equal("deadline after a month off by", static_cast<double>(deadlines.due_ns() - (17 + kMonth + kPeriod)), 0,
+                "ns");
+  // Motors at a constant force.
+  const DeviceProfile profile = FindDeviceProfile("omega_3");
+  ForceMap map(profile);
+  Vec3 half_way(0);
+  Vec3 last(0);
+  const int ticks = static_cast<int>(std::max(1e5, 1e6 * Effort()));
+  for (int i = 0; i < ticks; ++i) {
+    last = map.Calc({1, 2, 3}, Vec3(0), 0.001).f_H_W_N;
+    if (i == ticks / 2) half_way = last;
+  }
+  EXPECT_GT(glm::length(last), 0.1);
+  EXPECT_EQ(map.counts().ticks, static_cast<std::uint64_t>(ticks));
+  verdict.AtMost("steady force's drift", glm::length(last - half_way), 1e-9, "N");
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,83 @@
+// Hard case 40: sequences of random calls, whatever a hand, a device and a broken program around them may do.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "experiment/stability/fuzz_run.h"
+#include "experiment/stability/verdict.h"
+
+namespace kerf {
+namespace {
+
+using test::FuzzedSaw;
+using test::FuzzResult;
+
+constexpr int kCalls = 1000;  // of a sequence
+
+/// Ticks of a saw in a hand, in sequences of a thousand.
+void FuzzSaw(std::uint64_t first_seed, double ticks) {
+  test::Verdict verdict("holds");
+  FuzzedSaw::Counts sum;
+  test::RunFuzz(first_seed, static_cast<long>(ticks * test::Effort()), [&](std::uint64_t seed, long& made) {
+    FuzzedSaw::Counts c;
+    FuzzResult result = test::FuzzCoupled(seed, kCalls, c);
+    made += c.ticks;
+    sum.ticks += c.ticks;
+    sum.touched += c.touched;
+    sum.refused += c.refused;
+    sum.cut += c.cut;
+    sum.used_up += c.used_up;
+    sum.unsolved += c.unsolved;
+    sum.out_of_leaves += c.out_of_leaves;
+    sum.slab += c.slab;
+    return result;
+  });
+  const auto share = [&](long n) { return static_cast<double>(n) / static_cast<double>(sum.ticks); };
+  verdict.AtLeast("ticks", static_cast<double>(sum.ticks), std::min(1.0, ticks * test::Effort()));
+  verdict.Note("share with force", share(sum.touched));
+  verdict.Note("that cut", share(sum.cut));
+  verdict.Note("refused", share(sum.refused));
+  verdict.Note("steps used up", share(sum.used_up));
+  verdict.Note("unsolved", share(sum.unsolved));
+  verdict.Note("leaves used up", share(sum.out_of_leaves));
+  verdict.Note("slab", share(sum.slab));
+}
+
+TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant1) {
+  FuzzSaw(1'000'000, 200'000);
+}
+TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant2) {
+  FuzzSaw(2'000'000, 200'000);
+}
+TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant3) {
+  FuzzSaw(3'000'000, 200'000);
+}
+TEST(HardCase40, RandomSequencesOfASawInAHandHoldEveryInvariant4) {
+  FuzzSaw(4'000'000, 100'000);
+}
+
+void FuzzOther(std::uint64_t first_seed, double ticks, FuzzResult (*run)(std::uint64_t, int, long&)) {
+  test::Verdict verdict("holds");
+  long sum = 0;
+  test::RunFuzz(first_seed, static_cast<long>(ticks * test::Effort()), [&](std::uint64_t seed, long& made) {
+    FuzzResult result = run(seed, kCalls, made);
+    sum = made;
+    return result;
+  });
+  verdict.AtLeast("ticks", static_cast<double>(sum), std::min(1.0, ticks * test::Effort()));
+}
+
+TEST(HardCase40, RandomSequencesThroughADeviceThatFailsAndLiesNeverPassItsLimits) {
+  FuzzOther(20'000'000, 100'000, test::FuzzDevice);
+}
+
+TEST(HardCase40, RandomPathsThroughBoneHoldEveryInvariant) {
+  FuzzOther(30'000'000, 100'000, test::FuzzPath);
+}
+
+TEST(HardCase40, RandomHandsOnTheThinSlabHoldEveryInvariant) {
+  FuzzOther(40'000'000, 100'000, test::FuzzSlab);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,204 @@
+// Constants of the tick that no other test would miss if they were four times as large or as small: what each of them
+// promises, measured from outside.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bone/grid/field.h"
+#include "cut/contact/push_out.h"
+#include "cut/hand_sim/hands.h"
+#include "cut/removal/cutter.h"
+#include "experiment/stability/verdict.h"
+
+namespace kerf {
+namespace {
+
+using test::DiscParams;
+using test::DiscPose;
+using test::Handle;
+using test::PushingHand;
+
+const DiscSaw kSaw;
+const double kR = kSaw.radius_mm();
+constexpr double kVoxel = 0.2;
+
+/// 30 x 4 x 8 mm, its top at z = 4.
+Bone MakeBlockOfBone(double E_MPa = 19300) {
+  Bone bone = test::MakeBox(Pose{}, {30, 4, 8}, kVoxel);
+  bone.set_materials(test::OneRegionTable(24, E_MPa, 0.28));
+  return bone;
+}
+
+/// A stopped saw set down in the bone, too deep by `depth_mm`, that has lost more energy there by rubbing than is kept
+/// in reserve: pressed down and turned about its spindle, it goes nowhere.
+struct RubbedSaw {
+  explicit RubbedSaw(double depth_mm)
+      : X(DiscPose(Pose{}, {0, 0, 4 + kR - depth_mm})),
+        simulation(MakeBlockOfBone(), DiscParams(), X),
+        hand(simulation, X) {
+    for (int i = 0; i < 60; ++i) {
+      hand.R_WH() = glm::angleAxis(0.01 * i, Vec3(0, 1, 0)) * X.R_AB;
+      const CoupledOutput out = hand.Push({0, 0, -35}, 0);
+      lost_mJ += out.friction_mJ + out.numerical_mJ;
+    }
+    hand.R_WH() = hand.X_WT().R_AB;
+  }
+  Pose X;
+  CoupledSimulation simulation;
+  PushingHand hand;
+  double lost_mJ = 0;
+};
+
+TEST(Mutants, PushOutIsAsFastAsItSays) {
+  RubbedSaw saw(1);
+  ASSERT_GT(saw.lost_mJ, 10);
+  // Let go. It comes out at the speed that it may.
+  double z[61];
+  for (double& height : z) height = saw.hand.Push({0, 0, -1e-3}, 0).X_WT.p_AB.z;
+  ASSERT_LT(z[60], 4 + kR - 0.1);
+  const double speed = (z[60] - z[10]) / 0.05;
+  EXPECT_NEAR(speed, PushOut::kSpeed_mm_per_s, 0.25 * PushOut::kSpeed_mm_per_s);
+  EXPECT_NEAR(speed, 2, 0.5);  // and that speed is slow
+}
+
+TEST(Mutants, PushOutTakesNoMoreThanWasLostBefore) {
+  // Nothing was lost: nothing is taken.
+  CoupledSimulation fresh(MakeBlockOfBone(), DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
+  const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR - 0.2});
+  ASSERT_TRUE(fresh.SetDown(X));
+  PushingHand hand(fresh, X);
+  CoupledOutput out;
+  for (int i = 0; i < 100; ++i) out = hand.Push({0, 0, -1}, 0);
+  EXPECT_LT(out.X_WT.p_AB.z, X.p_AB.z + 1e-3);
+}
+
+TEST(Mutants, PushOutTakesNoMoreThanIsKept) {
+  // Much was lost, but only so much of it is kept: 5 mJ lift a tool that is pressed down with 10 N by 0.5 mm.
+  RubbedSaw saw(3);
+  ASSERT_GT(saw.lost_mJ, 20);
+  const double z = saw.hand.X_WT().p_AB.z;
+  CoupledOutput out;
+  for (int i = 0; i < 2000; ++i) out = saw.hand.Push({0, 0, -10}, 0);
+  const double lifted_mJ = 10 * (out.X_WT.p_AB.z - z);
+  EXPECT_GT(lifted_mJ, 2.5);
+  EXPECT_LT(lifted_mJ, 10);
+}
+
+TEST(Mutants, AStoppedEdgeGivesWayByItsStiffness) {
+  CoupledSimulation simulation(MakeBlockOfBone(), DiscParams(), DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
+  PushingHand hand(simulation, DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
+  CoupledOutput out;
+  const double push_N = 20;
+  for (int i = 0; i < 400; ++i) out = hand.Push({0, 0, -push_N}, 0);
+  // One of the points is the lowest; each is a spring, 2000 N/mm an eighth of a pitch.
+  const int samples = DiscParams().edge_samples_per_pitch;
+  const double depth = 4 + kR - out.X_WT.p_AB.z;
+  double force_N = 0;
+  for (int k = -40; k <= 40; ++k) {
+    const double angle = 2 * test::kPi * k / (samples * kSaw.teeth);
+    force_N += 2000 * 8.0 / samples * std::max(0.0, depth - kR * (1 - std::cos(angle))) * std::cos(angle);
+  }
+  EXPECT_NEAR(force_N / push_N, 1, 0.1) << depth;
+}
+
+TEST(Mutants, SubstepsAreHalfAVoxelAcrossTheSpindle) {
+  // Through bone that hardly resists; a stiff coupling takes the tool along at 0.45 mm a tick.
+  CoupledParams params = DiscParams();
+  params.coupling.stiffness_N_per_mm = 1000;
+  params.coupling.max_force_N = 1e4;
+  CoupledSimulation simulation(MakeBlockOfBone(0.01), params, DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
+  double z = 4 + kR + 0.05;
+  for (int i = 0; i < 40; ++i) {
+    const double before = z;
+    const CoupledOutput out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 4 + kR + 0.05 - 0.05 * i})));
+    z = out.X_WT.p_AB.z;
+    if (i > 5) {
+      EXPECT_LE(out.substeps, 1 + (before - z) / (0.5 * kVoxel));
+    }
+  }
+  for (int i = 1; i <= 4; ++i) {
+    const double before = z;
+    const CoupledOutput out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 4 + kR + 0.05 - 0.05 * 39 - 0.45 * i})));
+    z = out.X_WT.p_AB.z;
+    EXPECT_NEAR(before - z, 0.45, 0.01);
+    EXPECT_GE(out.substeps, 4);
+    EXPECT_LE(out.substeps, 6);
+  }
+}
+
+TEST(Mutants, SubstepsAreAQuarterOfALayerAlongTheSpindle) {
+  // Shallower than the flats' hold begins, and shifted along the spindle by 0.19 mm a tick: quarters of the voxel's 0.2
+  // mm, the disc being 0.25 mm thick.
+  CoupledParams params = DiscParams();
+  params.coupling.stiffness_N_per_mm = 1000;
+  params.coupling.max_force_N = 1e4;
+  CoupledSimulation simulation(MakeBlockOfBone(0.01), params, DiscPose(Pose{}, {0, 0, 4 + kR + 0.05}));
+  const double z = 4 + kR - 0.3;
+  CoupledOutput out;
+  for (int i = 0; i <= 60; ++i) out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0, 4 + kR + 0.05 - 0.35 * i / 60})));
+  double y = out.X_WT.p_AB.y;
+  for (int i = 1; i <= 4; ++i) {
+    const double before = y;
+    out = simulation.Tick(Handle(DiscPose(Pose{}, {0, 0.19 * i, z})));
+    y = out.X_WT.p_AB.y;
+    EXPECT_NEAR(y - before, 0.19, 0.02);
+    EXPECT_GE(out.substeps, 3);
+    EXPECT_LE(out.substeps, 5);
+  }
+}
+
+TEST(Mutants, TeethLookAFifthOfAVoxelAhead) {
+  // A rim set down over flat bone has teeth in it when it is nearer than that, and none when it is not.
+  for (const double gap_voxels : {0.15, 0.3}) {
+    const Pose X = DiscPose(Pose{}, {0, 0, 4 + kR + gap_voxels * kVoxel});
+    CoupledSimulation simulation(MakeBlockOfBone(), DiscParams(), X);
+    const CoupledOutput out = simulation.Tick(Handle(X));
+    if (gap_voxels > 0.2) {
+      EXPECT_EQ(out.engaged_teeth, 0);
+    } else {
+      // The arc in which the gap is below a fifth of a voxel, each point by what it has of that.
+      const double ahead = 0.2 * kVoxel;
+      double teeth = 0;
+      for (int k = -10000; k <= 10000; ++k) {
+        const double angle = 0.3 * k / 10000;
+        const double in = ahead - gap_voxels * kVoxel - (kR + ahead) * (1 - std::cos(angle));
+        teeth += std::clamp(in / ahead, 0.0, 1.0) * 0.3 / 10000 * kSaw.teeth / (2 * test::kPi);
+      }
+      EXPECT_NEAR(out.engaged_teeth / teeth, 1, 0.15);
+    }
+  }
+}
+
+TEST(Mutants, AListOfLeavesIsNotUsedForACutThatBeginsBeyondIt) {
+  // A list made about one place is good for what lies within its slack. A long cut that begins beyond and ends within
+  // must not be taken from it: the bone is that which a cutter without a list leaves behind.
+  constexpr double h = 0.1;
+  const Bone bone = test::MakeBox(Pose{}, {40, 3, 20}, h);
+  const auto cut_anew = [&](const Pose& a, const Pose& b, const Pose& c) {
+    Bone copy = bone;
+    BoneField field(copy);
+    Cutter(field, kSaw, CutWith::kEdge).Cut(a, a);
+    Cutter(field, kSaw, CutWith::kEdge).Cut(b, c);
+    field.Settle();
+    return copy.CalcHash();
+  };
+  for (int n = 0; n < 9; ++n) {
+    const double x = -4 + 0.1 * n;
+    const Pose first = DiscPose(Pose{}, {x, 0, 14});
+    // The slack is 1 mm; the way a quarter of that.
+    const Pose from = DiscPose(Pose{}, {x + 1.19, 0, 14});
+    const Pose to = DiscPose(Pose{}, {x + 0.94, 0, 14});
+    Bone copy = bone;
+    BoneField field(copy);
+    Cutter cutter(field, kSaw, CutWith::kEdge);
+    cutter.Cut(first, first);
+    cutter.Lift();
+    cutter.Cut(from, to);
+    field.Settle();
+    EXPECT_EQ(copy.CalcHash(), cut_anew(first, from, to)) << n;
+  }
+}
+
+}  // namespace
+}  // namespace kerf

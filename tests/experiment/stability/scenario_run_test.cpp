@@ -1,0 +1,216 @@
+// What a scenario watches and measures, and that it does to the loop what its name says.
+#include "experiment/stability/scenario_run.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <stdexcept>
+
+#include "experiment/stability/held_block.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+const Scenario kTried{"tried", "A scenario.", {}};
+
+StabilitySubject MakeSubject(const char* profile = "omega_6", const char* hand = "H3") {
+  StabilitySubject subject;
+  subject.bone = test::BlockOfBone(0.2);
+  subject.setup = test::HeldBlock(profile, hand);
+  subject.X_WT_start = test::OverBlock();
+  return subject;
+}
+
+const Scenario& FindScenario(const std::string& name) {
+  for (const Scenario& s : Scenarios()) {
+    if (s.name == name) return s;
+  }
+  throw std::runtime_error("no scenario " + name);
+}
+
+/// Fails the test when there is no such figure.
+StabilityFigure Figure(const ScenarioResult& result, const std::string& name) {
+  for (const StabilityFigure& f : result.figures) {
+    if (f.name == name) return f;
+  }
+  ADD_FAILURE() << result.name << " has no figure \"" << name << "\"";
+  return {};
+}
+
+/// A scenario of ten ticks high over the block, the last of them changed.
+ScenarioResult RunWith(const std::function<void(ClosedLoopTick&)>& change) {
+  StabilitySubject subject = MakeSubject();
+  subject.X_WT_start = test::OverBlock(1);  // nothing is near
+  // As every coupling that is fitted to a device has: what is not to hide a force.
+  EXPECT_GT(subject.setup.coupled.coupling.damping_Ns_per_mm, 0);
+  ScenarioRun run(subject, kTried);
+  for (int i = 0; i < 9; ++i) run.Step();
+  ClosedLoopTick tick = run.loop().Step();
+  EXPECT_NE(tick.out.coupled.status & kCoupledAsleep, 0U);
+  change(tick);
+  run.Take(tick);
+  return run.Finish();
+}
+
+TEST(ScenarioRun, IsContentWithTheLoopAsItIs) {
+  EXPECT_TRUE(RunWith([](auto&) {}).holds());
+}
+
+TEST(ScenarioRun, CountsAForceInTheAir) {
+  const ScenarioResult result = RunWith([](ClosedLoopTick& tick) { tick.out.coupled.f_H_W_N.x = 1e-9; });
+  EXPECT_EQ(Figure(result, "force in air").value, 1e-9);
+  EXPECT_FALSE(Figure(result, "force in air").holds());
+}
+
+TEST(ScenarioRun, CountsTicksWithValuesThatAreNotFinite) {
+  const std::function<void(ClosedLoopTick&)> changes[] = {
+      [](auto& t) { t.f_device_N.z = kNaN; }, [](auto& t) { t.out.coupled.f_H_W_N.z = kNaN; },
+      [](auto& t) { t.out.coupled.X_WT.p_AB.z = HUGE_VAL; }, [](auto& t) { t.out.force.tau_H_W_Nmm.x = kNaN; },
+      [](auto& t) { t.p_WC_mm.y = -HUGE_VAL; }};
+  for (const auto& change : changes) {
+    const ScenarioResult result = RunWith(change);
+    EXPECT_EQ(Figure(result, "values that are not finite").value, 1) << &change - changes;
+    EXPECT_FALSE(result.holds());
+  }
+}
+
+TEST(ScenarioRun, CountsForcesStepsAndTorquesBeyondTheDevice) {
+  EXPECT_FALSE(Figure(RunWith([](auto& t) { t.f_device_N.x = 12.001; }), "largest force").holds());
+  // 12 N in 5 ms.
+  EXPECT_FALSE(Figure(RunWith([](auto& t) { t.f_device_N.x = 2.401; }), "largest force step in a tick").holds());
+  EXPECT_TRUE(Figure(RunWith([](auto& t) { t.f_device_N.x = 2.399; }), "largest force step in a tick").holds());
+  EXPECT_FALSE(Figure(RunWith([](auto& t) { t.out.force.tau_H_W_Nmm.x = 1; }), "largest torque").holds());
+}
+
+// What is allowed to come back is what holding can give, and a thousandth of what went to and fro.
+TEST(ScenarioRun, AllowsWhatHoldingCanGive) {
+  const StabilitySubject subject = MakeSubject();
+  ScenarioRun run(subject, kTried);
+  for (const double exchanged_mJ : {0.1, 20.0}) {
+    ClosedLoopTick tick = run.loop().Step();
+    tick.energy.held_mJ = 0.25;
+    tick.energy.exchanged_mJ = exchanged_mJ;
+    const double allowed_mJ = 0.25 + std::max(1e-3, 1e-3 * exchanged_mJ);
+    tick.energy.lowest_mJ = -1.01 * allowed_mJ;
+    run.Take(tick);
+    run.AddEnergy();
+    tick.energy.lowest_mJ = -0.99 * allowed_mJ;
+    run.Take(tick);
+    run.AddEnergy();
+  }
+  const ScenarioResult result = run.Finish();
+  ASSERT_GE(result.figures.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(result.figures[i].holds(), i % 2 == 1) << i;
+}
+
+// The disc's radius is 11 mm, the block's top at 0. Told to the give of 180 points round the rim, 2 um, and the grid's
+// interpolation of a plane, which is exact.
+TEST(CalcBuried, IsHowDeepTheEdgeIs) {
+  const Bone bone = test::BlockOfBone(0.2);
+  for (const double depth_mm : {-0.4, -0.1, 0.05, 0.2, 0.5}) {
+    EXPECT_NEAR(CalcBuried(bone, DiscSaw{}, test::OverBlock(-depth_mm)), depth_mm, 0.005);
+    EXPECT_NEAR(CalcBuried(bone, BallBurr{}, test::Upright(Vec3(0, 0, 3 - depth_mm))), depth_mm, 0.03);
+  }
+}
+
+// A plate of 3 mm under the push of 5 N: gone through in the time that there is, and both sides measured.
+TEST(ScenarioFaults, BreakThroughGetsThroughAThinPlate) {
+  StabilitySubject subject = MakeSubject();
+  subject.bone = test::BlockOfBone(0.2, Vec3(26, 6, 3));
+  const ScenarioResult result = FindScenario("break_through").run(subject, 1);
+  const double share = Figure(result, "force against the feed after over before").value;
+  EXPECT_GE(share, 0);
+  EXPECT_LT(share, 1.5);
+  EXPECT_EQ(result.what.find("did not get through"), std::string::npos);
+}
+
+/// Ticks until the force is ramped in, and then until what goes wrong does.
+constexpr std::size_t kBegun = 502 + 800;
+
+/// Longest run of ticks from kBegun on in which the force stayed as it was, above nothing.
+std::size_t FindLongestHold(const ScenarioResult& result) {
+  std::size_t longest = 0;
+  std::size_t now = 0;
+  for (std::size_t i = kBegun + 1; i < result.force_N.size(); ++i) {
+    now = result.force_N[i] == result.force_N[i - 1] && result.force_N[i] > 0 ? now + 1 : 0;
+    longest = std::max(longest, now);
+  }
+  return longest;
+}
+
+struct Periods {
+  double shortest_ms = 1e9;
+  double longest_ms = 0;
+};
+Periods FindPeriods(const ScenarioResult& result) {
+  Periods periods;
+  for (std::size_t i = kBegun + 1; i < result.time_s.size(); ++i) {
+    const double ms = 1000 * (result.time_s[i] - result.time_s[i - 1]);
+    periods.shortest_ms = std::min(periods.shortest_ms, ms);
+    periods.longest_ms = std::max(periods.longest_ms, ms);
+  }
+  return periods;
+}
+
+TEST(ScenarioFaults, TimeIsAsUnevenAsTheyAreNamed) {
+  const StabilitySubject subject = MakeSubject();
+  const auto run = [&](const char* name) { return FindScenario(name).run(subject, 1); };
+  const ScenarioResult even = run("cut_5N");
+  EXPECT_NEAR(FindPeriods(even).shortest_ms, 1, 1e-9);
+  EXPECT_NEAR(FindPeriods(even).longest_ms, 1, 1e-9);
+  EXPECT_LE(FindLongestHold(even), 1U);
+
+  const Periods jitter = FindPeriods(run("jitter"));
+  EXPECT_GE(jitter.shortest_ms, 0.5 - 1e-9);
+  EXPECT_LT(jitter.shortest_ms, 0.55);
+  EXPECT_GT(jitter.longest_ms, 1.45);
+  EXPECT_LE(jitter.longest_ms, 1.5 + 1e-9);
+
+  // One in a thousand above 5 ms: of 1500 some are above 3.5.
+  EXPECT_GT(FindPeriods(run("late_ticks")).longest_ms, 3.5);
+
+  // One in five by itself: 300 of 1500, give or take 15 (a standard deviation of 15.5; four of them allowed).
+  const ScenarioResult lost = run("lost_ticks");
+  int held = 0;
+  for (std::size_t i = kBegun + 1; i < lost.force_N.size(); ++i) held += lost.force_N[i] == lost.force_N[i - 1] ? 1 : 0;
+  EXPECT_NEAR(held, 0.2 * static_cast<double>(lost.force_N.size() - kBegun), 62);
+
+  EXPECT_NEAR(static_cast<double>(FindLongestHold(run("burst_5ms"))), 5, 1);
+  EXPECT_NEAR(static_cast<double>(FindLongestHold(run("burst_50ms"))), 49, 1);
+  // The watchdog takes the force after 50 ms.
+  const ScenarioResult tripped = run("burst_200ms");
+  EXPECT_NEAR(static_cast<double>(FindLongestHold(tripped)), 50, 1);
+  const auto zeros = std::count(tripped.force_N.begin() + kBegun, tripped.force_N.end(), 0.0);
+  EXPECT_NEAR(static_cast<double>(zeros), 3 * 150, 20);
+}
+
+// The same push and the same bone, so the same force until the fault sets in, and another one with it. While the sample
+// stays as it was the tool cuts on to where the handle was, so that the spring slackens; then it is drawn again.
+TEST(ScenarioFaults, AFrozenSampleLetsTheSpringSlacken) {
+  const StabilitySubject subject = MakeSubject();
+  const ScenarioResult even = FindScenario("cut_5N").run(subject, 1);
+  const ScenarioResult frozen = FindScenario("frozen").run(subject, 1);
+  ASSERT_GT(frozen.force_N.size(), kBegun + 300);
+  for (std::size_t i = 0; i < kBegun; ++i) ASSERT_EQ(frozen.force_N[i], even.force_N[i]) << i;
+  fmt::print("force when it freezes {:.3f} N, after 100 ms {:.3f} N, after 400 ms {:.3f} N; not frozen {:.3f}\n",
+             frozen.force_N[kBegun], frozen.force_N[kBegun + 99], frozen.force_N[kBegun + 400],
+             even.force_N[kBegun + 99]);
+  EXPECT_LT(frozen.force_N[kBegun + 99], frozen.force_N[kBegun] - 0.05);
+  EXPECT_GT(even.force_N[kBegun + 99], frozen.force_N[kBegun + 99] + 0.05);
+}
+
+// As coarse as any known, and said so.
+TEST(ScenarioFaults, ACoarseEncoderIsOne) {
+  StabilitySubject subject = MakeSubject();
+  EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).what.find("Tried: 64 um, the device has 10 um."),
+            std::string::npos);
+  EXPECT_NE(FindScenario("coarse_encoder").run(subject, 1).force_N, FindScenario("cut_5N").run(subject, 1).force_N);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,77 @@
+// A closed loop whose every tick is held against the invariants, with what a test of it asks for.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "experiment/stability/closed_loop.h"
+#include "experiment/stability/hand_orbit.h"
+#include "experiment/stability/invariants.h"
+
+namespace kerf::test {
+
+struct WatchedLoop {
+  WatchedLoop(Bone bone, const ClosedLoopSetup& setup, const Pose& X_WH_start, bool watch_bone = false)
+      : loop(std::move(bone), setup, X_WH_start),
+        invariants(loop.simulation(), X_WH_start, Invariants::Options{watch_bone, true}) {
+    invariants.WatchDevice(setup.profile, setup.force_map);
+  }
+
+  ClosedLoopTick Step(double rpm = 7500) {
+    const Vec3 before_N = loop.device().force_N();
+    const ClosedLoopTick tick = loop.Step(rpm);
+    if (tick.dt_s > 0) {
+      HapticStepInput in;
+      in.dt_s = tick.dt_s;
+      in.rpm = rpm;
+      in.slew_dt_s = loop.setup().period_s;
+      invariants.Step(in, tick.out);
+    }
+    largest_N = std::max(largest_N, glm::length(loop.device().force_N()));
+    largest_rise_N = std::max(largest_rise_N, glm::length(loop.device().force_N()) - glm::length(before_N));
+    const PortEnergy& e = tick.energy;
+    const double allowed_mJ = std::max(1e-3, 1e-3 * e.exchanged_mJ);
+    overdrawn = std::max(overdrawn, -(e.motor_mJ + e.spindle_mJ) / allowed_mJ);
+    return tick;
+  }
+
+  ClosedLoop loop;
+  Invariants invariants;
+  double largest_N = 0;       // that the motors made
+  double largest_rise_N = 0;  // from a tick to the next
+  /// The most that came back from the motors beyond what was put in, by hand and spindle, as a multiple of 1e-6 J or a
+  /// thousandth of what went to and fro, whichever is more.
+  double overdrawn = 0;
+};
+
+/// The hand comes down to where the orbit begins and goes round it. `each(tick)` after each tick of the orbit.
+template <typename Each>
+void GoRound(WatchedLoop& saw, const HandOrbit& orbit, double rpm, Each&& each) {
+  const double period_s = saw.loop.setup().period_s;
+  const Intention first = orbit.At(0);
+  Pose above = first.X_WH;
+  above.p_AB.z = std::max(above.p_AB.z, saw.loop.X_WH_start().p_AB.z);
+  // The force's ramp is over before anything is touched: while it rises, more comes back than was put in.
+  IntentionStep wait;
+  wait.seconds = saw.loop.setup().force_map.ramp_in_s;
+  IntentionStep down;
+  down.seconds = 0.4;
+  wait.X_WH = above;
+  down.X_WH = first.X_WH;
+  saw.loop.device().SetScript(IntentionScript(above, {wait, down}));
+  for (int i = 0; i < static_cast<int>((wait.seconds + down.seconds) / period_s); ++i) saw.Step(rpm);
+  for (int i = 0; i < static_cast<int>(orbit.seconds / period_s); ++i) {
+    saw.loop.device().SetIntention(orbit.At(i * period_s));
+    each(saw.Step(rpm));
+  }
+}
+
+/// A start well over the top of the block, above where the orbit begins.
+inline Pose AboveOrbit(const HandOrbit& orbit) {
+  Pose X = orbit.At(0).X_WH;
+  X.p_AB.z = 11 + 5;
+  return X;
+}
+
+}  // namespace kerf::test

@@ -1,0 +1,134 @@
+// A hand that breaks through: what came before is judged, the drop is not, and what shakes before is still found.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "experiment/stability/scenario_run.h"
+#include "experiment/stability_study/stability.h"
+#include "experiment/stability_study/stability_files.h"
+#include "session/run/make_bone.h"
+
+namespace kerf {
+namespace {
+
+/// 12 mm of cancellous bone: at 5 N the disc is through in 2.4 s, while cut_5N is under way. `cortex_mm`: of so much
+/// cortical bone on top.
+StabilitySubject MakeSubject(double height_mm = 12, double cortex_mm = 0) {
+  const std::string layer = "[[bone.block.layer]]\nthickness_mm = {}\nregion = {}\n";
+  std::string layers = cortex_mm > 0 ? fmt::format(fmt::runtime(layer), cortex_mm, 24) : "";
+  layers += fmt::format(fmt::runtime(layer), height_mm - cortex_mm, 32);
+  const Scene scene = ParseScene(fmt::format(R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 16.0
+size_y_mm = 6.0
+size_z_mm = {}
+voxel_mm = 0.25
+{}[tool]
+rpm = 7500.0
+[[path.stroke]]
+start_mm = [0, 0, 12]
+end_mm = [0, 0, -8]
+feed_mm_per_s = 3.0
+disc_normal = [0, 1, 0]
+[coupling]
+)",
+                                             height_mm, layers),
+                                 "s.toml");
+  const Bone bone = MakeSceneBone(scene, {});
+  return MakeStabilitySubject(scene, MakeLoopSetup(scene), bone, FindFirstTouch(scene, bone));
+}
+
+ScenarioResult RunScenario(const StabilitySubject& subject, const std::string& name) {
+  const auto& all = Scenarios();
+  return std::find_if(all.begin(), all.end(), [&](const Scenario& s) { return s.name == name; })->run(subject, 1);
+}
+
+TEST(CutThrough, TheDropIsNoNoise) {
+  const StabilitySubject subject = MakeSubject();
+  for (const char* name : {"cut_5N", "cut_20N", "let_go", "frozen", "late_ticks", "jitter", "coarse_encoder"}) {
+    const ScenarioResult result = RunScenario(subject, name);
+    for (const StabilityFigure& f : result.figures) EXPECT_TRUE(f.holds()) << name << ": " << f.name << " " << f.value;
+  }
+  const ScenarioResult cut = RunScenario(subject, "cut_5N");
+  ASSERT_TRUE(cut.cut_through_s.has_value());
+  // The disc was set down 0.3 mm above the block; with 11 mm radius and a block of 16 mm its rim is through when its
+  // middle is sqrt(11^2 - 8^2) mm above the lower face. At 5 N that takes between 2 and 3 s.
+  EXPECT_GT(*cut.cut_through_s, 2);
+  EXPECT_LT(*cut.cut_through_s, 3);
+  EXPECT_EQ(DescribeCutThrough(cut).substr(0, 19), "cut through at t = ");
+}
+
+// So thin that the tool is through before the scenario's own time: what is left to judge holds the fault itself, and
+// the border between the two kinds of bone.
+TEST(CutThrough, NeitherAFaultNorABorderIsNoise) {
+  const StabilitySubject subject = MakeSubject(4.5, 0.5);
+  for (const char* name : {"cut_20N", "frozen"}) {
+    const ScenarioResult result = RunScenario(subject, name);
+    EXPECT_TRUE(result.cut_through_s.has_value()) << name;
+    EXPECT_EQ(result.unjudged.empty(), std::string(name) == "cut_20N") << name << " " << result.unjudged;
+    for (const StabilityFigure& f : result.figures) EXPECT_TRUE(f.holds()) << name << ": " << f.name << " " << f.value;
+  }
+}
+
+TEST(CutThrough, IsNotSaidOfAToolThatIsStillInBone) {
+  const ScenarioResult result = RunScenario(MakeSubject(), "cut_1N");
+  EXPECT_FALSE(result.cut_through_s.has_value());
+  EXPECT_EQ(DescribeCutThrough(result), "");
+}
+
+// A light hand on a device without friction whose force comes 12 ms late: it shakes, and it breaks through too, with
+// A light hand on a device without friction whose force comes 12 ms late: it shakes, and it breaks through too, with
+// twice the force before the scenario's own time begins.
+TEST(CutThrough, AnUnstableLoopThatBreaksThroughIsFound) {
+  for (const double gain : {1.0, 2.0}) {
+    StabilitySubject subject = MakeSubject();
+    subject.setup.hand = FindHandModel("H1");
+    subject.setup.profile.friction_N = 0;
+    subject.setup.delay_ticks = 12;
+    subject.setup.loop_gain = gain;
+    const ScenarioResult result = RunScenario(subject, "cut_5N");
+    const bool noisy = std::any_of(result.figures.begin(), result.figures.end(), [](const StabilityFigure& f) {
+      return f.name == "noise above 20 Hz" && !f.holds();
+    });
+    EXPECT_TRUE(result.cut_through_s.has_value()) << gain;
+    EXPECT_TRUE(noisy) << gain << " " << DescribeCutThrough(result) << " " << result.unjudged;
+  }
+}
+
+// Made-up ticks: the tool goes straight down through the block, or round it over its side, as a saw does that drives
+// itself along with its teeth. It comes behind the block both times, and has cut through in the first alone.
+TEST(CutThrough, IsOnTheLineOfTheFeedOnly) {
+  const StabilitySubject subject = MakeSubject();
+  for (const bool round : {false, true}) {
+    ScenarioRun run(subject, Scenario{"made_up", "", {}});
+    const auto stay = [&](const Vec3& p_W) {
+      ClosedLoopTick tick;
+      tick.out.coupled.X_WT = subject.X_WT_start;
+      tick.out.coupled.X_WT.p_AB = p_W;
+      tick.out.coupled.removed_mm3 = 0.01;
+      for (int i = 0; i < 20; ++i) run.Take(tick);
+    };
+    stay({0, 0, 5});
+    EXPECT_FALSE(run.is_through());
+    if (round) stay({25, 0, -6});
+    EXPECT_FALSE(run.is_through());
+    stay({0, 0, -30});
+    EXPECT_EQ(run.is_through(), !round);
+  }
+}
+
+TEST(CutThrough, StandsInTheFiles) {
+  StabilityStudy study;
+  study.scenarios.resize(1);
+  study.scenarios[0].name = "cut_5N";
+  study.scenarios[0].cut_through_s = 2.39;
+  EXPECT_NE(FormatFiguresCsv(study).find("cut_5N,cut through,s,2.39,when,,not_asked\n"), std::string::npos);
+  EXPECT_NE(FormatStabilityJson(study).find("\"cut_through_s\": 2.39"), std::string::npos);
+  EXPECT_NE(FormatStabilityReport(study).find("| cut_5N | cut through at t = 2.39 s |"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kerf

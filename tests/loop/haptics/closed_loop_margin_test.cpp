@@ -1,0 +1,196 @@
+// How far the loop is from swinging on real bone, and what it does when it is hit, let go of, or held by any hand.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <random>
+#include <vector>
+
+#include "base/core/high_pass.h"
+#include "loop/haptics/coupling_limits.h"
+#include "loop/haptics/held_saw.h"
+
+namespace kerf {
+namespace {
+
+using test::HeldSaw;
+using test::HeldSawOptions;
+using test::kDt_s;
+
+constexpr int kRandomHands = 12;
+
+void Push(HeldSaw& saw, double push_N) {
+  IntentionStep push;
+  push.seconds = 100;
+  push.X_WH = saw.start;
+  push.push_W_N = Vec3(0, 0, -push_N);
+  push.yield_s = 0.5;
+  saw.device.SetScript(IntentionScript(saw.start, {push}));
+}
+
+/// RMS above 20 Hz of the force along the push, from the moment `from_s` to `to_s`, mN.
+double ListenTo(HeldSaw& saw, double from_s, double to_s) {
+  std::vector<double> f;
+  for (int i = 0; i < to_s / kDt_s; ++i) {
+    const double z = saw.Step().force.f_H_W_N.z;
+    if (i >= from_s / kDt_s) f.push_back(z);
+  }
+  return 1000 * CalcHighPassRms(f, kDt_s, 20);
+}
+
+// Teeth that cut are a strong damper, so that for the hand the saw in the bone is the coupling's spring; so the rule
+// for a sampled spring tells where it swings: 0.75 of it dies out, 1.4 of it hammers.
+TEST(ClosedLoopMargin, IsThatOfTheRuleForASampledSpring) {
+  for (const int delay : {0, 1, 2}) {
+    HeldSawOptions options;
+    options.hand = "H2";
+    options.quantise = false;
+    options.delay_ticks = delay;
+    const CouplingLimits limits =
+        CalcCouplingLimits(options.profile, FindHandModel(options.hand), CouplingParams{}, 1, 0, kDt_s, delay);
+    options.stiffness_N_per_mm = 0.75 * limits.sampled_stiffness_N_per_mm;
+    HeldSaw calm(options);
+    Push(calm, 5);
+    const double calm_mN = ListenTo(calm, 2, 3);
+    EXPECT_LT(calm_mN, 5) << delay;
+    options.stiffness_N_per_mm = 1.4 * limits.sampled_stiffness_N_per_mm;
+    HeldSaw wild(options);
+    Push(wild, 5);
+    const double wild_mN = ListenTo(wild, 1, 2);
+    EXPECT_GT(wild_mN, 200) << delay;
+    fmt::print("delay {}: rule {:.2f} N/mm; at 0.75 of it {:.2f} mN, at 1.4 of it {:.0f} mN\n", delay,
+               limits.sampled_stiffness_N_per_mm, calm_mN, wild_mN);
+  }
+}
+
+// m, b and k anywhere in what has been measured of hands; the device's own damping is what every omega has. The worst
+// is printed.
+TEST(ClosedLoopMargin, AnyHandHoldsItStill) {
+  std::mt19937 random(20261120);
+  const auto draw = [&](double lower, double upper) {
+    return std::exp(std::uniform_real_distribution<double>(std::log(lower), std::log(upper))(random));
+  };
+  double worst_mN = 0;
+  std::string worst;
+  for (int i = 0; i < kRandomHands; ++i) {
+    HandModel hand;
+    hand.mass_kg = draw(0.02, 1);
+    hand.damping_Ns_per_mm = 1e-3 * draw(0.5, 20);
+    hand.stiffness_N_per_mm = 1e-3 * draw(1, 1000);
+    const double push_N = draw(1, 20);
+    HeldSaw saw;
+    saw.device.SetHand(hand);
+    Push(saw, push_N);
+    // A heavy hand with little damping goes on ringing from the push's coming on: then it must be dying out.
+    const double before_mN = ListenTo(saw, 2, 3);
+    const double noise_mN = ListenTo(saw, 0, 1);
+    const std::string what = fmt::format("m {:.3f} kg, b {:.2f} N s/m, k {:.0f} N/m, push {:.1f} N", hand.mass_kg,
+                                         1000 * hand.damping_Ns_per_mm, 1000 * hand.stiffness_N_per_mm, push_N);
+    EXPECT_LT(noise_mN, std::max(5.0, 0.75 * before_mN)) << what;
+    if (noise_mN > worst_mN) {
+      worst_mN = noise_mN;
+      worst = what;
+    }
+  }
+  fmt::print("worst of {} random hands: {:.2f} mN with {}\n", kRandomHands, worst_mN, worst);
+}
+
+// A flick onto the bone. Sampling may give back what K dx^2 / 2 says, no more: at 0.1 m/s 1.5 * 0.1^2 / 2 = 8 uJ a
+// tick.
+TEST(ClosedLoopMargin, ABlowComesBackNoFasterThanItCame) {
+  for (const double rpm : {0.0, 7500.0}) {
+    for (const double speed : {50.0, 200.0, 500.0}) {  // mm/s
+      HeldSawOptions options;
+      options.hand = "H0";
+      options.above_mm = 5;
+      options.force_map.ramp_in_s = 0;
+      HeldSaw saw(options);
+      // Set going by a push in the air over 2 mm, then left alone.
+      const double mass = 1e-3 * options.profile.mass_kg;
+      const double push_N = mass * speed * speed / (2 * 2);
+      double arrived = 0;
+      double back = 0;
+      double most_N = 0;
+      bool pushing = true;
+      for (int i = 0; i < 1500; ++i) {
+        pushing = pushing && saw.device.p_WC_mm().z > saw.start.p_AB.z - 2;
+        saw.device.SetIntention({.X_WH = saw.start, .push_W_N = pushing ? Vec3(0, 0, -push_N) : Vec3{0}});
+        const double f = saw.Step(rpm).force.f_H_W_N.z;
+        most_N = std::max(most_N, f);
+        if (most_N == 0) arrived = std::min(arrived, saw.device.v_WC_mm_per_s().z);
+        if (f > 0) back = std::max(back, saw.device.v_WC_mm_per_s().z);
+      }
+      EXPECT_GT(-arrived, 0.5 * speed) << speed;
+      EXPECT_GT(most_N, 0.1) << speed;
+      EXPECT_LE(most_N, options.profile.peak_force_N) << speed;
+      EXPECT_LE(back, -arrived) << speed << " rpm " << rpm;
+      fmt::print("blow at {:.0f} mm/s, {:.0f} rpm: {:.1f} N, comes back at {:.0f}\n", -arrived, rpm, most_N, back);
+    }
+  }
+}
+
+// Let go of in the middle of a cut, and taken again.
+TEST(ClosedLoopMargin, LettingGoGivesNoKick) {
+  HeldSaw saw;
+  Push(saw, 5);
+  for (int i = 0; i < 2000; ++i) saw.Step();
+  const double held_N = glm::length(saw.device.force_N());
+  saw.device.SetHand(FindHandModel("H0"));
+  saw.device.SetIntention({.X_WH = saw.start});
+  double most_N = 0;
+  for (int i = 0; i < 1000; ++i) most_N = std::max(most_N, glm::length(saw.Step().force.f_H_W_N));
+  EXPECT_LE(most_N, held_N * 1.001);  // the spring only unloads
+  EXPECT_LT(glm::length(saw.device.force_N()), 0.05 * held_N);
+  saw.device.SetHand(FindHandModel("H4"));
+  Push(saw, 5);
+  for (int i = 0; i < 2500; ++i) saw.Step();
+  EXPECT_NEAR(saw.device.force_N().z, 5, 1);
+}
+
+// Six degrees of freedom: the hand tilts the stopped saw in its kerf. The walls turn it back, steadily, and let it go
+// when the tilt is taken back.
+TEST(ClosedLoopMargin, ATiltInTheKerfIsFeltAsASteadyTorque) {
+  HeldSawOptions options;
+  options.hand = "H3";
+  options.profile = FindDeviceProfile("virtuose_6d");
+  options.profile.friction_N = 0;
+  HeldSaw saw(options);
+  const Pose deep = test::Upright(Vec3(0, 0, 11 - 4));
+  Pose tilted = deep;
+  tilted.R_AB = glm::angleAxis(4 * test::kHalfPi / 90, Vec3(1, 0, 0)) * deep.R_AB;
+  saw.device.SetScript(IntentionScript(saw.start, {{.seconds = 3, .X_WH = deep},
+                                                   {.seconds = 2, .X_WH = deep},
+                                                   {.seconds = 1, .X_WH = tilted},
+                                                   {.seconds = 2, .X_WH = tilted},
+                                                   {.seconds = 1, .X_WH = deep},
+                                                   {.seconds = 1, .X_WH = deep}}));
+  std::vector<double> torque;
+  double largest_Nmm = 0;
+  for (int i = 0; i < 10000; ++i) {
+    const HapticStepOutput out = saw.Step(i < 5000 ? 7500 : 0);
+    torque.push_back(out.force.tau_H_W_Nmm.x);
+    largest_Nmm = std::max(largest_Nmm, glm::length(out.force.tau_H_W_Nmm));
+  }
+  const auto mean = [&](int from, int to) {
+    double sum = 0;
+    for (int i = from; i < to; ++i) sum += torque[static_cast<std::size_t>(i)] / (to - from);
+    return sum;
+  };
+  const double before = mean(4500, 5000);
+  const double held = mean(7000, 8000);
+  const double after = mean(9500, 10000);
+  const double noise = CalcHighPassRms(std::span(torque).subspan(7000, 1000), kDt_s, 20);
+  fmt::print("tilt of 4 degrees: {:.1f} N mm before, {:.1f} held ({:.3f} RMS above 20 Hz), {:.1f} after; most {:.0f}\n",
+             before, held, noise, after, largest_Nmm);
+  // Against the tilt. Were the disc held fast, hand and coupling in series would make 4 degrees * 2000 * 5000 / 7000 =
+  // 100 N mm; it gives way sideways too.
+  EXPECT_LT(held, -20);
+  EXPECT_GT(held, -100);
+  EXPECT_LE(largest_Nmm, options.profile.peak_torque_Nmm);
+  EXPECT_LT(noise, 0.01 * -held);
+  EXPECT_LT(std::abs(after), 0.1 * -held);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,239 @@
+// The whole tick with a hand on it: energy at the handle, and what can go wrong with handle, device and time.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "base/core/heap_guard.h"
+#include "loop/haptics/held_saw.h"
+
+namespace kerf {
+namespace {
+
+using test::HeldSaw;
+using test::HeldSawOptions;
+using test::kDt_s;
+using test::Upright;
+
+/// What the handle gave to the motors, held against what a passive tool behind a sampled spring may take.
+struct Energy {
+  double port_mJ = 0;       // by the true motion of the handle
+  double lowest_mJ = 0;     // over time, of port + sampling + spindle
+  double sampling_mJ = 0;   // sum of K dx^2 / 2: what holding the spring's force over a tick can give back
+  double exchanged_mJ = 0;  // sum of |F . dx|
+  double spindle_mJ = 0;
+  double most_hand_N = 0;
+};
+
+Energy Follow(HeldSaw& saw, double K, int ticks, double rpm) {
+  Energy e;
+  Vec3 before = saw.device.p_WC_mm();
+  for (int i = 0; i < ticks; ++i) {
+    const Vec3 f = saw.device.force_N();
+    const HapticStepOutput out = saw.Step(rpm);
+    const Vec3 moved = saw.device.p_WC_mm() - before;
+    before = saw.device.p_WC_mm();
+    e.exchanged_mJ += std::abs(glm::dot(f, moved));
+    const bool touches = f != Vec3{0} || out.force.f_H_W_N != Vec3{0};
+    if (touches) e.sampling_mJ += 0.5 * K * glm::dot(moved, moved);
+    e.spindle_mJ += out.coupled.spindle_mJ;
+    e.port_mJ = saw.device.port_mJ();
+    e.lowest_mJ = std::min(e.lowest_mJ, e.port_mJ + e.sampling_mJ + e.spindle_mJ);
+    e.most_hand_N = std::max(e.most_hand_N, glm::length(out.force.f_H_W_N));
+  }
+  return e;
+}
+
+// A spring whose force is held over a tick gives back up to K dx^2 / 2 of it more than it took: that is the sampling's,
+// not the tool's. Beyond it nothing may come out of bone that a stopped saw is pressed against, rubbed along and let go
+// of.
+TEST(ClosedLoop, NothingComesOutOfAStoppedSaw) {
+  for (const char* hand : {"H2", "H3", "H4"}) {
+    HeldSawOptions options;
+    options.hand = hand;
+    options.quantise = false;
+    options.force_map.ramp_in_s = 0;
+    HeldSaw saw(options);
+    // In and out of the top and along it, slowly, so that the sampling's share is small.
+    std::vector<IntentionStep> steps;
+    for (int i = 0; i < 6; ++i) {
+      const double x = i % 2 == 0 ? 3 : -3;
+      steps.push_back(
+          {.seconds = 1.5, .X_WH = Upright(Vec3(x, 0.5 * i, 11 - 4)), .saw_W_mm = Vec3(0.5, 0.5, 0.5), .saw_Hz = 2});
+      steps.push_back({.seconds = 0.8, .X_WH = Upright(Vec3(x, 0, 11 + 1))});
+    }
+    saw.device.SetScript(IntentionScript(saw.start, steps));
+    const Energy e = Follow(saw, options.stiffness_N_per_mm, 14000, 0);
+    EXPECT_GT(e.most_hand_N, 0.4) << hand;  // it did touch
+    EXPECT_GT(e.exchanged_mJ, 2) << hand;
+    EXPECT_GE(e.lowest_mJ, -1e-3) << hand;  // 1e-6 J
+    fmt::print("stopped {}: port {:.3f} mJ, exchanged {:.1f}, sampling may give {:.3f}\n", hand, e.port_mJ,
+               e.exchanged_mJ, e.sampling_mJ);
+  }
+}
+
+TEST(ClosedLoop, ARunningSawGivesNoMoreThanItsSpindlePutIn) {
+  for (const char* hand : {"H2", "H4"}) {
+    HeldSawOptions options;
+    options.hand = hand;
+    options.quantise = false;
+    options.force_map.ramp_in_s = 0;
+    HeldSaw saw(options);
+    std::vector<IntentionStep> steps;
+    // Down, then pressed against one wall of the kerf, where the turning disc's friction pulls the hand along; and up.
+    for (int i = 0; i < 3; ++i) {
+      const double z = 11 - 2 - i;
+      const double y = i % 2 == 0 ? 3 : -3;
+      steps.push_back({.seconds = 1.2, .X_WH = Upright(Vec3(0.5 * i, 0, z)), .saw_W_mm = Vec3(2, 0, 0), .saw_Hz = 2});
+      steps.push_back({.seconds = 0.4, .X_WH = Upright(Vec3(0.5 * i, y, z))});
+      steps.push_back({.seconds = 0.4, .X_WH = Upright(Vec3(0.5 * i, y, z)), .saw_W_mm = Vec3(1, 0, 0), .saw_Hz = 5});
+      steps.push_back({.seconds = 0.4, .X_WH = Upright(Vec3(0, 0, z))});
+      steps.push_back({.seconds = 0.6, .X_WH = Upright(Vec3(0, 0, 11 + 0.5))});
+    }
+    saw.device.SetScript(IntentionScript(saw.start, steps));
+    const Energy e = Follow(saw, options.stiffness_N_per_mm, 9000, 7500);
+    EXPECT_GT(e.spindle_mJ, 0.02) << hand;  // it did pull
+    EXPECT_GT(e.port_mJ, 0.2) << hand;
+    EXPECT_GE(e.lowest_mJ, -1e-3) << hand;
+    fmt::print("running {}: port {:.3f} mJ, exchanged {:.1f}, spindle {:.3f}, sampling may give {:.3f}\n", hand,
+               e.port_mJ, e.exchanged_mJ, e.spindle_mJ, e.sampling_mJ);
+  }
+}
+
+/// Pushes with 5 N for a second, then lets `disturb(i, saw)` act for the ticks it lasts, then goes on for another.
+/// Holds the bounds at every tick.
+template <typename Disturb>
+HapticStepOutput PushThrough(HeldSaw& saw, int disturbed_ticks, Disturb&& disturb, double* lowest_during = nullptr) {
+  IntentionStep push;
+  push.seconds = 10;
+  push.X_WH = saw.start;
+  push.push_W_N = Vec3(0, 0, -5);
+  push.yield_s = 0.5;
+  saw.device.SetScript(IntentionScript(saw.start, {push}));
+  const double peak = saw.device.profile().peak_force_N;
+  const double slew = peak / 0.005;
+  Vec3 before{0};
+  HapticStepOutput out;
+  double lowest = 1e9;
+  for (int i = -1500; i < disturbed_ticks + 2500; ++i) {
+    double dt = kDt_s;
+    bool off = false;
+    if (i >= 0 && i < disturbed_ticks) {
+      disturb(i, saw, dt, off);
+    } else {
+      saw.device.SetFaults({});
+    }
+    out = saw.Step(7500, dt, off);
+    const Vec3 f = out.force.f_H_W_N;
+    EXPECT_TRUE(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.z)) << i;
+    EXPECT_LE(glm::length(f), peak) << i;
+    // Zero at once on a fault is meant; all else keeps to the slew.
+    if (out.faults == kHapticOk) {
+      EXPECT_LE(glm::length(f - before), slew * std::min(dt, 0.1) * (1 + 1e-9)) << i;
+    } else {
+      EXPECT_EQ(f, Vec3{0}) << i;
+    }
+    if (i >= 0 && i < disturbed_ticks) lowest = std::min(lowest, glm::length(f));
+    before = f;
+  }
+  if (lowest_during != nullptr) *lowest_during = lowest;
+  return out;
+}
+
+/// It cuts again, with the push that the hand holds (less what its spring pulls back).
+void ExpectCutsAgain(const HapticStepOutput& out, const char* what) {
+  EXPECT_EQ(out.faults, kHapticOk) << what;
+  EXPECT_NEAR(out.force.f_H_W_N.z, 5, 1) << what;
+  EXPECT_GT(out.coupled.thrust_sum_N, 3) << what;
+}
+
+TEST(ClosedLoop, SurvivesAHandleThatJumps) {
+  for (const Vec3& jump : {Vec3(0, 0, -20), Vec3(0, 3, 0), Vec3(0, 20, 0), Vec3(100, 0, 30), Vec3(0, 0, 5)}) {
+    HeldSawOptions options;
+    options.block_mm = Vec3(40, 24, 26);
+    HeldSaw saw(options);
+    const HapticStepOutput out =
+        PushThrough(saw, 10, [&](int, HeldSaw& s, double&, bool&) { s.device.SetFaults({.jump_mm = jump}); });
+    // 20 mm to the side throws the saw out of the kerf and the hand off the block.
+    if (jump.y != 20) ExpectCutsAgain(out, "jump");
+  }
+}
+
+TEST(ClosedLoop, SurvivesSamplesThatFreeze) {
+  HeldSaw saw;
+  ExpectCutsAgain(PushThrough(saw, 100, [](int, HeldSaw& s, double&, bool&) { s.device.SetFaults({.frozen = true}); }),
+                  "frozen");
+}
+
+TEST(ClosedLoop, NotANumberReadFailureAndWatchdogAreZeroForceAndThenARamp) {
+  const char* names[] = {"nan", "read", "write", "off"};
+  for (int kind = 0; kind < 4; ++kind) {
+    HeldSaw saw;
+    double lowest = 1;
+    bool all_zero = true;
+    const HapticStepOutput out = PushThrough(
+        saw, 30,
+        [&](int i, HeldSaw& s, double&, bool& off) {
+          if (kind == 0) s.device.SetFaults({.not_a_number = true});
+          if (kind == 1) s.device.SetFaults({.read_fails = true});
+          if (kind == 2) s.device.SetFaults({.write_fails = true});
+          off = kind == 3;
+          // What the motors made in the tick before; a write that fails shows one tick later.
+          if (i >= 1) all_zero = all_zero && s.device.force_N() == Vec3{0};
+        },
+        &lowest);
+    EXPECT_TRUE(all_zero) << names[kind];
+    EXPECT_EQ(lowest, 0) << names[kind];
+    ExpectCutsAgain(out, names[kind]);
+  }
+}
+
+TEST(ClosedLoop, SurvivesLateAndMissedTicks) {
+  for (const double gap_s : {0.005, 0.010, 0.050, 0.2}) {
+    HeldSaw saw;
+    ExpectCutsAgain(PushThrough(saw, 60,
+                                [&](int i, HeldSaw&, double& dt, bool&) {
+                                  if (i % 20 == 0) dt = gap_s;
+                                }),
+                    "late");
+  }
+}
+
+TEST(ClosedLoop, AsksForNoMemory) {
+  HeldSaw saw;
+  IntentionStep push;
+  push.seconds = 1;
+  push.X_WH = saw.start;
+  push.push_W_N = Vec3(0, 0, -5);
+  saw.device.SetScript(IntentionScript(saw.start, {push}));
+  HeapUseCounter counter;
+  double thrust = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const HeapGuard guard;
+    thrust = saw.Step().coupled.thrust_sum_N;
+  }
+  EXPECT_GT(thrust, 1);
+  EXPECT_EQ(counter.count(), 0);
+}
+
+TEST(ClosedLoop, TheSameCallsGiveTheSameBits) {
+  const auto run = [] {
+    HeldSawOptions options;
+    options.damping_Ns_per_mm = 0.0005;
+    HeldSaw saw(options);
+    saw.device.SetScript(IntentionScript(
+        saw.start, {{.seconds = 1, .X_WH = Upright(Vec3(1, 0.2, 9)), .saw_W_mm = Vec3(1, 0, 0.3), .saw_Hz = 5}}));
+    Vec3 f{0};
+    double sum = 0;
+    for (int i = 0; i < 1000; ++i) {
+      f = saw.Step().force.f_H_W_N;
+      sum += glm::dot(f, Vec3(1, 2, 3));
+    }
+    return sum;
+  };
+  EXPECT_EQ(run(), run());
+}
+
+}  // namespace
+}  // namespace kerf

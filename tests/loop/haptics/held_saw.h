@@ -1,0 +1,86 @@
+// A saw in a simulated hand on a block of bone, in virtual time.
+#pragma once
+
+#include <string>
+
+#include "bone/models/block.h"
+#include "device/devices/profiles.h"
+#include "device/devices/simulated_device.h"
+#include "loop/haptics/haptic_step.h"
+#include "support/solids.h"
+
+namespace kerf::test {
+
+inline constexpr double kDt_s = 0.001;
+inline constexpr double kHalfPi = 1.57079632679489661923;
+
+/// The disc stands upright, spindle along y; its centre at p_W.
+inline Pose Upright(const Vec3& p_W) {
+  return {glm::angleAxis(-kHalfPi, Vec3(1, 0, 0)), p_W};
+}
+
+/// A device with the resolution and stiffness asked for and no friction, strong enough for the simulation's own newtons
+/// (force scale 1).
+inline DeviceProfile MakeDevice(double resolution_mm, double stiffness_N_per_mm) {
+  DeviceProfile profile = FindDeviceProfile("omega_3");
+  profile.name = "test";
+  profile.peak_force_N = 40;
+  profile.continuous_force_N = 0;
+  profile.friction_N = 0;
+  profile.resolution_mm = resolution_mm;
+  profile.max_stiffness_N_per_mm = stiffness_N_per_mm;
+  return profile;
+}
+
+struct HeldSawOptions {
+  DeviceProfile profile = MakeDevice(0.006, 1.5);
+  std::string hand = "H2";
+  double stiffness_N_per_mm = 1.5;
+  double damping_Ns_per_mm = 0;
+  double voxel_mm = 0.2;
+  Vec3 block_mm{26, 6, 26};
+  bool whole_voxels = false;
+  bool quantise = true;
+  int delay_ticks = 0;
+  double above_mm = 0.2;  // the rim over the block's top at the start
+  ForceMapParams force_map;
+};
+
+inline CoupledParams MakeCoupledParams(const HeldSawOptions& o) {
+  CoupledParams params;
+  params.tool = DiscSaw{};
+  params.coupling.stiffness_N_per_mm = o.stiffness_N_per_mm;
+  params.coupling.damping_Ns_per_mm = o.damping_Ns_per_mm;
+  params.whole_voxel_removal = o.whole_voxels;
+  params.spare_leaves = 20000;
+  return params;
+}
+
+struct HeldSaw {
+  explicit HeldSaw(const HeldSawOptions& o = {})
+      : start(Upright(Vec3(0, 0, 11 + o.above_mm))),
+        simulation(
+            MakeBlock({.size_mm = o.block_mm, .X_WB = {}, .layers = {}, .voxel_mm = o.voxel_mm}, OneRegionTable()),
+            MakeCoupledParams(o), start),
+        device(o.profile, FindHandModel(o.hand), start, MakeDeviceOptions(o)),
+        step(simulation, o.profile, o.force_map) {
+    device.SetIntention({.X_WH = start});
+  }
+
+  static SimulatedDeviceOptions MakeDeviceOptions(const HeldSawOptions& o) {
+    SimulatedDeviceOptions options;
+    options.quantise = o.quantise;
+    options.delay_ticks = o.delay_ticks;
+    return options;
+  }
+  HapticStepOutput Step(double rpm = 7500, double dt_s = kDt_s, bool force_off = false) {
+    return step.Step(device, {dt_s, rpm, force_off});
+  }
+
+  Pose start;
+  CoupledSimulation simulation;
+  SimulatedDevice device;
+  HapticStep step;
+};
+
+}  // namespace kerf::test

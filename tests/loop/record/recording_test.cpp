@@ -1,0 +1,260 @@
+#include "loop/record/recording.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <optional>
+#include <random>
+
+#include "base/files/files.h"
+#include "kerf/error.h"
+#include "support/folder.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Recordings : public ::testing::Test {
+ protected:
+  std::string Path(const std::string& name) const { return folder_ + "/" + name; }
+
+  static RecordingHead Head() {
+    RecordingHead head;
+    head.scene_name = "a \"scene\"\n";
+    head.scene_toml = "x = 1\n";
+    head.bone_hash = 0xffffffffffffffff;
+    head.voxel_mm = 0.1;
+    head.X_WT_start = {Quat{0.6, 0.8, 0, 0}, Vec3{1, 2, 3}};
+    return head;
+  }
+  static RecordedStep Step(int i) {
+    RecordedStep step;
+    step.X.p_AB = Vec3(i, 2 * i, -i);
+    step.rpm = 7500;
+    step.force_check = static_cast<std::uint16_t>(i);
+    return step;
+  }
+  static void Write(const std::string& path, int steps, bool finish = true) {
+    RecordingWriter writer(path, Head(), {{"/a/path.csv", "1,2,3"}});
+    for (int i = 0; i < steps; ++i) writer.Add(Step(i), 1e-3 * (i + 1));
+    if (finish) writer.Finish({static_cast<std::uint64_t>(steps), 1e-3 * steps, 1, 2, 3, "asked"});
+  }
+  static std::string ReadAll(const std::string& path) { return ReadTextFile(path); }
+  static void WriteAll(const std::string& path, const std::string& bytes) {
+    std::ofstream(path, std::ios::binary) << bytes;
+  }
+  static std::string Failure(const std::function<void()>& act) {
+    try {
+      act();
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "";
+  }
+  /// All steps that are there are those that were written, in order; damage() has the others.
+  static void ExpectAsWritten(RecordingReader& reader) {
+    std::uint64_t next = 0;
+    std::uint64_t read = 0;
+    std::vector<LostSteps> gaps;
+    RecordedBlock block;
+    for (std::size_t k = 0; reader.ReadBlock(k, block); ++k) {
+      if (block.first_step != next) gaps.push_back({next, block.first_step - next, 0, 0});
+      next = block.first_step;
+      for (const RecordedStep& step : block.steps) {
+        ASSERT_EQ(step.X.p_AB, Step(static_cast<int>(next)).X.p_AB);
+        ASSERT_EQ(step.force_check, Step(static_cast<int>(next)).force_check);
+        ++next;
+        ++read;
+      }
+    }
+    if (reader.end() && reader.end()->steps > next) gaps.push_back({next, reader.end()->steps - next, 0, 0});
+    EXPECT_EQ(read, reader.steps());
+    const RecordingDamage& damage = reader.damage();
+    EXPECT_EQ(read + damage.lost_steps, damage.known_steps);
+    ASSERT_EQ(damage.gaps.size(), gaps.size());
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+      EXPECT_EQ(damage.gaps[i].first_step, gaps[i].first_step);
+      EXPECT_EQ(damage.gaps[i].count, gaps[i].count);
+      EXPECT_NEAR(damage.gaps[i].from_s, 1e-3 * static_cast<double>(gaps[i].first_step), 1e-9);
+      EXPECT_NEAR(damage.gaps[i].to_s, 1e-3 * static_cast<double>(gaps[i].first_step + gaps[i].count), 1e-9);
+    }
+    EXPECT_EQ(damage.whole_steps, gaps.empty() ? damage.known_steps : gaps.front().first_step);
+  }
+
+  test::Folder own_;
+  std::string folder_ = own_.path();
+};
+
+TEST_F(Recordings, ComesBack) {
+  Write(Path("a.kerf"), 1100);
+  RecordingReader reader(Path("a.kerf"));
+  EXPECT_EQ(reader.head().scene_name, "a \"scene\"?");
+  EXPECT_EQ(reader.head().bone_hash, Head().bone_hash);
+  EXPECT_EQ(reader.head().X_WT_start.R_AB, Head().X_WT_start.R_AB);
+  EXPECT_EQ(reader.steps(), 1100u);
+  EXPECT_NEAR(reader.duration_s(), 1.1, 1e-9);
+  EXPECT_EQ(reader.ReadFiles().at("/a/path.csv"), "1,2,3");
+  ASSERT_TRUE(reader.end());
+  EXPECT_EQ(reader.end()->bone_hash, 3u);
+  EXPECT_EQ(reader.DescribeDamage(), "");
+  ExpectAsWritten(reader);
+}
+
+// What stands in a file must not drive the terminal that it is shown on.
+TEST_F(Recordings, TextIsForTheEyeOnly) {
+  RecordingHead head = Head();
+  head.machine = "a\x1b]0;title\x07 b";
+  head.scene_name =
+      "\xc2\x9b"
+      "31m\xe2\x80\xae.txt \xc3\xa4";
+  RecordingWriter(Path("a.kerf"), head, {}).Finish({});
+  RecordingReader reader(Path("a.kerf"));
+  EXPECT_EQ(reader.head().machine, "a?]0;title? b");
+  EXPECT_EQ(reader.head().scene_name, "?31m?.txt \xc3\xa4");
+}
+
+TEST_F(Recordings, StepsThatItsEndTellsOfMustBeThere) {
+  {
+    RecordingWriter writer(Path("a.kerf"), Head(), {});
+    for (int i = 0; i < 10; ++i) writer.Add(Step(i), i);
+    writer.Finish({11, 0.01, 1, 2, 3, "asked"});
+  }
+  EXPECT_THAT(Failure([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("not as it was written"));
+}
+
+TEST_F(Recordings, ATickOfNoTimeIsRefused) {
+  for (const double dt_s : {-1.0, 1e9, std::nan("")}) {
+    fs::remove(Path("a.kerf"));
+    {
+      RecordingWriter writer(Path("a.kerf"), Head(), {});
+      RecordedStep step = Step(1);
+      step.dt_s = dt_s;
+      writer.Add(step, 0);
+      writer.Flush();
+    }
+    EXPECT_THAT(Failure([&] { RecordingReader reader(Path("a.kerf")); }), HasSubstr("no time"));
+  }
+}
+
+TEST_F(Recordings, CutShortAnywhereIsWholeBeforeTheCut) {
+  Write(Path("a.kerf"), 1100);
+  const std::string bytes = ReadAll(Path("a.kerf"));
+  std::uint64_t most = 0;
+  int opened = 0;
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    WriteAll(Path("b.kerf"), bytes.substr(0, size));
+    std::optional<RecordingReader> reader;
+    try {
+      reader.emplace(Path("b.kerf"));
+    } catch (const Error&) {
+      // Only before the head is whole.
+      EXPECT_EQ(opened, 0) << size;
+      continue;
+    }
+    ++opened;
+    EXPECT_NE(reader->DescribeDamage(), "");
+    EXPECT_GE(reader->steps(), most);  // more bytes, no fewer steps
+    most = reader->steps();
+    if (size % 50 == 0) ExpectAsWritten(*reader);
+  }
+  EXPECT_EQ(most, 1100u);
+}
+
+TEST_F(Recordings, DamageIsFoundAndAllElseIsRead) {
+  Write(Path("a.kerf"), 1100);
+  const std::string bytes = ReadAll(Path("a.kerf"));
+  std::mt19937_64 dice(1);
+  int damaged = 0;
+  for (int i = 0; i < 400; ++i) {
+    std::string bad = bytes;
+    const std::size_t at = dice() % bad.size();
+    bad[at] = static_cast<char>(bad[at] ^ static_cast<char>(1 + dice() % 255));
+    WriteAll(Path("b.kerf"), bad);
+    try {
+      RecordingReader reader(Path("b.kerf"));
+      EXPECT_NE(reader.DescribeDamage(), "") << at;
+      ExpectAsWritten(reader);
+      ++damaged;
+    } catch (const Error&) {
+      EXPECT_LT(at, 1200u);  // the head: it is that long
+    }
+  }
+  EXPECT_GT(damaged, 100);
+}
+
+TEST_F(Recordings, NeverReplacesAFile) {
+  WriteAll(Path("a.kerf"), "mine");
+  EXPECT_THAT(Failure([&] { Write(Path("a.kerf"), 10); }), HasSubstr("never replaces"));
+  EXPECT_EQ(ReadAll(Path("a.kerf")), "mine");
+  EXPECT_THAT(Failure([&] { Write(Path("none/a.kerf"), 10); }), HasSubstr("there is no folder"));
+}
+
+TEST_F(Recordings, WithoutItsEndItIsReadAsFarAsItGoes) {
+  Write(Path("a.kerf"), 1100, false);
+  RecordingReader reader(Path("a.kerf"));
+  EXPECT_EQ(reader.steps(), 1000u);  // blocks of 250; the last hundred were not written yet
+  EXPECT_THAT(reader.DescribeDamage(), HasSubstr("cut short"));
+}
+
+TEST_F(Recordings, TakenAwayIsToldAndNothingElseHappens) {
+  RecordingWriter writer(Path("a.kerf"), Head(), {});
+  fs::remove(Path("a.kerf"));
+  EXPECT_THAT(Failure([&] {
+                for (int i = 0; i < 1000; ++i) writer.Add(Step(i), i);
+              }),
+              HasSubstr("taken away"));
+}
+
+// A limit on the size of files stands for a disk that is full: write() fails half way through a block.
+TEST_F(Recordings, AFullDiskLeavesItWhole) {
+  const std::string path = Path("a.kerf");
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{20'000, 20'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    std::mt19937_64 dice(1);
+    try {
+      RecordingWriter writer(path, Head(), {});
+      for (int i = 0; i < 100'000; ++i) {
+        RecordedStep step = Step(i);
+        step.bone_check = static_cast<std::uint16_t>(dice());
+        writer.Add(step, 1e-3 * i);
+      }
+    } catch (const Error& e) {
+      _exit(std::string(e.what()).find("can't be written any further") != std::string::npos ? 7 : 8);
+    }
+    _exit(9);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 7);
+  RecordingReader reader(path);
+  EXPECT_GE(reader.steps(), 250u);
+  EXPECT_EQ(reader.steps() % 250, 0u);
+  EXPECT_THAT(reader.DescribeDamage(), HasSubstr("cut short"));  // and no torn bytes
+  ExpectAsWritten(reader);
+}
+
+TEST_F(Recordings, WhatIsNoneIsRefused) {
+  WriteAll(Path("a.kerf"), "");
+  EXPECT_THAT(Failure([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("is not a recording"));
+  WriteAll(Path("a.kerf"), "kerf recording 1\n");
+  EXPECT_THAT(Failure([&] { RecordingReader(Path("a.kerf")); }), HasSubstr("before its head"));
+  EXPECT_THAT(Failure([&] { RecordingReader{folder_}; }), HasSubstr("not a regular file"));
+  EXPECT_THAT(Failure([&] { RecordingReader(Path("none")); }), HasSubstr("no such file"));
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,293 @@
+#include "session/export/take_away.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bone/mesh/meshfile.h"
+#include "session/export/curve_svg.h"
+#include "session/export/html.h"
+#include "support/folder.h"
+#include "support/solids.h"
+
+namespace kerf {
+namespace {
+
+using test::Folder;
+using test::ReadBytes;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::UnorderedElementsAre;
+
+const std::string kNasty = "<script>alert('x')</script> & \"quotes\" ä";
+
+/// Two pieces, the second moved and turned; a plan with a plane that was cut and one that was not, a stop.
+struct Session {
+  Session() {
+    pieces.Add(test::MakeBox({}, {4, 3, 2}, 0.25), "Left " + kNasty);
+    pieces.Add(test::MakeSphere({6, 0, 0}, 2, 0.25), "right");
+    pieces.Add(test::MakeSphere({16, 0, 0}, 1, 0.25), "dropped");
+    pieces.MoveAlong(1, {1, 0, 0}, 2);
+    pieces.RotateAbout(1, {6, 0, 0}, {0, 0, 1}, 30);
+    pieces.Delete(2);
+    plan.planes.push_back({.name = kNasty, .plane = {{1, 2, 3}, {0, 0, 1}}, .margin_mm = 1});
+    plan.planes.push_back({.name = "other", .plane = {{9, 2, 3}, {0, 1, 0}}, .margin_mm = 1});
+    plan.stops.push_back({.name = "stop", .p_W_mm = {0, 0, 0}, .direction_W = {0, 0, -1}, .depth_mm = 4});
+    PlaneResult result;
+    result.planned = plan.planes[0];
+    result.cut = FittedPlane{.p_W_mm = {1, 2, 3.25}, .normal_W = glm::normalize(Vec3(0, 0.01, 1)), .width_mm = 0.4};
+    result.offset_mm = 0.25;
+    result.furthest_mm = -1.5;
+    result.angles = {.angle_deg = 0.57, .pitch_deg = 0.57, .roll_deg = -0.001};
+    PlaneResult none;
+    none.planned = plan.planes[1];
+    assessment.planes = {result, none};
+    assessment.stops = {{.planned = plan.stops[0], .depth_mm = 4.5, .over_mm = 0.5}};
+    assessment.before_mm3 = 1000;
+    assessment.after_mm3 = 950;
+    assessment.removed_mm3 = 50;
+    assessment.outside_mm3 = 1.5;
+    assessment.too_deep_mm3 = 0.25;
+    taken.title = kNasty;
+    taken.plan = &plan;
+    taken.assessment = &assessment;
+    taken.pieces = &pieces;
+    taken.figures = {{"duration", "s", 12.5}};
+    taken.measures = {{.name = "ramus, height \"x\"", .unit = "mm", .value = 41.25, .points_W_mm = {}},
+                      {.name = "angle", .unit = "deg", .value = 121.5, .points_W_mm = {}}};
+    taken.pictures = {{.name = "after", .caption = kNasty, .png = "\x89PNG\r\n\x1a\n not really"}};
+    TakenCurve curve{.title = "Force", .x_label = "time, s", .y_label = "force, N", .points = {}};
+    for (int i = 0; i < 20000; ++i) curve.points.emplace_back(1e-3 * i, i == 7777 ? 42.0 : 1.0);
+    taken.curves = {curve};
+    taken.provenance = {{"scene", "s.toml"}, {"hash", "0123"}};
+  }
+  PieceSet pieces;
+  Plan plan;
+  Assessment assessment;
+  TakeAway taken;
+};
+
+TEST(TakeAway, WritesAllOfIt) {
+  const Session session;
+  const Folder folder;
+  double last = 0;
+  const std::vector<std::string> files = WriteTakeAway(session.taken, folder.file("out"), {}, [&](double fraction) {
+    EXPECT_GE(fraction, last);
+    last = fraction;
+  });
+  EXPECT_EQ(last, 1);
+  const std::string left = "left__script_alert__x____script_____quotes____";
+  EXPECT_THAT(files, UnorderedElementsAre("planned.mrk.json", "achieved.mrk.json", "assessment.json", left + ".stl",
+                                          "right.stl", "right_origin.stl", "right.tfm", "transforms.json",
+                                          "pieces.json", "after.png", "measures.csv", "report.html"));
+  for (const std::string& file : files) EXPECT_TRUE(std::filesystem::exists(folder.file("out/" + file))) << file;
+  EXPECT_EQ(static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder.file("out")), {})),
+            files.size());
+  // The moved surface is the origin's, moved; a float's precision of 10 mm.
+  const TriangleMesh origin = ReadMesh(folder.file("out/right_origin.stl"));
+  const TriangleMesh moved = ReadMesh(folder.file("out/right.stl"));
+  ASSERT_EQ(origin.points.size(), moved.points.size());
+  for (std::size_t i = 0; i < origin.points.size(); i += 17) {
+    EXPECT_LT(glm::length(session.pieces.state(1).X_WP.Point(origin.points[i]) - moved.points[i]), 1e-5);
+  }
+  const auto transforms = nlohmann::json::parse(ReadBytes(folder.file("out/transforms.json")));
+  ASSERT_EQ(transforms["pieces"].size(), 2u);
+  EXPECT_EQ(transforms["pieces"][1]["origin_file"], "right_origin.stl");
+  EXPECT_EQ(transforms["pieces"][1]["transform"].size(), 16u);
+  EXPECT_FALSE(transforms["pieces"][0].contains("transform_file"));
+  // Slicer's planes come back.
+  const auto planned = ReadPlaneMarkupList(folder.file("out/planned.mrk.json"));
+  ASSERT_EQ(planned.size(), 2u);
+  EXPECT_EQ(planned[0].name, kNasty);
+  const auto achieved = ReadPlaneMarkupList(folder.file("out/achieved.mrk.json"));
+  ASSERT_EQ(achieved.size(), 1u);
+  EXPECT_NEAR(achieved[0].plane.p_W.z, 3.25, 1e-12);
+  PieceSet again;
+  again.Add(test::MakeBox({}, {4, 3, 2}, 0.25), "Left " + kNasty);
+  again.Add(test::MakeSphere({6, 0, 0}, 2, 0.25), "right");
+  again.Add(test::MakeSphere({16, 0, 0}, 1, 0.25), "dropped");
+  again.Restore(ReadBytes(folder.file("out/pieces.json")), "pieces.json");
+  EXPECT_TRUE(again.state(2).deleted);
+}
+
+TEST(TakeAway, WritesObjAndNothingThatIsNotThere) {
+  const Session session;
+  const Folder folder;
+  TakeAway taken;
+  taken.pieces = &session.pieces;
+  const auto files = WriteTakeAway(taken, folder.file("out"), {.obj = true});
+  EXPECT_THAT(files, testing::Contains("right.obj"));
+  EXPECT_THAT(files, Not(testing::Contains("assessment.json")));
+  const TakeAway nothing;
+  EXPECT_THAT(WriteTakeAway(nothing, folder.file("none")), UnorderedElementsAre("measures.csv", "report.html"));
+}
+
+TEST(TakeAway, WritesFewerTriangles) {
+  const Session session;
+  const Folder folder;
+  TakeAway taken;
+  taken.pieces = &session.pieces;
+  WriteTakeAway(taken, folder.file("out"), {.triangles = 200});
+  const TriangleMesh ball = ReadMesh(folder.file("out/right_origin.stl"));
+  EXPECT_LE(ball.triangles.size(), 200u);
+  EXPECT_NEAR(CalcEnclosedVolume(ball), session.pieces.piece(1).volume_mm3, 0.05 * 33);
+}
+
+TEST(TakeAway, TransformFileIsTheInverseInLps) {
+  const Pose X{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), {4, 5, 6}};
+  std::istringstream text(FormatTransformFile(X));
+  std::string line;
+  std::getline(text, line);
+  EXPECT_EQ(line, "#Insight Transform File V1.0");
+  std::getline(text, line);
+  std::getline(text, line);
+  EXPECT_EQ(line, "Transform: AffineTransform_double_3_3");
+  std::string word;
+  text >> word;
+  EXPECT_EQ(word, "Parameters:");
+  double m[12];
+  for (double& value : m) text >> value;
+  // ITK's affine transform takes p to M p + t, from where the piece is now back to where it was.
+  const Vec3 p(1, -2, 3);
+  const Vec3 q = X.Point(p);
+  Vec3 back(0);
+  for (int i = 0; i < 3; ++i) back[i] = m[3 * i] * q.x + m[3 * i + 1] * q.y + m[3 * i + 2] * q.z + m[9 + i];
+  EXPECT_LT(glm::length(back - p), 1e-12);
+}
+
+TEST(TakeAway, CsvHasAValueALine) {
+  const Session session;
+  const std::string csv = FormatMeasuresCsv(session.taken);
+  EXPECT_THAT(csv, HasSubstr("subject,measure,unit,value\n"));
+  EXPECT_THAT(csv, HasSubstr(",offset,mm,0.25\n"));
+  EXPECT_THAT(csv, HasSubstr("stop,depth,mm,4.5\n"));
+  EXPECT_THAT(csv, HasSubstr("bone,removed outside the margins,mm3,1.5\n"));
+  EXPECT_THAT(csv, HasSubstr("\"ramus, height \"\"x\"\"\",distance,mm,41.25\n"));
+  EXPECT_THAT(csv, HasSubstr("right,turned,deg,30\n"));
+  EXPECT_THAT(csv, HasSubstr("session,duration,s,12.5\n"));
+  // A name that a spreadsheet would run.
+  Session other;
+  other.taken.measures[0].name = "=HYPERLINK(1)";
+  EXPECT_THAT(FormatMeasuresCsv(other.taken), HasSubstr("\n'=HYPERLINK(1),distance,mm,41.25\n"));
+  // The ball's centre went 2 mm along x and then about (6, 0, 0): its radius and half the box are off 6 + 2 cos 30.
+  const std::string before_gap = "and right\",least gap,mm,";
+  const std::size_t at = csv.find(before_gap);
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_NEAR(std::stod(csv.substr(at + before_gap.size())), 2 + 2 * std::cos(0.5235987756), 0.02);
+}
+
+TEST(TakeAway, AssessmentJsonHasStableKeys) {
+  const Session session;
+  const auto json = nlohmann::json::parse(FormatAssessmentJson(session.assessment));
+  EXPECT_EQ(json["planes"][0]["offset_mm"], 0.25);
+  EXPECT_EQ(json["planes"][0]["within_margin"], false);
+  EXPECT_TRUE(json["planes"][1]["cut"].is_null());
+  EXPECT_EQ(json["stops"][0]["too_deep_by_mm"], 0.5);
+  EXPECT_EQ(json["removed_mm3"], 50);
+}
+
+/// Python's own parser takes it, every element is closed, and nothing is fetched from anywhere.
+TEST(Report, IsWholeHtmlThatNeedsNothingElse) {
+  const Session session;
+  const Folder folder;
+  const std::string html = FormatReportHtml(session.taken);
+  test::WriteBytes(folder.file("report.html"), html);
+  test::WriteBytes(folder.file("check.py"), R"(
+import sys
+from html.parser import HTMLParser
+class Check(HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.open, self.bad, self.seen, self.words = [], [], set(), ""
+    def handle_starttag(self, tag, attrs):
+        self.seen.add(tag)
+        for name, value in attrs:
+            if name in ("src", "href") and not value.startswith("data:"): self.bad.append(f"{tag} {name}={value[:40]}")
+            if name.startswith("on"): self.bad.append(name)
+        if tag not in ("meta", "img", "br"): self.open.append(tag)
+    def handle_startendtag(self, tag, attrs): self.seen.add(tag)
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag: self.bad.append("end of " + tag)
+    def handle_data(self, data): self.words += data
+check = Check()
+check.feed(open(sys.argv[1], encoding="utf-8").read())
+check.close()
+if check.open: check.bad.append("open: " + " ".join(check.open))
+if "script" in check.seen: check.bad.append("a script")
+if "<script>alert('x')</script> & \"quotes\" ä" not in check.words: check.bad.append("the title is not shown as it is")
+for tag in ("table", "svg", "polyline", "img", "h1", "style"):
+    if tag not in check.seen: check.bad.append("no " + tag)
+print("; ".join(check.bad))
+sys.exit(1 if check.bad else 0)
+)");
+  const std::string command = fmt::format("python3 '{}' '{}' >'{}' 2>&1", folder.file("check.py"),
+                                          folder.file("report.html"), folder.file("said"));
+  const int code = std::system(command.c_str());
+  if (code == 127 << 8) GTEST_SKIP() << "no python3";
+  EXPECT_EQ(code, 0) << ReadBytes(folder.file("said"));
+  EXPECT_THAT(html, Not(HasSubstr("http:")));
+  EXPECT_THAT(html, Not(HasSubstr("https:")));
+  EXPECT_THAT(html, Not(HasSubstr("url(")));
+  EXPECT_THAT(html, HasSubstr("+0.25"));
+  EXPECT_THAT(html, HasSubstr("no kerf found near it"));
+  EXPECT_THAT(html, Not(HasSubstr("-0.00")));
+  EXPECT_THAT(html, HasSubstr("1 of 2 planned planes cut, 0 within the margin."));
+}
+
+TEST(Report, OfNothingIsAPageToo) {
+  const std::string html = FormatReportHtml(TakeAway{});
+  EXPECT_THAT(html, HasSubstr("<h1>Report of a session</h1>"));
+  EXPECT_THAT(html, HasSubstr("</html>\n"));
+}
+
+TEST(CurveSvg, KeepsItsPeakAndStaysInItsFrame) {
+  const Session session;
+  const std::string svg = takeaway::FormatCurveSvg(session.taken.curves[0]);
+  EXPECT_THAT(svg, HasSubstr(">50</text>"));
+  EXPECT_LT(svg.size(), 60000u);
+  const std::size_t begin = svg.find("points=\"") + 8;
+  std::istringstream points(svg.substr(begin, svg.find('"', begin) - begin));
+  double x = 0;
+  double y = 0;
+  char comma = 0;
+  double top = 1e9;
+  double last_x = 0;
+  while (points >> x >> comma >> y) {
+    EXPECT_GE(x, last_x);
+    last_x = x;
+    top = std::min(top, y);
+    EXPECT_TRUE(x >= 64 && x <= 744.05 && y >= 16 && y <= 232.05) << x << " " << y;
+  }
+  // 42 of 50 up the axis from 232 to 16.
+  EXPECT_NEAR(top, 232 - 42.0 / 50 * 216, 0.06);
+  for (const auto& odd :
+       {std::vector<std::pair<double, double>>{}, {{1, 1}}, {{0, 0}, {1, 0}}, {{0, std::nan("")}, {2, 1e-9}}}) {
+    const TakenCurve curve{.title = "<x>", .x_label = "t", .y_label = "f", .points = odd};
+    EXPECT_THAT(takeaway::FormatCurveSvg(curve), Not(HasSubstr("nan")));
+  }
+}
+
+TEST(Html, EncodesAsTheStandardSays) {
+  // RFC 4648, section 10.
+  const std::pair<const char*, const char*> cases[] = {{"", ""},
+                                                       {"f", "Zg=="},
+                                                       {"fo", "Zm8="},
+                                                       {"foo", "Zm9v"},
+                                                       {"foob", "Zm9vYg=="},
+                                                       {"fooba", "Zm9vYmE="},
+                                                       {"foobar", "Zm9vYmFy"}};
+  for (const auto& [plain, coded] : cases) EXPECT_EQ(takeaway::Base64(plain), coded);
+  EXPECT_EQ(takeaway::Base64(std::string("\xff\x00\xfe", 3)), "/wD+");
+  EXPECT_EQ(takeaway::Escape("<a b=\"c\">&'\x01"), "&lt;a b=&quot;c&quot;&gt;&amp;&#39;");
+  EXPECT_EQ(takeaway::Show(-0.004, 2), "0.00");
+  EXPECT_EQ(takeaway::Show(-0.006, 2), "-0.01");
+  EXPECT_EQ(takeaway::Show(std::nan(""), 2), "-");
+}
+
+}  // namespace
+}  // namespace kerf

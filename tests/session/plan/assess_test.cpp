@@ -1,0 +1,124 @@
+#include "session/plan/assess.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kerf/simulation.h"
+#include "perfect_cut.h"
+
+namespace kerf {
+namespace {
+
+using namespace plan_test;
+
+/// In the block's frame: the plan is x = 0, the cut is moved by `offset` and leaned about y by `roll`, pitched by
+/// `pitch`; the groove is `depth` deep from the top face.
+struct Case {
+  double offset;
+  double roll_deg;
+  double pitch_deg;
+  double depth;
+};
+
+Assessment AssessCase(const Pose& X, const Case& c, double margin_mm = 1) {
+  const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
+  Bone after = before;
+  // x = offset - tan(roll) z - tan(pitch) y over the face's middle at half depth: with depth -z the offset grows by
+  // tan(roll), and along normal x depth = x cross -z = y by tan(pitch).
+  const double roll = std::tan(c.roll_deg / kDegrees);
+  const double pitch = std::tan(c.pitch_deg / kDegrees);
+  const Vec3 n = glm::normalize(Vec3(1, -pitch, roll));
+  const Vec3 p(c.offset, 0, -0.5 * c.depth);
+  Subtract(after, [&](const Vec3& p_W) {
+    const Vec3 q = X.InversePoint(p_W);
+    return std::max(std::abs(glm::dot(n, q - p)) - 0.2, -q.z - c.depth);
+  });
+  Plan plan;
+  plan.planes.push_back({.name = "cut", .plane = {X.Point({0, 0, 0}), X.Vector({1, 0, 0})}, .margin_mm = margin_mm});
+  plan.stops.push_back(
+      {.name = "stop", .p_W_mm = X.Point({0, 0, 0}), .direction_W = X.Vector({0, 0, -1}), .depth_mm = 4});
+  return AssessCut(plan, before, after, 0.4);
+}
+
+TEST(AssessCut, MeasuresWhatWasPutIn) {
+  Draw draw(1);
+  for (int i = 0; i < 12; ++i) {
+    SCOPED_TRACE(i);
+    const Pose X = draw.AnyPose();
+    const Case c{draw.In(-1.5, 1.5), draw.In(-8, 8), draw.In(-8, 8), draw.In(3, 6)};
+    const Assessment out = AssessCase(X, c);
+    ASSERT_EQ(out.planes.size(), 1u);
+    const PlaneResult& plane = out.planes[0];
+    ASSERT_TRUE(plane.cut);
+    // The middles are found from 1.25 voxels within the bone on: the kerf's middle lies a little deeper than half way.
+    const double shift = std::abs(std::tan(c.roll_deg / kDegrees)) * 0.2;
+    EXPECT_NEAR(plane.offset_mm, c.offset, 0.1 + shift);
+    EXPECT_NEAR(plane.angles.roll_deg, c.roll_deg, 0.2);
+    EXPECT_NEAR(plane.angles.pitch_deg, c.pitch_deg, 0.2);
+    EXPECT_GE(std::abs(plane.furthest_mm), std::abs(plane.offset_mm) - 1e-9);
+    EXPECT_EQ(plane.within_margin, std::abs(plane.furthest_mm) <= 1);
+    ASSERT_TRUE(out.stops[0].depth_mm);
+    EXPECT_NEAR(*out.stops[0].depth_mm, c.depth, 0.05);
+    EXPECT_NEAR(out.stops[0].over_mm, c.depth - 4, 0.05);
+    EXPECT_NEAR(out.removed_mm3, out.before_mm3 - out.after_mm3, 1e-9);
+    EXPECT_NEAR(out.removed_mm3, 0.4 * 10 * c.depth / std::cos(plane.angles.angle_deg / kDegrees), 0.5);
+    // Cells are counted by their middles: within half a voxel of the stop's face.
+    EXPECT_NEAR(*out.too_deep_mm3, 0.4 * 10 * std::max(0.0, c.depth - 4), 0.5 * 0.2 * 0.4 * 10 * 1.2);
+  }
+}
+
+TEST(AssessCut, CountsWhatLiesBeyondTheMargin) {
+  // 2 mm off: all of it is outside of a margin of 1 mm and half a blade. Within one of 3 mm nothing is.
+  const Assessment off = AssessCase({}, {2, 0, 0, 4});
+  EXPECT_NEAR(*off.outside_mm3, off.removed_mm3, 1e-6);
+  EXPECT_FALSE(off.planes[0].within_margin);
+  const Assessment wide = AssessCase({}, {2, 0, 0, 4}, 3);
+  EXPECT_EQ(*wide.outside_mm3, 0);
+  EXPECT_TRUE(wide.planes[0].within_margin);
+}
+
+TEST(AssessCut, OfNoCutAndNoPlanSaysSo) {
+  const Bone bone = MakeBlock(BlockAt({}, 0.25), test::OneRegionTable());
+  Plan plan;
+  Assessment out = AssessCut(plan, bone, bone, 0.4);
+  EXPECT_EQ(out.removed_mm3, 0);
+  EXPECT_FALSE(out.outside_mm3);
+  EXPECT_FALSE(out.too_deep_mm3);
+  plan.planes.push_back({.name = "cut", .plane = {{0, 0, 0}, {1, 0, 0}}, .margin_mm = 1});
+  plan.stops.push_back({.name = "stop", .p_W_mm = {0, 0, 0}, .direction_W = {0, 0, -1}, .depth_mm = 4});
+  out = AssessCut(plan, bone, bone, 0.4);
+  EXPECT_FALSE(out.planes[0].cut);
+  EXPECT_FALSE(out.stops[0].depth_mm);
+  EXPECT_TRUE(MakeCutMarkups(out).empty());
+}
+
+TEST(AssessCut, ThroughAndThroughIsAsDeepAsTheBone) {
+  const Pose X{glm::angleAxis(0.7, glm::normalize(Vec3(1, 2, 3))), {3, 2, 1}};
+  const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
+  Bone after = before;
+  CutKerf(after, {X.Point({0, 0, -4}), X.Vector({1, 0, 0})}, 0.4);
+  Plan plan;
+  plan.stops.push_back({.name = "s", .p_W_mm = X.p_AB, .direction_W = X.Vector({0, 0, -1}), .depth_mm = 9});
+  const Assessment out = AssessCut(plan, before, after, 0.4);
+  ASSERT_TRUE(out.stops[0].depth_mm);
+  EXPECT_NEAR(*out.stops[0].depth_mm, 8, 0.05);
+}
+
+/// Two planes, two cuts: each is measured against its own.
+TEST(AssessCut, KeepsTwoPlanesApart) {
+  const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
+  Bone after = before;
+  CutKerf(after, {{-3.7, 0, 0}, {1, 0, 0}}, 0.4);
+  CutKerf(after, {{4.2, 0, 0}, {1, 0, 0}}, 0.4);
+  Plan plan;
+  plan.planes.push_back({.name = "a", .plane = {{-4, 0, -4}, {1, 0, 0}}, .margin_mm = 1});
+  plan.planes.push_back({.name = "b", .plane = {{4, 0, -4}, {-1, 0, 0}}, .margin_mm = 1});
+  const Assessment out = AssessCut(plan, before, after, 0.4);
+  EXPECT_NEAR(out.planes[0].offset_mm, 0.3, 0.02);
+  EXPECT_NEAR(out.planes[1].offset_mm, -0.2, 0.02);
+  EXPECT_LT(out.planes[1].cut->normal_W.x, 0);
+  EXPECT_EQ(MakeCutMarkups(out)[1].name, "b, as cut");
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,157 @@
+#include "session/plan/fit_plane.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+
+#include "kerf/error.h"
+#include "perfect_cut.h"
+#include "support/cuts.h"
+
+namespace kerf {
+namespace {
+
+using namespace plan_test;
+
+void ExpectPlane(const std::optional<FittedPlane>& found, const CutPlane& cut, double mm, double deg) {
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(glm::dot(cut.normal_W, found->p_W_mm - cut.p_W), 0, mm);
+  EXPECT_LT(CalcAngle(found->normal_W, cut.normal_W), deg);
+  EXPECT_NEAR(glm::length(found->normal_W), 1, 1e-12);
+}
+
+// Linear interpolation of a distance to a plane is exact but for the ridge, so what is left is the corners of the kerf:
+// a fraction of a voxel at a few of hundreds of middles.
+TEST(FitKerf, FindsAPerfectCutInAnyPose) {
+  Draw draw(1);
+  for (int i = 0; i < 12; ++i) {
+    SCOPED_TRACE(i);
+    const Pose X = draw.AnyPose();
+    const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
+    Bone after = before;
+    // Through, at a slant to the faces.
+    const Vec3 tilted = glm::normalize(Vec3(1, draw.In(-0.5, 0.5), draw.In(-0.5, 0.5)));
+    const CutPlane cut{X.Point({draw.In(-3, 3), 0, -4}), X.Vector(tilted)};
+    const double width = draw.In(0.25, 1);
+    CutKerf(after, cut, width);
+    const auto found = FitKerf(before, after);
+    ExpectPlane(found, cut, 0.02, 0.1);
+    EXPECT_NEAR(found->width_mm, width, 0.04);
+    EXPECT_LT(found->rms_mm, 0.03);
+    const double lost = before.CalcVolume() - after.CalcVolume();
+    EXPECT_NEAR(found->volume_mm3, lost, 1e-6 * before.CalcVolume());
+  }
+}
+
+TEST(FitKerf, FindsAGrooveOfADisc) {
+  Draw draw(2);
+  for (int i = 0; i < 12; ++i) {
+    SCOPED_TRACE(i);
+    const Pose X = draw.AnyPose();
+    const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
+    Bone after = before;
+    const CutPlane cut{X.Point({draw.In(-2, 2), draw.In(-1, 1), 4}),
+                       X.Vector(glm::normalize(Vec3(1, draw.In(-0.3, 0.3), draw.In(-0.3, 0.3))))};
+    CutKerf(after, cut, 0.4, draw.In(7, 9));
+    ExpectPlane(FitKerf(before, after), cut, 0.1, 0.1);
+  }
+}
+
+// Voxels of 0.4 mm, a kerf of 0.25 mm: no voxel's centre need lie in it.
+TEST(FitKerf, FindsAKerfThinnerThanAVoxel) {
+  Draw draw(3);
+  for (int i = 0; i < 8; ++i) {
+    SCOPED_TRACE(i);
+    Pose X = draw.AnyPose();
+    if (i == 0) X = Pose{};
+    if (i == 1) X = Pose{.R_AB = {1, 0, 0, 0}, .p_AB = {0.2, 0, 0}};  // midway between two layers
+    const Bone before = MakeBlock(BlockAt(X, 0.4), test::OneRegionTable());
+    Bone after = before;
+    const CutPlane cut{X.Point({0, 0, -4}), X.Vector({1, 0, 0})};
+    CutKerf(after, cut, 0.25);
+    ExpectPlane(FitKerf(before, after), cut, 0.1, 0.1);
+  }
+}
+
+TEST(FitKerf, FindsWhatTheSimulationCut) {
+  int i = 0;
+  for (const Pose& X : test::BlockPoses(0.2)) {
+    SCOPED_TRACE(i++);
+    const Bone before = MakeBlock(BlockAt(X, 0.2), test::OneRegionTable());
+    SimulationParams params;
+    params.tool = DiscSaw{.diameter_mm = 16, .thickness_mm = 0.4};
+    Simulation simulation(before, params, test::DiscPose(X, {-3, 0, 9}));
+    test::Stroke(simulation, X, {-3, 0, 9}, {-3, 0, 3}, 100);
+    test::Stroke(simulation, X, {-3, 0, 3}, {3, 0, 3}, 100);
+    const auto found = FitKerf(before, simulation.bone());
+    ExpectPlane(found, {X.Point({0, 0, 0}), X.Vector({0, 1, 0})}, 0.1, 0.1);
+    EXPECT_NEAR(found->width_mm, 0.4, 0.05);
+  }
+}
+
+TEST(FitKerf, TellsTwoKerfsApart) {
+  const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
+  Bone after = before;
+  const CutPlane first{{-4, 0, -4}, glm::normalize(Vec3(1, 0.1, 0.05))};
+  const CutPlane second{{3, 0, -4}, glm::normalize(Vec3(1, -0.2, 0.1))};
+  CutKerf(after, first, 0.4);
+  CutKerf(after, second, 0.4);
+  for (const CutPlane& cut : {first, second}) {
+    KerfSearch search;
+    search.near = CutPlane{cut.p_W + Vec3(0.8, 0, 0), {1, 0, 0}};
+    search.reach_mm = 3;
+    const auto found = FitKerf(before, after, search);
+    ExpectPlane(found, cut, 0.1, 0.1);
+    EXPECT_GT(glm::dot(found->normal_W, cut.normal_W), 0);
+    Box3 within;
+    within.Include(cut.p_W - Vec3(3, 10, 10));
+    within.Include(cut.p_W + Vec3(3, 10, 10));
+    ExpectPlane(FitKerf(before, after, within), cut, 0.1, 0.1);
+  }
+  // All of the bone: one of them, not something between.
+  const auto any = FitKerf(before, after);
+  ASSERT_TRUE(any);
+  const auto off = [&](const CutPlane& cut) {
+    return std::abs(glm::dot(cut.normal_W, any->p_W_mm - cut.p_W)) + CalcAngle(any->normal_W, cut.normal_W);
+  };
+  EXPECT_LT(std::min(off(first), off(second)), 0.2);
+}
+
+TEST(FitKerf, IsNotMisledByAPieceThatWasTakenOut) {
+  const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
+  Bone after = before;
+  const CutPlane cut{{0, 0, -4}, glm::normalize(Vec3(1, 0.1, 0.05))};
+  CutKerf(after, cut, 0.4);
+  Subtract(after, [](const Vec3& p) { return glm::length(p - Vec3(6, 2, 0)) - 1.5; });
+  ExpectPlane(FitKerf(before, after), cut, 0.1, 0.1);
+}
+
+// A shaving has one side only: the mean of what was lost.
+TEST(FitKerf, FitsAShavingByItsVolume) {
+  const Bone before = MakeBlock(BlockAt({}, 0.2), test::OneRegionTable());
+  Bone after = before;
+  Subtract(after, [](const Vec3& p) { return std::abs(p.z) - 0.5; });  // the upper half millimetre
+  const auto found = FitKerf(before, after);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->middles, 0);
+  EXPECT_LT(CalcAngle(found->normal_W, {0, 0, 1}), 0.1);
+  EXPECT_NEAR(found->p_W_mm.z, -0.25, 0.05);
+  EXPECT_NEAR(found->volume_mm3, 16 * 10 * 0.5, 1);
+}
+
+TEST(FitKerf, SaysNothingOfNoLossAndOfABall) {
+  const Bone before = MakeBlock(BlockAt({}, 0.25), test::OneRegionTable());
+  EXPECT_FALSE(FitKerf(before, before));
+  Bone after = before;
+  Subtract(after, [](const Vec3& p) { return glm::length(p - Vec3(0, 0, -4)) - 2; });
+  EXPECT_FALSE(FitKerf(before, after));
+}
+
+TEST(FitKerf, RefusesTwoDifferentBones) {
+  const Bone fine = MakeBlock(BlockAt({}, 0.25), test::OneRegionTable());
+  const Bone coarse = MakeBlock(BlockAt({}, 0.5), test::OneRegionTable());
+  EXPECT_THROW(FitKerf(fine, coarse), Error);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,244 @@
+#include "session/plan/plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+#include <random>
+
+#include "kerf/error.h"
+#include "support/folder.h"
+
+namespace kerf {
+namespace {
+
+using test::MessageOf;
+using ::testing::HasSubstr;
+
+constexpr double kDegrees = 57.29577951308232;
+
+struct Draw {
+  explicit Draw(unsigned seed) : random(seed) {}
+  double In(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+  Vec3 Direction() {
+    std::normal_distribution<double> normal;
+    return glm::normalize(Vec3(normal(random), normal(random), normal(random)));
+  }
+  Vec3 Point() { return {In(-50, 50), In(-50, 50), In(-50, 50)}; }
+  Pose AnyPose() { return {glm::angleAxis(In(0, 3.1), Direction()), Point()}; }
+  std::mt19937 random;
+};
+
+/// The disc stands in its plane z = 0 with the spindle along z; the plan is the same plane, its point under the disc.
+TEST(PlaneDeviation, SaysByHowMuchTheBladeWasMovedAndTurned) {
+  Draw draw(1);
+  const Tool tool = DiscSaw{.diameter_mm = 20};
+  for (int i = 0; i < 200; ++i) {
+    // In the plan's frame P: normal z, depth -y, so normal x depth = x.
+    const Pose X_WP = draw.AnyPose();
+    const PlannedPlane plane{.name = "p", .plane = {X_WP.p_AB, X_WP.Vector({0, 0, 1})}, .margin_mm = 1};
+    const double offset = draw.In(-2, 2);
+    const double roll = draw.In(-30, 30);
+    const double turn = draw.In(-3, 3);  // about the spindle: changes nothing
+    // Leaned about x by the roll, seen at the rim's lowest point, which stays above the plan's point.
+    const Quat lean = glm::angleAxis(-roll / kDegrees, Vec3(1, 0, 0)) * glm::angleAxis(turn, Vec3(0, 0, 1));
+    const Vec3 rim_T = glm::angleAxis(-roll / kDegrees, Vec3(1, 0, 0)) * Vec3(0, -10, 0);
+    const Vec3 rim_P(0, 3, offset);
+    Pose X_PT{lean, rim_P - rim_T};
+    Pose X_WT{X_WP.R_AB * X_PT.R_AB, X_WP.Point(X_PT.p_AB)};
+    const PlaneDeviation out = CalcDeviation(plane, tool, X_WT);
+    EXPECT_NEAR(*out.angle_deg, std::abs(roll), 1e-9);
+    EXPECT_NEAR(*out.pitch_deg, 0, 1e-9);
+    // The offset at the nearest point, and that grows with depth where the roll is positive.
+    EXPECT_NEAR(out.offset_mm, X_WP.InversePoint(out.p_W_mm).z, 1e-9);
+    const Vec3 centre_P = X_PT.p_AB;
+    const Vec3 nearest_P = X_WP.InversePoint(out.p_W_mm);
+    const double growth = (nearest_P.z - centre_P.z) / (centre_P.y - nearest_P.y);
+    EXPECT_NEAR(std::tan(*out.roll_deg / kDegrees), growth, 1e-9);
+    EXPECT_NEAR(std::abs(*out.roll_deg), std::abs(roll), 1e-9);
+  }
+}
+
+TEST(PlaneDeviation, NearestPointIsNearestOfAllOfTheDisc) {
+  Draw draw(2);
+  const Tool tool = DiscSaw{.diameter_mm = 22};
+  for (int i = 0; i < 100; ++i) {
+    const PlannedPlane plane{.name = "p", .plane = {draw.Point(), draw.Direction()}, .margin_mm = 1};
+    const Pose X_WT = draw.AnyPose();
+    const PlaneDeviation out = CalcDeviation(plane, tool, X_WT);
+    const double least = glm::length(out.p_W_mm - plane.plane.p_W);
+    EXPECT_LE(glm::length(out.p_W_mm - X_WT.p_AB), 11 + 1e-9);
+    EXPECT_NEAR(glm::dot(out.p_W_mm - X_WT.p_AB, X_WT.Vector({0, 0, 1})), 0, 1e-9);
+    for (int k = 0; k < 200; ++k) {
+      const double r = 11 * std::sqrt(draw.In(0, 1));
+      const double a = draw.In(0, 6.3);
+      const Vec3 p = X_WT.Point({r * std::cos(a), r * std::sin(a), 0});
+      EXPECT_GE(glm::length(p - plane.plane.p_W), least - 1e-9);
+    }
+    const double t = std::tan(*out.angle_deg / kDegrees);
+    const double a = std::tan(*out.pitch_deg / kDegrees);
+    const double b = std::tan(*out.roll_deg / kDegrees);
+    EXPECT_NEAR(t * t, a * a + b * b, 1e-6 * (1 + t * t));
+    EXPECT_GE(*out.angle_deg, 0);
+    EXPECT_LE(*out.angle_deg, 90);
+  }
+}
+
+TEST(PlaneDeviation, DoesNotMindWhichWayTheSpindlePoints) {
+  Draw draw(3);
+  const Tool tool = DiscSaw{};
+  for (int i = 0; i < 50; ++i) {
+    const PlannedPlane plane{.name = "p", .plane = {draw.Point(), draw.Direction()}, .margin_mm = 1};
+    const Pose X = draw.AnyPose();
+    const Pose turned{X.R_AB * glm::angleAxis(3.14159265358979, Vec3(1, 0, 0)), X.p_AB};
+    const PlaneDeviation a = CalcDeviation(plane, tool, X);
+    const PlaneDeviation b = CalcDeviation(plane, tool, turned);
+    EXPECT_NEAR(a.offset_mm, b.offset_mm, 1e-9);
+    EXPECT_NEAR(*a.angle_deg, *b.angle_deg, 1e-6);
+    EXPECT_NEAR(*a.pitch_deg, *b.pitch_deg, 1e-6);
+    EXPECT_NEAR(*a.roll_deg, *b.roll_deg, 1e-6);
+  }
+}
+
+TEST(PlaneDeviation, OfABallIsThatOfItsCentre) {
+  const PlannedPlane plane{.name = "p", .plane = {{0, 0, 1}, {0, 0, 1}}, .margin_mm = 0.5};
+  const PlaneDeviation out = CalcDeviation(plane, BallBurr{}, Pose{{1, 0, 0, 0}, {5, 5, 1.4}});
+  EXPECT_NEAR(out.offset_mm, 0.4, 1e-12);
+  EXPECT_TRUE(out.within_margin);
+  EXPECT_FALSE(out.angle_deg);
+}
+
+TEST(PlaneDeviation, IsANumberForABladeAcrossThePlan) {
+  const PlannedPlane plane{.name = "p", .plane = {{0, 0, 0}, {1, 0, 0}}, .margin_mm = 1};
+  for (const Vec3& p : {Vec3(0), Vec3(5, 0, 0), Vec3(0, 5, 0), Vec3(0, 0, 5)}) {
+    const PlaneDeviation out = CalcDeviation(plane, DiscSaw{}, Pose{{1, 0, 0, 0}, p});
+    EXPECT_NEAR(*out.angle_deg, 90, 1e-9);
+    EXPECT_TRUE(std::isfinite(*out.pitch_deg) && std::isfinite(*out.roll_deg));
+  }
+}
+
+TEST(StopDeviation, IsTheSupportOfTheTool) {
+  Draw draw(4);
+  for (int i = 0; i < 50; ++i) {
+    const DepthStop stop{.name = "s", .p_W_mm = draw.Point(), .direction_W = draw.Direction(), .depth_mm = 7};
+    const Pose X = draw.AnyPose();
+    const StopDeviation out = CalcDeviation(stop, DiscSaw{.diameter_mm = 22}, X);
+    double deepest = -1e9;
+    for (int k = 0; k < 3600; ++k) {
+      const double a = k * 6.283185307179586 / 3600;
+      deepest =
+          std::max(deepest, glm::dot(stop.direction_W, X.Point({11 * std::cos(a), 11 * std::sin(a), 0}) - stop.p_W_mm));
+    }
+    // A rim of 3600 points misses at most R (1 - cos(pi / 3600)).
+    EXPECT_NEAR(out.depth_mm, deepest, 1e-5);
+    EXPECT_NEAR(out.left_mm, 7 - out.depth_mm, 1e-12);
+    EXPECT_NEAR(CalcDeviation(stop, BallBurr{.diameter_mm = 6}, X).depth_mm,
+                glm::dot(stop.direction_W, X.p_AB - stop.p_W_mm) + 3, 1e-12);
+  }
+}
+
+TEST(PlacePlane, GoesThroughItsThreePoints) {
+  Draw draw(5);
+  for (int i = 0; i < 50; ++i) {
+    const Vec3 a = draw.Point();
+    const Vec3 b = draw.Point();
+    const Vec3 c = draw.Point();
+    const CutPlane plane = PlacePlane("p", a, b, c).plane;
+    for (const Vec3& p : {a, b, c}) EXPECT_NEAR(glm::dot(plane.normal_W, p - plane.p_W), 0, 1e-9);
+    EXPECT_GT(glm::dot(plane.normal_W, glm::cross(b - a, c - a)), 0);
+  }
+  EXPECT_THAT(MessageOf([] { PlacePlane("p", {0, 0, 0}, {1, 1, 1}, {2, 2, 2}); }), HasSubstr("on a line"));
+  EXPECT_THAT(MessageOf([] { PlacePlane("p", {1, 0, 0}, {1, 0, 0}, {1, 0, 0}); }), HasSubstr("on a line"));
+}
+
+TEST(PlacePlane, FromAPoseHasNoDeviationThere) {
+  Draw draw(6);
+  const Pose X = draw.AnyPose();
+  const PlaneDeviation out = CalcDeviation(PlacePlane("p", X), DiscSaw{}, X);
+  EXPECT_NEAR(out.offset_mm, 0, 1e-12);
+  EXPECT_NEAR(*out.angle_deg, 0, 1e-6);
+}
+
+TEST(Plan, IsWrittenForSlicerAndReadBack) {
+  Draw draw(7);
+  const test::Folder folder;
+  Plan plan;
+  for (int i = 0; i < 5; ++i) {
+    plan.planes.push_back({.name = MakePlaneName(plan), .plane = {draw.Point(), draw.Direction()}, .margin_mm = 1});
+  }
+  plan.planes[1].plane.normal_W = {0, 0, -1};
+  plan.planes[2].plane.normal_W = {1, 0, 0};
+  plan.planes[3].name = "left \"body\" <ä>";
+  WritePlaneMarkups(folder.file("plan.mrk.json"), MakeMarkups(plan));
+  const std::vector<PlannedPlane> read = ReadPlannedPlanes(folder.file("plan.mrk.json"));
+  ASSERT_EQ(read.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(read[i].name, plan.planes[i].name);
+    EXPECT_NEAR(glm::length(read[i].plane.p_W - plan.planes[i].plane.p_W), 0, 1e-12);
+    EXPECT_NEAR(glm::length(read[i].plane.normal_W - plan.planes[i].plane.normal_W), 0, 1e-12);
+    // One alone is what the scene's `file` reads.
+    const std::string one = folder.file("one.mrk.json");
+    WritePlaneMarkups(one, {MakeMarkups(plan)[i]});
+    EXPECT_NEAR(glm::length(ReadPlaneMarkups(one).normal_W - plan.planes[i].plane.normal_W), 0, 1e-12);
+  }
+}
+
+TEST(Plan, WithoutNamesIsNumbered) {
+  const std::string text = R"({"markups": [
+    {"type": "Plane", "coordinateSystem": "RAS", "center": [1, 2, 3], "normal": [0, 0, 1]},
+    {"type": "Plane", "coordinateSystem": "LPS", "center": [1, 2, 3], "normal": [0, 0, 1], "name": "cut"},
+    {"type": "Plane", "coordinateSystem": "LPS", "center": [1, 2, 3], "normal": [0, 0, 1], "name": "cut"}]})";
+  const auto planes = ParsePlaneMarkupList(text, "a.json");
+  ASSERT_EQ(planes.size(), 3u);
+  EXPECT_EQ(planes[0].name, "plane 1");
+  EXPECT_EQ(planes[0].plane.p_W, Vec3(-1, -2, 3));
+  EXPECT_EQ(planes[1].name, "cut");
+  EXPECT_EQ(planes[2].name, "cut 2");
+}
+
+TEST(Plan, FaultsAreTold) {
+  Plan plan;
+  plan.planes.push_back({.name = "a", .plane = {}, .margin_mm = 1});
+  plan.stops.push_back({.name = "a", .p_W_mm = {}, .direction_W = {0, 0, 1}, .depth_mm = 5});
+  CheckPlan(plan);
+  const auto with = [&](const std::function<void(Plan&)>& change) {
+    Plan changed = plan;
+    change(changed);
+    return MessageOf([&] { CheckPlan(changed); });
+  };
+  EXPECT_THAT(with([](Plan& p) { p.planes.push_back(p.planes[0]); }), HasSubstr("two planes"));
+  EXPECT_THAT(with([](Plan& p) { p.stops[0].name = ""; }), HasSubstr("no name"));
+  EXPECT_THAT(with([](Plan& p) { p.planes[0].plane.normal_W = {0, 0, 2}; }), HasSubstr("length 1"));
+  EXPECT_THAT(with([](Plan& p) { p.planes[0].margin_mm = std::nan(""); }), HasSubstr("margin"));
+  EXPECT_THAT(with([](Plan& p) { p.stops[0].depth_mm = -1; }), HasSubstr("depth"));
+  EXPECT_THAT(with([](Plan& p) { p.stops[0].p_W_mm.x = 1e9; }), HasSubstr("world"));
+}
+
+TEST(Guide, HoldsPlaneAndStop) {
+  Draw draw(8);
+  for (int i = 0; i < 50; ++i) {
+    const PlannedPlane plane{.name = "p", .plane = {draw.Point(), draw.Direction()}, .margin_mm = 0.7};
+    const Vec3 in_plane = glm::normalize(glm::cross(plane.plane.normal_W, draw.Direction()));
+    const DepthStop stop{.name = "s", .p_W_mm = draw.Point(), .direction_W = in_plane, .depth_mm = 6};
+    EffectChoice guide = MakeGuide(&plane, &stop);
+    CheckEffects({guide});
+    EXPECT_EQ(guide.info().find_fault(guide.values()), "");
+    EXPECT_EQ(guide.GetNumber("tolerance_mm"), 0.7);
+    const auto vector = [&](const char* key) {
+      return std::get<Vec3>(guide.values()[guide.info().FindParameter(key)]);
+    };
+    // Its point lies in the plane, and as deep as the stop's.
+    EXPECT_NEAR(glm::dot(plane.plane.normal_W, vector("point_mm") - plane.plane.p_W), 0, 1e-9);
+    EXPECT_NEAR(glm::dot(in_plane, vector("point_mm") - stop.p_W_mm), 0, 1e-9);
+    EXPECT_EQ(guide.GetNumber("depth_mm"), 6);
+    for (const EffectChoice& one : {MakeGuide(&plane, nullptr), MakeGuide(nullptr, &stop)}) {
+      CheckEffects({one});
+      EXPECT_EQ(one.info().find_fault(one.values()), "");
+    }
+    const DepthStop across{.name = "s", .p_W_mm = {}, .direction_W = plane.plane.normal_W, .depth_mm = 6};
+    EXPECT_THAT(MessageOf([&] { MakeGuide(&plane, &across); }), HasSubstr("90 degrees out of plane 'p'"));
+  }
+}
+
+}  // namespace
+}  // namespace kerf

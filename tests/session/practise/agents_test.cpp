@@ -1,0 +1,276 @@
+// Synthetic surgeons against the scores.
+#include "session/practise/agents.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/files/files.h"
+#include "kerf/error.h"
+#include "small_exercise.h"
+
+namespace kerf {
+namespace {
+
+class Agents : public test::ResultFolderTest {
+ protected:
+  ScoreSheet Score(const Scene& scene, const AgentParams& params) {
+    MakeFolder(folder_);
+    return test::ScoreAgent(scene, params, fmt::format("{}/{}.kerf", folder_, number_++));
+  }
+
+ private:
+  int number_ = 0;
+};
+
+/// An agent without any error.
+AgentParams Perfect() {
+  AgentParams params;
+  params.name = "perfect";
+  params.tremor_mm = 0;
+  params.pause_s = 2;
+  params.correction_Hz = 0.8;
+  return params;
+}
+
+class Ranking : public Agents, public testing::WithParamInterface<const char*> {};
+
+TEST_P(Ranking, NoviceIntermediateAndExpertAreRankedByEachMeasureThatCounts) {
+  const Scene scene = test::MakeSmallExercise(GetParam());
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    ScoreSheet sheets[3];
+    for (std::size_t i = 0; i < 3; ++i) sheets[i] = Score(scene, MakeAgentParams(AgentNames()[i], seed));
+    for (std::size_t i = 1; i < 3; ++i) {
+      EXPECT_TRUE(sheets[i].warnings.empty());
+      EXPECT_GT(sheets[i].total.value(), sheets[i - 1].total.value()) << AgentNames()[i] << " seed " << seed;
+      for (const Goal& goal : GoalsOf(scene.exercise.kind)) {
+        const double worse = std::abs(sheets[i - 1].Get(goal.key).value());
+        const double better = std::abs(sheets[i].Get(goal.key).value());
+        // Who made no such fault at all can't be bettered.
+        EXPECT_TRUE(better < worse || (better == 0 && worse == 0))
+            << goal.key << ": " << AgentNames()[i] << " " << better << ", " << AgentNames()[i - 1] << " " << worse
+            << ", seed " << seed;
+      }
+    }
+    // The two ends differ in whatever the exercise is about.
+    EXPECT_GT(sheets[2].total.value(), 60);
+    EXPECT_LT(sheets[0].total.value(), 50);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, Ranking,
+                         testing::Values("groove", "follow_line", "stop_before_far", "bicortical", "beside_canal",
+                                         "osteotomy"),
+                         [](const auto& of) { return std::string(of.param); });
+
+TEST_F(Agents, TheTotalFallsWithEachErrorThatIsInjected) {
+  struct Injected {
+    const char* what;
+    std::function<void(AgentParams&, double)> set;
+    std::vector<double> values;
+  };
+  const std::vector<Injected> all{
+      {"offset", [](AgentParams& p, double x) { p.offset_mm = x; }, {0.4, 1.2}},
+      {"offset to the other side", [](AgentParams& p, double x) { p.offset_mm = -x; }, {0.4, 1.2}},
+      {"roll", [](AgentParams& p, double x) { p.roll_deg = x; }, {3, 8}},
+      {"yaw", [](AgentParams& p, double x) { p.yaw_deg = x; }, {3, 8}},
+      {"depth", [](AgentParams& p, double x) { p.deeper_mm = x; }, {0.7, 1.4}},
+      {"tremor", [](AgentParams& p, double x) { p.tremor_mm = x; }, {0.1, 0.4}},
+      {"pauses", [](AgentParams& p, double x) { p.pause_s = x; }, {4, 8}},
+  };
+  // In soft bone the tool is where the hand wants it: what is off was injected.
+  Scene scene = test::MakeSmallExercise("groove");
+  scene.bone.block.layers = {{9, 32}};
+  const double perfect = Score(scene, Perfect()).total.value();
+  EXPECT_GT(perfect, 85);
+  for (const Injected& injected : all) {
+    double last = perfect;
+    for (const double value : injected.values) {
+      AgentParams params = Perfect();
+      injected.set(params, value);
+      const double total = Score(scene, params).total.value();
+      EXPECT_LT(total, last) << injected.what << " " << value;
+      last = total;
+    }
+  }
+}
+
+TEST_F(Agents, TheTotalFallsWithReactionAndForceAtBreakthrough) {
+  const Scene scene = test::MakeSmallExercise("bicortical");
+  double last_plunge = -1;
+  double last = 101;
+  for (const double delay_s : {0.05, 0.3, 0.6}) {
+    AgentParams params = Perfect();
+    params.lookahead_mm = 0;
+    params.delay_s = delay_s;
+    const ScoreSheet sheet = Score(scene, params);
+    EXPECT_GT(sheet.Get("plunge_max_mm").value(), last_plunge) << delay_s;
+    EXPECT_LT(sheet.total.value(), last) << delay_s;
+    last_plunge = sheet.Get("plunge_max_mm").value();
+    last = sheet.total.value();
+  }
+  // Whoever slows down before the far side plunges less.
+  AgentParams careful = Perfect();
+  careful.delay_s = 0.6;
+  careful.lookahead_mm = 3;
+  EXPECT_LT(Score(scene, careful).Get("plunge_max_mm").value(), last_plunge);
+}
+
+TEST_F(Agents, TheSameAgentScoresTheSameTwice) {
+  const Scene scene = test::MakeSmallExercise("groove");
+  const AgentParams params = MakeAgentParams("novice", 4);
+  ScoreSheet a = Score(scene, params);
+  ScoreSheet b = Score(scene, params);
+  a.recording = b.recording = "";
+  a.created = b.created = "";
+  EXPECT_EQ(FormatSheetJson(a), FormatSheetJson(b));
+  AgentParams other = params;
+  other.seed = 5;
+  EXPECT_NE(Score(scene, other).Get("jitter_mm"), b.Get("jitter_mm"));
+}
+
+// By the formula alone it can pay to stop early: less way, less time, fewer faults. A part is not graded.
+TEST_F(Agents, ACutShortRecordingIsMeasuredAndNotGraded) {
+  MakeFolder(folder_);
+  const Scene scene = test::MakeSmallExercise("follow_line");
+  const std::string whole_file = folder_ + "/whole.kerf";
+  const ScoreSheet whole = test::ScoreAgent(scene, MakeAgentParams("novice", 1), whole_file);
+  ASSERT_TRUE(whole.total);
+  EXPECT_TRUE(whole.incomplete.empty());
+  EXPECT_EQ(whole.state, RecordingState::kWhole);
+  const std::string bytes = ReadTextFile(whole_file, std::size_t{1} << 30);
+  bool one_would_gain = false;
+  bool one_is_short_of_the_line = false;
+  for (const double share : {0.3, 0.5, 0.7, 0.9}) {
+    const std::string file = fmt::format("{}/{:.0f}.kerf", folder_, 100 * share);
+    WriteTextFile(file, bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
+    RecordingReader recording(file);
+    ScoreSheet part = ScoreRecording(recording, {}, {});
+    EXPECT_FALSE(part.total) << share;
+    ASSERT_FALSE(part.incomplete.empty()) << share;
+    EXPECT_EQ(part.incomplete[0], "the recording is cut short");
+    // Of the exercise only what can be read is known.
+    for (const std::string& why : part.incomplete) EXPECT_THAT(why, testing::Not(testing::HasSubstr("not finished")));
+    if (part.Get("line_share").value() < 0.8) {
+      one_is_short_of_the_line = true;
+      ASSERT_EQ(part.incomplete.size(), 2U);
+      EXPECT_THAT(part.incomplete[1], testing::StartsWith("as far as it can be read: the tool has gone along "));
+    }
+    EXPECT_TRUE(part.Get("time_total_s")) << share;
+    const auto json = nlohmann::json::parse(FormatSheetJson(part));
+    EXPECT_EQ(json["complete"], false);
+    EXPECT_EQ(json["recording_state"], "cut short");
+    EXPECT_TRUE(json["total"].is_null());
+    EXPECT_THAT(FormatSheet(part), testing::HasSubstr("not graded: the recording is cut short"));
+    for (const MeasureRow& row : part.rows) EXPECT_FALSE(row.points) << row.info->key;
+    part.incomplete.clear();
+    CalcTotal(part);
+    one_would_gain = one_would_gain || part.total.value() > *whole.total;
+  }
+  EXPECT_TRUE(one_would_gain) << "whole: " << *whole.total;
+  EXPECT_TRUE(one_is_short_of_the_line);
+}
+
+TEST_F(Agents, AnExerciseThatIsNotFinishedIsNotGraded) {
+  MakeFolder(folder_);
+  Scene scene = test::MakeSmallExercise("groove");
+  scene.tool.diameter_mm = 8;  // so small that it is not over the whole line at once
+  scene.exercise.start_mm = {-6, 0, 0};
+  scene.exercise.end_mm = {6, 0, 0};
+  scene.path.strokes[0].start_mm = {-6, 0, 5};
+  scene.path.strokes[0].end_mm = {-6, 0, 4};
+  const AgentParams params = MakeAgentParams("expert", 1);
+  std::optional<double> share;
+  for (const bool finishes : {false, true}) {
+    const std::string file = fmt::format("{}/{}.kerf", folder_, finishes);
+    std::atomic<bool> done{false};
+    LoopOptions loop;
+    loop.virtual_time = true;
+    loop.seconds = finishes ? CalcAgentTime(params, scene) : 3.5;
+    loop.log = LoopLog::kNowhere;
+    loop.record = file;
+    loop.scene_file = file + ".toml";
+    loop.stop = &done;
+    loop.make_hand = MakeAgent(params, scene, &done);
+    RunLoop(scene, loop, {});
+    RecordingReader recording(file);
+    const ScoreSheet sheet = ScoreRecording(recording, {}, {});
+    EXPECT_EQ(sheet.state, RecordingState::kWhole);
+    EXPECT_EQ(sheet.total.has_value(), finishes) << FormatSheet(sheet);
+    EXPECT_EQ(done.load(), finishes);
+    EXPECT_EQ(sheet.incomplete.empty(), finishes);
+    EXPECT_GT(sheet.Get("line_share").value(), share.value_or(-1));
+    share = sheet.Get("line_share");
+  }
+}
+
+// The digest is of what the ticks were given: another name, head or seal is the same; another second is not.
+TEST_F(Agents, CopiesOfARecordingHaveTheSameDigest) {
+  MakeFolder(folder_);
+  Scene scene = test::MakeSmallExercise("groove");
+  const ScoreSheet one = test::ScoreAgent(scene, MakeAgentParams("expert", 1), folder_ + "/one.kerf");
+  scene.title = "of another student";
+  scene.name = "another";
+  const ScoreSheet two = test::ScoreAgent(scene, MakeAgentParams("expert", 1), folder_ + "/two.kerf");
+  const ScoreSheet other = test::ScoreAgent(scene, MakeAgentParams("expert", 2), folder_ + "/other.kerf");
+  EXPECT_NE(ReadTextFile(folder_ + "/one.kerf", 1 << 30), ReadTextFile(folder_ + "/two.kerf", 1 << 30));
+  EXPECT_EQ(one.steps_digest, two.steps_digest);
+  EXPECT_NE(one.steps_digest, other.steps_digest);
+  EXPECT_EQ(one.beginning_digest, two.beginning_digest);
+  EXPECT_NE(one.beginning_digest, other.beginning_digest);
+}
+
+// The beginning ends after kBeginningMoves moves: what comes after them, or is missing there, does not change it.
+TEST_F(Agents, RecordingsThatPartAfterTheBeginningHaveOneDigestOfIt) {
+  MakeFolder(folder_);
+  const auto digest = [&](std::size_t waits, std::size_t moves, double last_mm) {
+    const std::string file = fmt::format("{}/{}_{}_{}.kerf", folder_, waits, moves, last_mm);
+    RecordingHead head;
+    head.voxel_mm = 1;
+    RecordingWriter writer(file, head, {});
+    const std::size_t steps = waits + moves + 1;
+    for (std::size_t i = 0; i < steps; ++i) {
+      RecordedStep step;
+      step.X.p_AB.x = 0.01 * static_cast<double>(i < waits ? 0 : i - waits);
+      if (i + 1 == steps) step.X.p_AB.y = last_mm;
+      writer.Add(step, 0.001 * static_cast<double>(i + 1));
+    }
+    writer.Flush();
+    RecordingReader recording(file);
+    return CalcStepsDigests(recording);
+  };
+  const StepsDigests whole = digest(10, 5000, 0);
+  for (const std::size_t moves : {kBeginningMoves + 1, std::size_t{4100}}) {
+    const StepsDigests other = digest(10, moves, 1);
+    EXPECT_EQ(other.beginning, whole.beginning) << moves;
+    EXPECT_NE(other.all, whole.all) << moves;
+  }
+  EXPECT_NE(digest(10, kBeginningMoves, 1).beginning, whole.beginning);  // its last step is another
+  EXPECT_EQ(digest(10, kBeginningMoves, 0).beginning, whole.beginning);
+  EXPECT_NE(digest(10, kBeginningMoves - 1, 0).beginning, whole.beginning);  // too short
+  EXPECT_NE(digest(11, 5000, 0).beginning, whole.beginning);                 // the wait is part of it
+  EXPECT_NE(digest(5001, 10, 0).beginning, digest(5001, 11, 0).beginning);   // and is not counted
+}
+
+TEST(AgentParams, AreRefusedOutOfRange) {
+  EXPECT_THROW(MakeAgentParams("master", 1), Error);
+  const Scene scene = test::MakeSmallExercise("groove");
+  AgentParams params;
+  params.tremor_mm = -1;
+  EXPECT_THROW(MakeAgent(params, scene), Error);
+  params = {};
+  params.delay_s = NAN;
+  EXPECT_THROW(MakeAgent(params, scene), Error);
+  Scene none = scene;
+  none.exercise.given = false;
+  EXPECT_THROW(MakeAgent({}, none), Error);
+}
+
+}  // namespace
+}  // namespace kerf

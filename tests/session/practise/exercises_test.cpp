@@ -1,0 +1,73 @@
+// The exercises that come with the program.
+#include "session/practise/exercises.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <set>
+
+#include "base/files/files.h"
+#include "kerf/error.h"
+#include "session/scene/doubts.h"
+#include "session/scene/path.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+TEST(Exercises, AreThoseOfTheFolderEasyToHard) {
+  std::set<std::string> ids;
+  std::set<ExerciseKind> kinds;
+  int difficulty = 0;
+  for (const Exercise& exercise : ListExercises()) {
+    EXPECT_EQ(exercise.difficulty, ++difficulty);
+    EXPECT_EQ(exercise.toml, ReadTextFile(std::string(KERF_SOURCE_DIR) + "/scenes/practise/" + exercise.file));
+    EXPECT_TRUE(ids.insert(exercise.id).second);
+    EXPECT_EQ(exercise.goal.back(), '.');
+    kinds.insert(MakeExerciseScene(exercise.id, 1).exercise.kind);
+    EXPECT_EQ(FindExerciseOf(MakeExerciseScene(exercise.id, 1).name), &exercise);
+  }
+  EXPECT_EQ(kinds.size(), kExerciseKindWords.size());
+  EXPECT_THROW(FindExercise("juggling"), Error);
+  EXPECT_EQ(FindExerciseOf("body_osteotomy"), nullptr);
+}
+
+TEST(Exercises, PathsAreTheWantedCuts) {
+  for (const Exercise& exercise : ListExercises()) {
+    const Scene scene = MakeExerciseScene(exercise.id, 1);
+    const WantedCut cut = MakeWantedCut(scene.exercise, MakeTool(scene));
+    const Path path = MakePath(scene);
+    ASSERT_EQ(path.segments().size(), 3U) << exercise.id;
+    // The files' coordinates are rounded to 0.01 mm and 0.001 of a direction, over up to 40 mm.
+    for (const std::size_t segment : {0U, 1U}) {
+      const Vec3 p = cut.ToCut(path.CalcPose(segment, path.segments()[segment].end_s).p_AB);
+      EXPECT_NEAR(p.x, segment == 0 ? 0 : cut.length_mm, 0.05) << exercise.id;
+      EXPECT_NEAR(p.y, cut.depth_mm - cut.radius_mm, 0.05) << exercise.id;
+      EXPECT_NEAR(p.z, 0, 0.05) << exercise.id;
+    }
+    const Vec3 n = path.CalcPose(0, 0).Vector({0, 0, 1});
+    EXPECT_NEAR(std::abs(glm::dot(n, cut.across_W)), 1, 1e-5) << exercise.id;
+    EXPECT_TRUE(FindToolDoubts(scene, 0.2).empty()) << exercise.id;
+  }
+}
+
+TEST(MakeLevel, WithdrawsOneAidAfterTheOther) {
+  int before = 5;
+  for (int level = 1; level <= kLevels; ++level) {
+    const SceneExercise e = MakeExerciseScene("groove", level).exercise;
+    EXPECT_EQ(e.level, level);
+    const int aids = (e.gauge ? 1 : 0) + (e.colour ? 1 : 0) + (e.sound ? 1 : 0) + (e.depth_stop ? 1 : 0);
+    EXPECT_EQ(aids, before - 1);
+    before = aids;
+  }
+  EXPECT_EQ(before, 0);
+  EXPECT_THROW(MakeExerciseScene("groove", 0), Error);
+  EXPECT_THROW(MakeExerciseScene("groove", 6), Error);
+  Scene none = MakeExerciseScene("groove", 1);
+  none.exercise.given = false;
+  EXPECT_THROW(MakeLevel(none, 1), Error);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,61 @@
+// The picture of chips shows the tick in which most of them were in the air, and later ticks don't change it.
+#include "session/run/chips_picture.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include "kerf/simulation.h"
+#include "support/cuts.h"
+
+namespace kerf {
+namespace {
+
+TEST(ChipsPicture, ShowsTheTickWithTheMost) {
+  SimulationParams params;
+  SetEffect(params.effects, "chips", "life_s", 0.05);
+  const auto at = [](int tick) { return test::DiscPose({}, {0, 0.03, 5 + 11 + 0.2 - 0.005 * std::min(tick, 300)}); };
+  Simulation simulation(test::MakeBox(Pose{}, {30, 4, 10}, 0.2), params, at(0));
+  const EffectPlan& plan = std::as_const(simulation).effects();
+  const auto& chips = dynamic_cast<const ChipsEffect&>(*plan.Find("chips"));
+  ChipsTrack track(plan);
+  std::size_t most = 0;
+  double most_s = 0, thrown_mm3 = 0;
+  for (int tick = 1; tick <= 400; ++tick) {
+    simulation.Tick({at(tick), 0.001, 7500});
+    track.Take(0.001 * tick, at(tick));
+    if (chips.pool().size() <= most) continue;
+    most = chips.pool().size();
+    most_s = 0.001 * tick;
+    thrown_mm3 = chips.thrown_mm3();
+  }
+  track.Detach();
+  EXPECT_TRUE(chips.pool().empty());  // at the end
+  ASSERT_TRUE(track.most().has_value());
+  const ChipsTrack::Moment& moment = *track.most();
+  EXPECT_GT(most, 20u);
+  EXPECT_EQ(moment.pool.size(), most);
+  EXPECT_EQ(moment.time_s, most_s);
+  EXPECT_EQ(moment.emitted_mm3, thrown_mm3);
+
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("kerf_chips_" + std::to_string(getpid()) + ".png");
+  EXPECT_TRUE(WriteChipsPicture(track, simulation.bone(), params.tool, false, "test", file.string()));
+  EXPECT_GT(std::filesystem::file_size(file), 1000u);
+  std::filesystem::remove(file);
+}
+
+TEST(ChipsPicture, IsNotDrawnWithoutChips) {
+  const Simulation simulation(test::MakeBox(Pose{}, {4, 4, 4}, 0.5), {}, test::DiscPose({}, {0, 0, 30}));
+  ChipsTrack track(simulation.effects());
+  track.Take(0.001, Pose{});
+  EXPECT_FALSE(track.most().has_value());
+  EXPECT_FALSE(WriteChipsPicture(track, simulation.bone(), DiscSaw{}, false, "test", "/nonexistent/chips.png"));
+}
+
+}  // namespace
+}  // namespace kerf

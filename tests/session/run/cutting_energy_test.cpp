@@ -1,0 +1,158 @@
+// The specific cutting energy of a run against its closed form, and when it is warned of.
+#include "session/run/cutting_energy.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "base/files/files.h"
+#include "cut/force/measured.h"
+#include "session/run/make_bone.h"
+#include "session/run/run_loop.h"
+#include "session/run/run_scene.h"
+#include "support/result_folder.h"
+
+namespace kerf {
+namespace {
+
+/// A slot 2 mm deep right through a block 24 mm long: the disc begins and ends clear of it.
+std::string SlotScene(double feed_mm_per_s, const std::string& more) {
+  return fmt::format(R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 24.0
+size_y_mm = 2.0
+size_z_mm = 6.0
+voxel_mm = 0.1
+[material]
+kind = "uniform"
+[[path.stroke]]
+start_mm = [-19.0, 0.0, 9.0]
+end_mm = [19.0, 0.0, 9.0]
+feed_mm_per_s = {}
+disc_normal = [0.0, 1.0, 0.0]
+[output]
+pictures = false
+bone = false
+pieces = false
+)",
+                     feed_mm_per_s) +
+         more;
+}
+
+class CuttingEnergyRun : public test::ResultFolderTest {
+ protected:
+  RunSummary RunSlot(double feed_mm_per_s, const std::string& more = "") {
+    return RunScene(ParseScene(SlotScene(feed_mm_per_s, more), "slot.toml"), folder_, {});
+  }
+};
+
+/// Each place of the engaged arc cuts the block's whole length at its own steady bite, so the work is that of the
+/// steady cut however it began and ended: R / (ratio depth w h) times the integral of F(h sin phi) over the arc, h the
+/// bite of the feed. (Rim speed times teeth for each radian is R times the passes a second.)
+double CalcClosedForm(const std::string& law, double feed_mm_per_s) {
+  const DiscSaw saw;
+  const ToothForce force = MakeToothForce(ForceLaw(law), saw);
+  const double E_star = CalcReducedModulus(saw.E_MPa, saw.nu, 19300, 0.28);
+  const double depth = 2;
+  const double h = feed_mm_per_s / (saw.teeth * 125);
+  const double alpha = std::acos(1 - depth / saw.radius_mm());
+  constexpr int kIntervals = 10000;
+  double integral = 0;
+  for (int i = 0; i < kIntervals; ++i) {
+    integral += force(h * std::sin(alpha * (i + 0.5) / kIntervals), E_star) * alpha / kIntervals;
+  }
+  return 1e-3 * saw.radius_mm() * integral / (1.6 * depth * saw.thickness_mm * h);
+}
+
+TEST_F(CuttingEnergyRun, StraightCutIsTheClosedForm) {
+  for (const char* law : {"hertz_chip", "hertz_constant_bite", "edge_plus_chip"}) {
+    for (const double feed : {3.0, 12.0}) {
+      const RunSummary summary = RunSlot(feed, fmt::format("[force]\nlaw = \"{}\"\n", law));
+      ASSERT_TRUE(summary.cutting.specific_J_per_mm3.has_value());
+      // Force and volume of a slot are each within a percent at 0.1 mm; the free edges of the kerf round off up to 0.07
+      // mm each of 24 mm, 0.6 % (docs/physics.md).
+      const double expected = CalcClosedForm(law, feed);
+      EXPECT_NEAR(*summary.cutting.specific_J_per_mm3 / expected, 1, 0.02) << law << " at " << feed;
+      EXPECT_NEAR(*summary.cutting.work_J, *summary.cutting.specific_J_per_mm3 * summary.removed_mm3, 1e-9);
+      // 3000 teeth a second pass while any is engaged.
+      EXPECT_NEAR(*summary.cutting.pass_mJ, 1e3 * *summary.cutting.work_J / (3000 * summary.force.cutting_time_s),
+                  1e-9);
+      EXPECT_EQ(summary.cutting.ratio, 1.6);
+      const auto json = nlohmann::json::parse(ReadTextFile(folder_ + "/summary.json"));
+      EXPECT_EQ(json["cutting"]["specific_energy_J_per_mm3"], *summary.cutting.specific_J_per_mm3);
+      EXPECT_EQ(json["cutting"]["tooth_pass_mJ"], *summary.cutting.pass_mJ);
+      EXPECT_EQ(json["cutting"]["within_published"], expected > 0.8 && expected < 6);
+      EXPECT_EQ(json["force"]["accuracy"], DescribeAccuracy(ForceLaw(law), DiscSaw{}));
+    }
+  }
+}
+
+TEST_F(CuttingEnergyRun, EffectsOwnPowerAndRatioAreTaken) {
+  const RunSummary plain = RunSlot(6);
+  const RunSummary same = RunSlot(6, "[effects.tangential_force]\n");
+  EXPECT_TRUE(same.cutting.from_effect);
+  // The rim's own speed is the spindle's plus a thousandth of it, the feed along it.
+  EXPECT_NEAR(*same.cutting.work_J / *plain.cutting.work_J, 1, 2e-3);
+  const RunSummary half = RunSlot(6, "[effects.tangential_force]\nratio = 3.2\n");
+  EXPECT_EQ(half.cutting.ratio, 3.2);
+  EXPECT_NEAR(*half.cutting.work_J / *same.cutting.work_J, 0.5, 1e-6);
+}
+
+TEST_F(CuttingEnergyRun, WarnsOutsideThePublishedRangeOnly) {
+  CuttingEnergy energy;
+  const Scene scene = ParseScene(SlotScene(3, ""), "slot.toml");
+  EXPECT_TRUE(FindEnergyWarnings(scene, energy).empty());  // nothing known, nothing to warn of
+  for (const double within : {0.8, 2.65, 6.0}) {
+    energy.specific_J_per_mm3 = within;
+    EXPECT_TRUE(FindEnergyWarnings(scene, energy).empty()) << within;
+  }
+  energy.specific_J_per_mm3 = 0.79;
+  EXPECT_EQ(FindEnergyWarnings(scene, energy).size(), 1u);
+  energy.specific_J_per_mm3 = 10.6;
+  EXPECT_EQ(FindEnergyWarnings(scene, energy),
+            std::vector<std::string>{"the specific cutting energy is 10.6 J/mm3, outside 0.8 to 6 J/mm3 (derived "
+                                     "from published forces at bites of 2.5 um and more, 0.83 to 2.9, and doubled "
+                                     "above): the forces of "
+                                     "hertz_chip are not those of a real cut"});
+}
+
+TEST_F(CuttingEnergyRun, NothingCutHasNoSpecificEnergy) {
+  const std::string text = SlotScene(12, "");
+  std::string above = text;
+  for (std::size_t at; (at = above.find("9.0]")) != std::string::npos;) above.replace(at, 4, "20.0]");
+  const RunSummary summary = RunScene(ParseScene(above, "slot.toml"), folder_, {});
+  EXPECT_FALSE(summary.cutting.specific_J_per_mm3.has_value());
+  EXPECT_TRUE(FindEnergyWarnings(ParseScene(above, "slot.toml"), summary.cutting).empty());
+}
+
+TEST_F(CuttingEnergyRun, BallNeedsTheEffect) {
+  const std::string ball = "[tool]\nshape = \"ball\"\ndiameter_mm = 6.0\n";
+  std::string text = SlotScene(12, ball);
+  for (std::size_t at; (at = text.find("9.0]")) != std::string::npos;) text.replace(at, 4, "2.0]");
+  const RunSummary without = RunScene(ParseScene(text, "ball.toml"), folder_, {});
+  ASSERT_GT(without.removed_mm3, 1);
+  EXPECT_FALSE(without.cutting.work_J.has_value());
+  const RunSummary with = RunScene(ParseScene(text + "[effects.tangential_force]\n", "ball.toml"), folder_, {});
+  EXPECT_GT(*with.cutting.work_J, 0);
+}
+
+TEST_F(CuttingEnergyRun, HeldSawHasItsOwn) {
+  const Scene scene = ParseScene(SlotScene(6, "[hand]\nmodel = \"H3\"\n"), "slot.toml");
+  LoopOptions options;
+  options.seconds = 1.5;
+  options.virtual_time = true;
+  const LoopSummary summary = RunLoop(scene, options, {});
+  ASSERT_TRUE(summary.cutting.has_value());
+  ASSERT_TRUE(summary.cutting->specific_J_per_mm3.has_value());
+  // Its feed is its hand's own: of the closed form's size, at some feed from 1 to 12 mm/s, which go with the root.
+  EXPECT_GT(*summary.cutting->specific_J_per_mm3, CalcClosedForm("hertz_chip", 1));
+  EXPECT_LT(*summary.cutting->specific_J_per_mm3, CalcClosedForm("hertz_chip", 12));
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,139 @@
+// The log of a loop as it comes: the same bytes and figures as from the rows in memory.
+#include "session/run/force_log.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "base/core/high_pass.h"
+#include "base/files/files.h"
+#include "kerf/error.h"
+#include "session/run/force_noise.h"
+#include "session/run/run_loop.h"
+#include "support/result_folder.h"
+
+namespace kerf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kScene[] = R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 8.0
+size_y_mm = 4.0
+size_z_mm = 3.0
+voxel_mm = 0.2
+[tool]
+diameter_mm = 12.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.0, 0.0, 6.5]
+end_mm = [0.0, 0.0, 0.5]
+feed_mm_per_s = 3.0
+disc_normal = [1.0, 0.0, 0.0]
+[effects.sound]
+)";
+
+using LoopLogs = test::ResultFolderTest;
+
+TEST_F(LoopLogs, AFolderGetsTheBytesThatMemoryWouldHaveGiven) {
+  const std::string kept = folder_ + "/kept", grown = folder_ + "/grown";
+  for (const int every : {1, 7}) {
+    Scene scene = ParseScene(kScene, "s.toml");
+    scene.output.forces_every_ticks = every;
+    LoopOptions options;
+    options.virtual_time = true;
+    options.seconds = 3;
+    LoopSummary a = RunLoop(scene, options, {});
+    WriteLoopReport(scene, a, kept);
+    MakeFolder(grown);
+    options.log = LoopLog::kFolder;
+    options.folder = grown;
+    LoopSummary b = RunLoop(scene, options, {});
+    EXPECT_TRUE(b.rows.empty());
+    EXPECT_TRUE(b.effects.rows.empty());
+    WriteLoopReport(scene, b, grown);
+    for (const char* name : {"forces.csv", "force.png", "sound.wav", "report.md"}) {
+      EXPECT_EQ(ReadTextFile(kept + "/" + name), ReadTextFile(grown + "/" + name)) << name << every;
+    }
+    EXPECT_EQ(a.files, b.files);
+    auto ja = nlohmann::json::parse(FormatLoopJson(scene, a)), jb = nlohmann::json::parse(FormatLoopJson(scene, b));
+    for (auto* json : {&ja, &jb}) (*json)["ticks"].erase("wall_s");
+    EXPECT_EQ(ja, jb);
+    // Nothing but the results is left there.
+    for (const auto& file : fs::directory_iterator(grown)) {
+      EXPECT_FALSE(file.path().filename().string().starts_with(".")) << file.path();
+    }
+  }
+}
+
+TEST_F(LoopLogs, WithoutAFolderNothingIsKept) {
+  LoopOptions options;
+  options.virtual_time = true;
+  options.seconds = 0.5;
+  options.log = LoopLog::kNowhere;
+  const LoopSummary s = RunLoop(ParseScene(kScene, "s.toml"), options, {});
+  EXPECT_TRUE(s.rows.empty());
+  EXPECT_TRUE(s.effects.rows.empty());
+  EXPECT_EQ(s.force_log, nullptr);
+  EXPECT_EQ(s.effects.ticks, 500U);
+  EXPECT_NE(s.force_hash, 0U);
+}
+
+TEST_F(LoopLogs, AFolderThatIsTakenAwayIsToldAndTheRestIsThere) {
+  MakeFolder(folder_);
+  LoopOptions options;
+  options.virtual_time = true;
+  options.seconds = 0.5;
+  options.log = LoopLog::kFolder;
+  options.folder = folder_;
+  const Scene scene = ParseScene(kScene, "s.toml");
+  LoopSummary s = RunLoop(scene, options, {});
+  fs::remove_all(folder_);
+  try {
+    WriteLoopReport(scene, s, folder_);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& e) {
+    EXPECT_EQ(std::string(e.what()),
+              folder_ + "/forces.csv: can't be written: No such file or directory; also lost: the sounds");
+  }
+  for (const char* name : {"report.md", "loop.json", "scene.toml", "force.png"}) {
+    EXPECT_TRUE(fs::exists(folder_ + "/" + name)) << name;
+  }
+}
+
+TEST(ForceNoiseTest, IsThatOfTheWholeArrays) {
+  // Cuts from 1.5 to 4.2 s and from 6 s on: the whole seconds 2, 3, 6 and 7 count.
+  const double dt_s = 0.001;
+  ForceNoise noise(dt_s);
+  std::vector<double> axes[3];
+  for (int i = 0; i < 8500; ++i) {
+    const double t = dt_s * i;
+    const bool cuts = (t >= 1.5 && t < 4.2) || t >= 6;
+    const Vec3 f(std::sin(300 * t) * (cuts ? t : 0.1), std::cos(3 * t), 0.3 * std::sin(400 * t * t));
+    noise.Take(f, cuts);
+    for (int axis = 0; axis < 3; ++axis) axes[axis].push_back(f[axis]);
+  }
+  const auto calc = [&](std::size_t begin, std::size_t count) {
+    double square = 0;
+    for (const auto& axis : axes)
+      square += std::pow(CalcHighPassRms(std::span(axis).subspan(begin, count), dt_s, 20), 2);
+    return 1000 * std::sqrt(square);
+  };
+  // Sums of 8500 parts in another order.
+  EXPECT_NEAR(noise.Finish_mN(), calc(0, 8500), 1e-12 * calc(0, 8500));
+  ASSERT_TRUE(noise.cutting_mN().has_value());
+  EXPECT_EQ(*noise.cutting_mN(), std::max({calc(2000, 1000), calc(3000, 1000), calc(6000, 1000), calc(7000, 1000)}));
+  ForceNoise none(dt_s);
+  EXPECT_EQ(none.Finish_mN(), 0);
+  EXPECT_FALSE(none.cutting_mN().has_value());
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,40 @@
+#include "session/run/results_folder.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "support/folder.h"
+
+namespace kerf {
+namespace {
+
+using ::testing::UnorderedElementsAre;
+
+// All kinds of files that runs and studies write are theirs to remove; nothing else is, whatever a list says.
+TEST(ResultsFolder, TakesAwayWhatAnEarlierRunWroteAndNothingElse) {
+  const test::Folder folder;
+  for (const char* name : {"a.svg", "a.png", "report.md", "cases.csv", "mine.toml", "b.svg", "notes.md"}) {
+    test::WriteBytes(folder.file(name), "x");
+  }
+  test::WriteBytes(folder.file("study.json"), R"({"kerf": "1", "files": ["a.svg", "a.png", "report.md", "cases.csv",
+    "mine.toml", "../above.svg", 7]})");
+  const std::vector<std::string> earlier = ReadEarlierResults(folder.path(), "study.json");
+  EXPECT_THAT(earlier, UnorderedElementsAre("a.svg", "a.png", "report.md", "cases.csv"));
+  RemoveStaleResults(folder.path(), earlier, {"cases.csv"});
+  const auto is_there = [&](const char* name) { return std::filesystem::exists(folder.file(name)); };
+  for (const char* gone : {"a.svg", "a.png", "report.md"}) EXPECT_FALSE(is_there(gone)) << gone;
+  for (const char* kept : {"cases.csv", "mine.toml", "b.svg", "notes.md", "study.json"}) EXPECT_TRUE(is_there(kept));
+}
+
+TEST(ResultsFolder, AListThatIsNotOursNamesNothing) {
+  const test::Folder folder;
+  EXPECT_TRUE(ReadEarlierResults(folder.path(), "study.json").empty());
+  test::WriteBytes(folder.file("study.json"), R"({"files": ["a.svg"]})");
+  EXPECT_TRUE(ReadEarlierResults(folder.path(), "study.json").empty());
+  test::WriteBytes(folder.file("study.json"), "{");
+  EXPECT_TRUE(ReadEarlierResults(folder.path(), "study.json").empty());
+}
+
+}  // namespace
+}  // namespace kerf

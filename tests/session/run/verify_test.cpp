@@ -1,0 +1,185 @@
+// What a replay compares besides forces and voxels: rows of states, hashes, events; and how far it goes where steps are
+// missing.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "base/files/files.h"
+#include "session/run/run_loop.h"
+#include "session/run/session_recorder.h"
+#include "support/folder.h"
+#include "support/forge_recording.h"
+#include "test_paths.h"
+
+namespace kerf {
+namespace {
+
+using ::testing::HasSubstr;
+using Json = nlohmann::ordered_json;
+
+constexpr char kScene[] = R"(
+[bone]
+model = "block"
+[bone.block]
+size_x_mm = 6.0
+size_y_mm = 4.0
+size_z_mm = 4.0
+voxel_mm = 0.25
+[tool]
+diameter_mm = 12.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.0, 0.0, 8.2]
+end_mm = [0.0, 0.0, 4.5]
+feed_mm_per_s = 4.0
+disc_normal = [1.0, 0.0, 0.0]
+)";
+
+class Verifies : public ::testing::Test {
+ protected:
+  std::string Path(const std::string& name) const { return folder_ + "/" + name; }
+  /// With a checkpoint, an undo, a redo and two speeds of the spindle.
+  LoopSummary Record() const {
+    LoopOptions options;
+    options.virtual_time = true;
+    options.seconds = 1.5;
+    options.record = Path("a.kerf");
+    for (const char* text : {"0.3:checkpoint=first", "0.8:rpm=0", "0.9:undo=first", "1:redo", "1.2:rpm=5000"}) {
+      options.actions.push_back(ParseLoopAction(text));
+    }
+    return RunLoop(ParseScene(kScene, "/tmp/s.toml"), options, {});
+  }
+  static Replayed Replay(const std::string& file) {
+    RecordingReader recording(file);
+    const RecordedScene recorded = OpenRecordedScene(recording, "");
+    LoopOptions options;
+    options.virtual_time = true;
+    options.replay = {&recording, 1e9, false, true, 0};
+    return *RunLoop(recorded.scene, options, {}).replayed;
+  }
+  /// What is said of b.kerf; empty when it is as recorded.
+  std::string Verify() const {
+    const Replayed replayed = Replay(Path("b.kerf"));
+    std::filesystem::remove(Path("b.kerf"));
+    return replayed.divergence ? replayed.divergence->what : "";
+  }
+  std::string ForgeState(std::uint64_t step, const std::function<void(RecordedState&)>& change) const {
+    test::ForgeSteps(Path("a.kerf"), Path("b.kerf"), [&](RecordedBlock& block) {
+      for (RecordedState& state : block.states) {
+        if (state.step == step) change(state);
+      }
+    });
+    return Verify();
+  }
+  std::string ForgeEvent(const std::string& what, const std::function<void(Json&)>& change) const {
+    test::ForgeRecording(Path("a.kerf"), Path("b.kerf"), [&](BlockKind kind, std::string& bytes) {
+      if (kind != BlockKind::kEvent) return;
+      Json event = Json::parse(bytes);
+      if (event.at("what") == what) change(event);
+      bytes = event.dump();
+    });
+    return Verify();
+  }
+
+  test::Folder own_;
+  std::string folder_ = own_.path();
+};
+
+TEST_F(Verifies, EveryColumnOfEveryRowOfStates) {
+  Record();
+  test::ForgeSteps(Path("a.kerf"), Path("b.kerf"), [](RecordedBlock&) {});
+  EXPECT_EQ(Verify(), "") << "what is only written again is as it was";
+  // By the least that a row can tell.
+  EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.time_s += 1e-6; }), HasSubstr("time_s is recorded as 1 "));
+  EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.p_WT_mm.x += 1e-3; }), HasSubstr("tool_x_mm is recorded as"));
+  EXPECT_THAT(ForgeState(999, [](RecordedState& s) { s.p_WT_mm.z -= 1e-3; }), HasSubstr("tool_z_mm is recorded as"));
+  EXPECT_THAT(ForgeState(1499, [](RecordedState& s) { s.f_N.y += 1e-3; }), HasSubstr("force_y_N is recorded as"));
+  EXPECT_THAT(ForgeState(9, [](RecordedState& s) { s.removed_mm3 += 1e-3; }), HasSubstr("removed_total_mm3 is rec"));
+  EXPECT_THAT(ForgeState(749, [](RecordedState& s) { s.engaged_teeth += 1e-3; }), HasSubstr("engaged_teeth is rec"));
+}
+
+TEST_F(Verifies, NoRowComesOrGoes) {
+  Record();
+  const auto forge = [&](const std::function<void(RecordedBlock&)>& change) {
+    test::ForgeSteps(Path("a.kerf"), Path("b.kerf"), [&](RecordedBlock& block) {
+      if (block.first_step == 900) change(block);
+    });
+    const Replayed replayed = Replay(Path("b.kerf"));
+    std::filesystem::remove(Path("b.kerf"));
+    return replayed.divergence;
+  };
+  const auto gone = forge([](RecordedBlock& block) { block.states.erase(block.states.begin()); });
+  ASSERT_TRUE(gone);
+  EXPECT_EQ(gone->step, 909u);
+  EXPECT_THAT(gone->what, HasSubstr("row of states is missing"));
+  const auto come = forge([](RecordedBlock& block) { block.states.front().step = 905; });
+  ASSERT_TRUE(come);
+  EXPECT_EQ(come->step, 905u);
+  EXPECT_THAT(forge([](RecordedBlock& block) { block.hashes.clear(); })->what, HasSubstr("hashes are missing"));
+}
+
+TEST_F(Verifies, EveryEvent) {
+  Record();
+  EXPECT_EQ(ForgeEvent("undo", [](Json&) {}), "");
+  EXPECT_THAT(ForgeEvent("checkpoint", [](Json& e) { e["number"] = 2; }), HasSubstr("\"checkpoint first\" at 0.300 s"));
+  EXPECT_THAT(ForgeEvent("checkpoint", [](Json& e) { e["name"] = "other"; }), HasSubstr("has not that name"));
+  EXPECT_THAT(ForgeEvent("checkpoint", [](Json& e) { e["what"] = "undo"; }), HasSubstr("event"));
+  EXPECT_THAT(ForgeEvent("undo", [](Json& e) { e["name"] = "start"; }), HasSubstr("has not that name"));
+  EXPECT_THAT(ForgeEvent("redo", [](Json& e) { e["number"] = 7; }), HasSubstr("is of checkpoint 7"));
+  EXPECT_THAT(ForgeEvent("redo", [](Json& e) { e["what"] = "taken up"; }), HasSubstr("event"));
+  EXPECT_THAT(ForgeEvent("rpm", [](Json& e) { e["what"] = "coffee"; }), HasSubstr("of no kind"));
+  // Its time is a sum of ticks, compared to the last bit.
+  EXPECT_THAT(ForgeEvent("rpm", [](Json& e) { e["time_s"] = std::nextafter(e["time_s"].get<double>(), 9); }),
+              HasSubstr("belongs to"));
+  EXPECT_THAT(ForgeEvent("undo", [](Json& e) { e["step"] = e["step"].get<int>() - 1; }), HasSubstr("belongs to"));
+}
+
+TEST_F(Verifies, ARecordingOfVersion1) {
+  const std::string file = KERF_SOURCE_DIR "/tests/loop/record/data/version_1.kerf";
+  RecordingReader recording(file);
+  EXPECT_EQ(recording.damage().state, RecordingState::kWhole);
+  EXPECT_EQ(recording.steps(), 1500u);
+  EXPECT_EQ(recording.events().size(), 5u);
+  EXPECT_FALSE(recording.seal().is_chained);
+  EXPECT_THAT(DescribeSeal(recording.seal(), {}), HasSubstr("not sealed"));
+  const Replayed replayed = Replay(file);
+  EXPECT_FALSE(replayed.divergence) << replayed.divergence->what;
+  EXPECT_EQ(replayed.steps, 1500u);
+  // As the program that made it printed them.
+  EXPECT_EQ(replayed.bone_hash, 0xf8c94c7885db718bu);
+  EXPECT_EQ(replayed.voxel_hash, 0x70b9fed0e8e3d3f7u);
+  EXPECT_EQ(replayed.force_hash, 0xa14465e7f6b3752fu);
+  // The same session today.
+  const LoopSummary again = Record();
+  EXPECT_EQ(again.bone_hash, replayed.bone_hash);
+  EXPECT_EQ(again.force_hash, replayed.force_hash);
+}
+
+TEST_F(Verifies, AReplayGoesToTheFirstGapAndNoFurther) {
+  Record();
+  std::string bytes = ReadTextFile(Path("a.kerf"));
+  BlockReader blocks(Path("a.kerf"));
+  for (const BlockPlace& place : blocks.places()) {
+    if (place.kind == BlockKind::kSteps && DecodeBlock(blocks.Read(place)).first_step == 550) {
+      bytes[place.offset + place.packed_bytes / 2] ^= 4;
+    }
+  }
+  std::ofstream(Path("b.kerf"), std::ios::binary) << bytes;
+  RecordingReader recording(Path("b.kerf"));
+  EXPECT_EQ(recording.damage().gaps.size(), 1u);
+  EXPECT_EQ(recording.damage().whole_steps, 550u);
+  EXPECT_EQ(recording.events().size(), 5u) << "those behind the gap are read";
+  const Replayed replayed = Replay(Path("b.kerf"));
+  EXPECT_FALSE(replayed.divergence) << replayed.divergence->what;
+  EXPECT_EQ(replayed.steps, 550u);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,245 @@
+// Every number of a scene is accepted at both ends of its range and refused just outside, with the message that says
+// so.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "scene_text.h"
+#include "session/scene/schema.h"
+
+namespace kerf {
+namespace {
+
+/// Visits a description and tries each key by itself: `make_text` puts `key = value` into an otherwise valid scene.
+class RangeTester {
+ public:
+  RangeTester(std::function<std::string(const std::string& key, const std::string& value)> make_text)
+      : make_text_(std::move(make_text)) {}
+
+  void operator()(const char* key, double& value, Range range, const char* meaning) {
+    EXPECT_GE(value, range.lower) << key;  // the default
+    EXPECT_LE(value, range.upper) << key;
+    EXPECT_FALSE(std::string(meaning).empty()) << key;
+    for (const double x : {range.lower, range.upper}) Accepts(key, fmt::format("{}", x));
+    const double below = std::nextafter(range.lower, -std::numeric_limits<double>::infinity());
+    const double above = std::nextafter(range.upper, std::numeric_limits<double>::infinity());
+    Refuses(key, fmt::format("{}", below),
+            fmt::format("{} = {} is below {}; valid range {}", key, below, range.lower, Show(key, range)));
+    Refuses(key, fmt::format("{}", above),
+            fmt::format("{} = {} is above {}; valid range {}", key, above, range.upper, Show(key, range)));
+    for (const char* word : {"nan", "inf", "-inf"}) {
+      Refuses(key, word, fmt::format("{} = {} is not a finite number; valid range {}", key, word, Show(key, range)));
+    }
+    Refuses(key, "\"much\"",
+            fmt::format("{} = \"much\" is a text; it must be a number from {}", key, Show(key, range)));
+    Refuses(key, "[1]", fmt::format("{} is a list; it must be a number from {}", key, Show(key, range)));
+  }
+  void operator()(const char* key, int& value, Range range, const char*) {
+    EXPECT_GE(value, range.lower) << key;
+    EXPECT_LE(value, range.upper) << key;
+    for (const double x : {range.lower, range.upper}) Accepts(key, fmt::format("{}", x));
+    const double below = range.lower - 1;
+    const double above = range.upper + 1;
+    Refuses(key, fmt::format("{}", below),
+            fmt::format("{} = {} is below {}; valid range {}", key, below, range.lower, Show(key, range)));
+    Refuses(key, fmt::format("{}", above),
+            fmt::format("{} = {} is above {}; valid range {}", key, above, range.upper, Show(key, range)));
+    // 2^32 + the lowest: must not wrap into the range.
+    const double wrapped = 4294967296.0 + range.lower;
+    Refuses(key, fmt::format("{:.0f}", wrapped), fmt::format("{} = {:.0f} is above", key, wrapped));
+    Refuses(key, "1.5", fmt::format("{} = 1.5 is a number; it must be a whole number from {}", key, Show(key, range)));
+  }
+  void operator()(const char* key, bool&, const char*) {
+    Refuses(key, "1", fmt::format("{} = 1 is a number; it must be true or false", key));
+  }
+  void operator()(const char* key, Vec3&, Range range, const char*) {
+    for (int i = 0; i < 3; ++i) {
+      const auto list = [&](double x) {
+        return fmt::format("[{}, {}, {}]", i == 0 ? x : 1, i == 1 ? x : 1, i == 2 ? x : 1);
+      };
+      Accepts(key, list(range.lower));
+      Accepts(key, list(range.upper));
+      const double above = std::nextafter(range.upper, std::numeric_limits<double>::infinity());
+      const double below = std::nextafter(range.lower, -std::numeric_limits<double>::infinity());
+      Refuses(key, list(above),
+              fmt::format("{}[{}] = {} is above {}; valid range {}", key, i, above, range.upper, Show(key, range)));
+      Refuses(key, list(below),
+              fmt::format("{}[{}] = {} is below {}; valid range {}", key, i, below, range.lower, Show(key, range)));
+      Refuses(key, list(std::numeric_limits<double>::quiet_NaN()),
+              fmt::format("{}[{}] = nan is not a finite number", key, i));
+    }
+    Refuses(key, "[1, 2]", fmt::format("{} has 2 items; it must be a list of three numbers [x, y, z] from", key));
+    Refuses(key, "3", fmt::format("{} = 3 is a number; it must be a list of three numbers", key));
+  }
+  void operator()(const char* key, Quat&, const char*) {
+    Accepts(key, "[0.5, -0.5, 0.5, 0.5]");
+    Refuses(key, "[1, 0, 0, 0.1]", fmt::format("{} has length 1.004988; it must be a unit quaternion", key));
+  }
+  void operator()(const char* key, std::string&, const Choices& choices, const char*) {
+    for (const std::string_view word : choices.words) Accepts(key, fmt::format("\"{}\"", word));
+    Refuses(key, "\"none\"",
+            fmt::format("{} = \"none\" is unknown; it must be \"{}\"", key, fmt::join(choices.words, "\" or \"")));
+  }
+
+  int tried() const { return tried_; }
+
+ private:
+  static std::string Show(const char* key, Range range) {
+    const std::string_view unit = UnitOfKey(key);
+    return fmt::format("{} to {}{}{}", range.lower, range.upper, unit.empty() ? "" : " ", unit);
+  }
+  void Accepts(const char* key, const std::string& value) {
+    ++tried_;
+    EXPECT_EQ(test::MessageFor(make_text_(key, value)), "") << key << " = " << value;
+  }
+  void Refuses(const char* key, const std::string& value, const std::string& what) {
+    ++tried_;
+    const std::string message = test::MessageFor(make_text_(key, value));
+    EXPECT_NE(message.find(what), std::string::npos) << "said: " << message << "\nwanted: " << what;
+    EXPECT_EQ(message.rfind("s.toml:", 0), 0U) << message;
+  }
+
+  std::function<std::string(const std::string&, const std::string&)> make_text_;
+  int tried_ = 0;
+};
+
+RangeTester ForSection(const std::string& header) {
+  return RangeTester([header](const std::string& key, const std::string& value) {
+    return test::ShortScene() + header + "\n" + key + " = " + value + "\n";
+  });
+}
+
+TEST(SceneRange, ToolKeysHoldTheirRanges) {
+  RangeTester tester = ForSection("[tool]");
+  SceneTool tool;
+  Describe(tool, tester);
+  EXPECT_GT(tester.tried(), 60);
+}
+
+TEST(SceneRange, ForceSimulationAndOutputKeysHoldTheirRanges) {
+  RangeTester force = ForSection("[force]");
+  ForceLaw law;
+  Describe(law, force);
+  for (const ForceLawInfo* info : ForceLaws()) {
+    RangeTester own = ForSection(fmt::format("[force]\nlaw = \"{}\"", info->name));
+    ForceLaw of_this(info->name);
+    DescribeLawParameters(of_this, own);
+    EXPECT_GT(own.tried(), 8) << info->name;
+  }
+  RangeTester simulation = ForSection("[simulation]");
+  SceneSimulation sim;
+  Describe(sim, simulation);
+  RangeTester output = ForSection("[output]");
+  SceneOutput out;
+  Describe(out, output);
+  EXPECT_GT(force.tried() + simulation.tried() + output.tried(), 40);
+}
+
+TEST(SceneRange, SlabKeysHoldTheirRanges) {
+  // A held segment must be free to move; `direction` [0, x, 0] with x at the end of its range has a direction.
+  RangeTester tester([](const std::string& key, const std::string& value) {
+    return test::ShortScene() + "[slab]\n" + (key == "hold" ? "segments_move = true\n" : "") + key + " = " + value +
+           "\n";
+  });
+  SceneSlab slab;
+  Describe(slab, tester);
+  EXPECT_GT(tester.tried(), 80);
+}
+
+TEST(SceneRange, HandHeldKeysHoldTheirRanges) {
+  RangeTester coupling = ForSection("[coupling]");
+  SceneCoupling of_coupling;
+  Describe(of_coupling, coupling);
+  RangeTester device = ForSection("[device]");
+  SceneDevice of_device;
+  Describe(of_device, device);
+  RangeTester hand = ForSection("[hand]");
+  SceneHand of_hand;
+  Describe(of_hand, hand);
+  RangeTester loop = ForSection("[loop]");
+  SceneLoop of_loop;
+  Describe(of_loop, loop);
+  EXPECT_GT(coupling.tried() + device.tried() + hand.tried() + loop.tried(), 150);
+}
+
+TEST(SceneRange, ExerciseKeysHoldTheirRanges) {
+  RangeTester tester = ForSection("[exercise]");
+  SceneExercise exercise;
+  Describe(exercise, tester);
+  EXPECT_GT(tester.tried(), 100);
+}
+
+TEST(SceneRange, UniformMaterialKeysHoldTheirRanges) {
+  RangeTester tester = ForSection("[material]\nkind = \"uniform\"");
+  SceneMaterial material;
+  DescribeUniform(material, tester);
+  EXPECT_GT(tester.tried(), 15);
+}
+
+TEST(SceneRange, BlockKeysHoldTheirRanges) {
+  RangeTester tester = ForSection("[bone.block]");
+  BlockParams block;
+  DescribeBlock(block, tester);
+  RangeTester layer([](const std::string& key, const std::string& value) {
+    const std::string other = key == "region" ? "thickness_mm = 1" : "region = 1";
+    return test::ShortScene() + "[[bone.block.layer]]\n" + other + "\n" + key + " = " + value + "\n";
+  });
+  MaterialLayer params;
+  params.thickness_mm = 1;
+  Describe(params, layer);
+  EXPECT_GT(tester.tried() + layer.tried(), 40);
+}
+
+TEST(SceneRange, MandibleKeysHoldTheirRanges) {
+  RangeTester tester([](const std::string& key, const std::string& value) {
+    std::string text = test::ShortScene();
+    text.replace(text.find("block"), 5, "mandible");
+    return text + "[bone.mandible]\n" + key + " = " + value + "\n";
+  });
+  MandibleParams mandible;
+  Describe(mandible, tester);
+  EXPECT_GT(tester.tried(), 200);
+}
+
+TEST(SceneRange, StrokeKeysHoldTheirRanges) {
+  // A stroke with all keys; the one under test is replaced.
+  RangeTester tester([](const std::string& key, const std::string& value) {
+    std::string text = "[bone]\nmodel = \"block\"\n[[path.stroke]]\n";
+    const std::vector<std::pair<std::string, std::string>> keys{{"start_mm", "[0, 0, 0]"}, {"end_mm", "[1, 0, 0]"},
+                                                                {"feed_mm_per_s", "300"},  {"disc_normal", "[0, 1, 0]"},
+                                                                {"dwell_s", "1"},          {"retract", "true"}};
+    for (const auto& [k, v] : keys) text += k + " = " + (k == key ? value : v) + "\n";
+    return text;
+  });
+  SceneStroke stroke;
+  Describe(stroke, tester);
+  EXPECT_GT(tester.tried(), 60);
+}
+
+TEST(SceneRange, SawOfTheSceneAtItsEndsIsValidForTheTool) {
+  // The scene's ranges must not be wider than those of DiscSaw.
+  for (const char* text : {"diameter_mm = 1", "diameter_mm = 200", "thickness_mm = 0.02", "thickness_mm = 10",
+                           "teeth = 1", "teeth = 1000", "E_GPa = 1", "E_GPa = 1500", "nu = 0", "nu = 0.5"}) {
+    const Scene scene = ParseScene(test::ShortScene() + "[tool]\n" + text + "\n", "s.toml");
+    EXPECT_NO_THROW(Validate(MakeSimulationParams(scene).tool)) << text;
+  }
+}
+
+TEST(SceneRange, BallOfTheSceneAtItsEndsIsValidForTheTool) {
+  for (const char* text : {"diameter_mm = 0.5", "diameter_mm = 50", "flutes = 1", "flutes = 100",
+                           "tooth_width_mm = 0.01", "tooth_width_mm = 50", "E_GPa = 1", "nu = 0.5"}) {
+    const Scene scene = ParseScene(test::ShortScene() + "[tool]\nshape = \"ball\"\n" + text + "\n", "s.toml");
+    EXPECT_NO_THROW(Validate(MakeTool(scene))) << text;
+  }
+}
+
+TEST(SceneRange, BallHasADiameterOfItsOwnUnlessToldOtherwise) {
+  EXPECT_EQ(CalcReach(MakeTool(ParseScene(test::ShortScene() + "[tool]\nshape = \"ball\"\n", "s.toml"))), 3);
+  EXPECT_EQ(
+      CalcReach(MakeTool(ParseScene(test::ShortScene() + "[tool]\ndiameter_mm = 8\nshape = \"ball\"\n", "s.toml"))), 4);
+}
+
+}  // namespace
+}  // namespace kerf

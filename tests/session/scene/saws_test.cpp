@@ -1,0 +1,69 @@
+// The table of saws that a window switches among.
+#include "session/scene/saws.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "kerf/error.h"
+
+namespace kerf {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kHeader = "name,shape,diameter_mm,thickness_mm,teeth,flutes,rpm,source\n";
+
+std::string WhyRefused(const std::string& rows) {
+  try {
+    ParseSaws(kHeader + rows, "saws.csv");
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Saws, EachOfThoseShippedIsAToolThatASceneTakes) {
+  ASSERT_FALSE(BuiltInSaws().empty());
+  EXPECT_LE(BuiltInSaws().size(), 9u);
+  for (const Saw& saw : BuiltInSaws()) {
+    Scene scene = ParseScene(DefaultSceneToml(), "default.toml");
+    TakeUpSaw(scene, saw);
+    const Scene again = ParseScene(ResolvedToml(scene), "again.toml");
+    EXPECT_NO_THROW(Validate(MakeTool(again))) << saw.name;
+    EXPECT_EQ(DescribeTool(again.tool), DescribeTool(saw.tool));
+    EXPECT_EQ(again.tool.rpm, saw.tool.rpm);
+  }
+  // The first is the scene's own default.
+  EXPECT_EQ(DescribeTool(BuiltInSaws().front().tool), DescribeTool(SceneTool{}));
+}
+
+TEST(Saws, ATableOfOnesOwnIsRead) {
+  const std::vector<Saw> saws =
+      ParseSaws(kHeader + "a,disc,20,0.3,18,none,5000,mine\n\"b, long\",ball,4,none,none,6,9000,mine\n", "saws.csv");
+  ASSERT_EQ(saws.size(), 2u);
+  EXPECT_EQ(saws[0].tool.kind, ToolKind::kDisc);
+  EXPECT_EQ(saws[0].tool.teeth, 18);
+  EXPECT_EQ(saws[1].name, "b, long");
+  EXPECT_EQ(saws[1].tool.kind, ToolKind::kBall);
+  EXPECT_EQ(saws[1].tool.flutes, 6);
+  EXPECT_EQ(saws[1].tool.diameter_mm, 4);
+}
+
+TEST(Saws, EachFaultIsToldWithItsLine) {
+  EXPECT_THAT(WhyRefused("a,disc,0.5,0.3,18,none,5000,x\n"),
+              HasSubstr("saws.csv:2: diameter_mm = 0.5 is not within 1"));
+  EXPECT_THAT(WhyRefused("a,disc,20,0.3,1.5,none,5000,x\n"), HasSubstr("teeth = 1.5 is no whole number"));
+  EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,8,5000,x\n"), HasSubstr("a disc has no flutes"));
+  EXPECT_THAT(WhyRefused("a,ball,6,0.3,none,8,5000,x\n"), HasSubstr("a ball has no thickness_mm"));
+  EXPECT_THAT(WhyRefused("a,square,6,0.3,none,8,5000,x\n"), HasSubstr("neither disc nor ball"));
+  EXPECT_THAT(WhyRefused("a,disc,nan,0.3,18,none,5000,x\n"), HasSubstr("diameter_mm"));
+  EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,none,5000,\n"), HasSubstr("source is empty"));
+  EXPECT_THAT(WhyRefused("a,disc,20,0.3,18,none,5000,x\na,disc,20,0.3,18,none,5000,x\n"),
+              HasSubstr("saws.csv:3: saw \"a\" is given twice"));
+  EXPECT_THAT(WhyRefused(""), HasSubstr("no saw below the header"));
+}
+
+}  // namespace
+}  // namespace kerf

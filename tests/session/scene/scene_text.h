@@ -1,0 +1,32 @@
+// Scene texts for the tests of this folder.
+#pragma once
+
+#include <string>
+
+#include "kerf/error.h"
+#include "session/scene/scene.h"
+
+namespace kerf::test {
+
+/// A short valid scene whose strokes table is open: `key = value` lines may follow.
+inline std::string ShortScene() {
+  return "[bone]\n"
+         "model = \"block\"\n"
+         "[[path.stroke]]\n"
+         "start_mm = [0, 0, 0]\n"
+         "end_mm = [1, 0, 0]\n"
+         "feed_mm_per_s = 3\n"
+         "disc_normal = [0, 1, 0]\n";
+}
+
+/// What ParseScene() says of a text; "" when it accepts it.
+inline std::string MessageFor(const std::string& text, const std::string& file = "s.toml") {
+  try {
+    ParseScene(text, file);
+    return "";
+  } catch (const Error& e) {
+    return e.what();
+  }
+}
+
+}  // namespace kerf::test

@@ -1,0 +1,222 @@
+// Known cuts in known places, in any direction of the lattice, against what is measured of them.
+#include "session/score/cut_measures.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <random>
+
+#include "bone/grid/build.h"
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
+#include "kerf/simulation.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kDegree = 0.017453292519943295;
+// What the measures are held to.
+constexpr double kOffset_mm = 0.2;
+constexpr double kAngle_deg = 0.4;
+
+Quat RandomTurn(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return glm::normalize(Quat(normal(random), normal(random), normal(random), normal(random)));
+}
+
+DiscSaw Saw() {
+  DiscSaw saw;
+  saw.diameter_mm = 12;
+  saw.thickness_mm = 0.5;
+  return saw;
+}
+
+/// A block of 16 x 10 x 8 mm anywhere, with a line of 6 mm on its top face along its x axis.
+struct Case {
+  BlockParams block;
+  WantedCut wanted;
+};
+
+Case RandomCase(std::mt19937& random, double depth_mm) {
+  std::uniform_real_distribution<double> any(-1, 1);
+  Case c;
+  c.block.size_mm = {16, 10, 8};
+  c.block.voxel_mm = 0.25;
+  // Every fourth stands along the lattice.
+  const Quat turn = random() % 4 == 0 ? Quat(1, 0, 0, 0) : RandomTurn(random);
+  c.block.X_WB = {turn, Vec3(any(random), any(random), any(random))};
+  SceneExercise exercise;
+  exercise.start_mm = c.block.X_WB.Point({-3, 0, 0});
+  exercise.end_mm = c.block.X_WB.Point({3, 0, 0});
+  exercise.into = c.block.X_WB.Vector({0, 0, -1});
+  exercise.depth_mm = depth_mm;
+  c.wanted = MakeWantedCut(exercise, Saw());
+  return c;
+}
+
+/// The block without what the tool removes that makes `cut` exactly.
+Bone CutExactly(const BlockParams& block, const WantedCut& cut) {
+  SolidField solid;
+  solid.value = [&](const Vec3& p_W) { return std::max(CalcBlockDistance(block, p_W), -cut.CalcDistance(p_W)); };
+  solid.classify = ClassifyByDistance(solid.value);
+  solid.region = [](const Vec3&) { return 24; };
+  Box3 box;
+  for (int i = 0; i < 8; ++i) {
+    box.Include(block.X_WB.Point({(i & 1) != 0 ? 8.0 : -8.0, (i & 2) != 0 ? 5.0 : -5.0, (i & 4) != 0 ? 0.0 : -8.0}));
+  }
+  BuildOptions options;
+  options.voxel_mm = block.voxel_mm;
+  options.region_voxel_mm = block.voxel_mm;
+  return MakeBone(solid, box.Grown(2), options, DefaultMandibleTable());
+}
+
+/// Moved across by `offset_mm` where the bone of the wanted cut has its middle, rolled about the line and yawed about
+/// the way in.
+WantedCut Misplace(const WantedCut& wanted, double offset_mm, double roll_deg, double yaw_deg, double deeper_mm) {
+  WantedCut cut = wanted;
+  const Quat roll = glm::angleAxis(-roll_deg * kDegree, wanted.along_W);
+  const Quat yaw = glm::angleAxis(yaw_deg * kDegree, wanted.into_W);
+  const Quat turn = yaw * roll;
+  const Vec3 about_W = wanted.ToWorld({0.5 * wanted.length_mm, 0.5 * wanted.depth_mm, 0});
+  cut.start_W = about_W + turn * (wanted.start_W - about_W) + offset_mm * wanted.across_W;
+  cut.along_W = turn * wanted.along_W;
+  cut.into_W = turn * wanted.into_W;
+  cut.across_W = turn * wanted.across_W;
+  cut.depth_mm += deeper_mm;
+  return cut;
+}
+
+ScoreSheet Measure(const Bone& before, const Bone& after, const WantedCut& wanted) {
+  ScoreSheet sheet = MakeSheet(ExerciseKind::kGroove);
+  MeasureCut(before, after, wanted, sheet);
+  return sheet;
+}
+
+TEST(MeasureCut, APerfectCutIsPerfectInAnyDirectionOfTheLattice) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 20; ++i) {
+    const Case c = RandomCase(random, 3);
+    const ScoreSheet sheet =
+        Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, c.wanted), c.wanted);
+    EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), 0, kOffset_mm);
+    EXPECT_LT(sheet.Get("plane_angle_deg").value(), kAngle_deg);
+    EXPECT_LT(sheet.Get("depth_error_worst_mm").value(), kOffset_mm);
+    EXPECT_LT(sheet.Get("too_deep_mm").value(), kOffset_mm);
+    EXPECT_GT(sheet.Get("cut_share").value(), 0.97);
+    EXPECT_NEAR(sheet.Get("outside_mm3").value(), 0, 1e-3);  // rounding of floats, by cells
+    // Of the area, squares of 0.375 mm: some hundredths of it are uncertain along its border.
+    EXPECT_NEAR(sheet.Get("kerf_width_mm").value(), 0.5, 0.05);
+    EXPECT_GT(sheet.Get("dice").value(), 0.95);
+  }
+}
+
+TEST(MeasureCut, MisplacedCutsAreMeasuredToAFifthOfAMillimetreAndFourTenthsOfADegree) {
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int i = 0; i < 24; ++i) {
+    const Case c = RandomCase(random, i % 2 == 0 ? 4 : 2);
+    const double offset_mm = 2 * any(random);
+    const double roll_deg = 8 * any(random);
+    const double yaw_deg = 8 * any(random);
+    const WantedCut made = Misplace(c.wanted, offset_mm, roll_deg, yaw_deg, 0);
+    const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, made), c.wanted);
+    const PlaneError truth = CalcPlaneError(made.plane(), c.wanted, c.wanted.ToWorld({3, 0.5 * c.wanted.depth_mm, 0}));
+    // The middle of the bone in the wanted cut is not quite the point about which it was turned.
+    EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), offset_mm, kOffset_mm);
+    EXPECT_NEAR(sheet.Get("plane_roll_deg").value(), truth.roll_deg, kAngle_deg);
+    EXPECT_NEAR(sheet.Get("plane_yaw_deg").value(), truth.yaw_deg, kAngle_deg);
+    EXPECT_NEAR(sheet.Get("plane_angle_deg").value(), truth.angle_deg, kAngle_deg);
+    EXPECT_NEAR(truth.roll_deg, roll_deg, 0.2);  // turned one after the other: the cosine of 8 degrees
+    EXPECT_NEAR(std::abs(truth.yaw_deg), std::abs(yaw_deg), 0.2);
+  }
+}
+
+TEST(MeasureCut, DepthIsMeasuredToAFifthOfAMillimetre) {
+  std::mt19937 random(13);
+  for (const double deeper_mm : {-1.5, -0.6, 0.4, 1.0, 2.0}) {
+    const Case c = RandomCase(random, 3);
+    const WantedCut made = Misplace(c.wanted, 0.3, 0, 0, deeper_mm);
+    const ScoreSheet sheet = Measure(MakeBlock(c.block, DefaultMandibleTable()), CutExactly(c.block, made), c.wanted);
+    for (const char* key : {"depth_error_mean_mm", "depth_error_p95_mm", "depth_error_worst_mm"}) {
+      EXPECT_NEAR(sheet.Get(key).value(), std::abs(deeper_mm), kOffset_mm) << key;
+    }
+    EXPECT_NEAR(sheet.Get("too_deep_mm").value(), std::max(deeper_mm, 0.0), kOffset_mm);
+  }
+}
+
+TEST(MeasureCut, WhatIsCutBesideTheMarginCounts) {
+  std::mt19937 random(14);
+  Case c = RandomCase(random, 3);
+  c.wanted.margin_mm = 0.5;
+  const Bone before = MakeBlock(c.block, DefaultMandibleTable());
+  const Bone after = CutExactly(c.block, Misplace(c.wanted, 3, 0, 0, 0));
+  const ScoreSheet sheet = Measure(before, after, c.wanted);
+  EXPECT_NEAR(sheet.Get("removed_mm3").value(), before.CalcVolume() - after.CalcVolume(), 1e-6);
+  EXPECT_NEAR(sheet.Get("outside_mm3").value(), sheet.Get("removed_mm3").value(), 1e-9);
+  EXPECT_EQ(sheet.Get("cut_share").value(), 0);
+  EXPECT_NEAR(sheet.Get("under_mm3").value(), sheet.Get("planned_mm3").value(), 1e-9);
+}
+
+TEST(MeasureCut, ASimulatedCutIsMeasuredAsTheExactOne) {
+  std::mt19937 random(15);
+  for (int i = 0; i < 2; ++i) {
+    const Case c = RandomCase(random, 3);
+    const Bone before = MakeBlock(c.block, DefaultMandibleTable());
+    SimulationParams params;
+    params.tool = Saw();
+    params.effects = {};
+    Pose X_WT = c.wanted.CalcToolPose(0, -1);
+    Simulation simulation(before, params, X_WT);
+    const auto go_to = [&](double s_mm, double t_mm, int ticks) {
+      const Vec3 from = X_WT.p_AB;
+      const Pose X_to = c.wanted.CalcToolPose(s_mm, t_mm);
+      for (int k = 1; k <= ticks; ++k) {
+        X_WT.p_AB = glm::mix(from, X_to.p_AB, static_cast<double>(k) / ticks);
+        simulation.Tick({.X_WT = X_WT, .dt_s = 0.001, .rpm = 7500});
+      }
+    };
+    go_to(0, 3, 400);
+    go_to(6, 3, 600);
+    go_to(6, -1, 400);
+    const ScoreSheet sheet = Measure(before, std::move(simulation).TakeBone(), c.wanted);
+    EXPECT_NEAR(sheet.Get("plane_offset_mm").value(), 0, kOffset_mm);
+    EXPECT_LT(sheet.Get("plane_angle_deg").value(), kAngle_deg);
+    EXPECT_LT(sheet.Get("depth_error_worst_mm").value(), kOffset_mm);
+    EXPECT_GT(sheet.Get("cut_share").value(), 0.97);
+  }
+}
+
+TEST(FitMiddlePlane, HasNoneOfALumpOrOfNothing) {
+  BlockParams params;
+  params.size_mm = {5, 5, 5};
+  params.voxel_mm = 0.25;
+  const Bone bone = MakeBlock(params, DefaultMandibleTable());
+  EXPECT_FALSE(FitMiddlePlane(bone, bone, {}));
+  std::vector<RemovedCell> lump;
+  for (int i = 0; i < 1000; ++i) {
+    lump.push_back(
+        {.p_W = {0.1 * (i % 10), 0.1 * (i / 10 % 10), 0.1 * (i / 100)}, .mm3 = 0.001, .region = 1, .in_mm = 9});
+  }
+  EXPECT_FALSE(FitMiddlePlane(bone, bone, lump));
+}
+
+TEST(DepthGauge, KnowsSurfaceFarSideAndGoal) {
+  std::mt19937 random(16);
+  const Case c = RandomCase(random, 3);
+  const DepthGauge gauge(MakeBlock(c.block, DefaultMandibleTable()), c.wanted);
+  for (const double t_mm : {-2.0, 1.0, 3.0, 9.5}) {
+    const std::optional<DepthReading> reading = gauge.Calc(c.wanted.CalcToolPose(2, t_mm));
+    ASSERT_TRUE(reading);
+    // A face of the lattice's voxels, 0.25 mm, and a place of the rim in 120.
+    EXPECT_NEAR(reading->depth_mm, t_mm, 0.05);
+    EXPECT_NEAR(reading->to_goal_mm, 3 - t_mm, 0.05);
+    EXPECT_NEAR(reading->beyond_mm, t_mm - 8, 0.05);
+  }
+  const Bone bone = MakeBlock(c.block, DefaultMandibleTable());
+  EXPECT_NEAR(CalcBladeDepth(PhiSampler(bone), Saw(), c.wanted.CalcToolPose(2, 3)), 3, 0.05);
+  EXPECT_EQ(CalcBladeDepth(PhiSampler(bone), Saw(), c.wanted.CalcToolPose(2, -0.5)), 0);
+}
+
+}  // namespace
+}  // namespace kerf

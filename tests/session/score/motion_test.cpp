@@ -1,0 +1,121 @@
+// Motions with known measures.
+#include "session/score/motion.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bone/material/region_table.h"
+#include "bone/models/block.h"
+
+namespace kerf {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kTick_s = 0.001;
+
+/// Ticks of so many seconds, as `fill` has them at each time.
+template <typename Fill>
+ScoreSheet MeasureMotion(double seconds, double limit_N, const Fill& fill) {
+  MotionMeter meter(limit_N);
+  const auto ticks = static_cast<int>(std::lround(seconds / kTick_s));
+  for (int i = 1; i <= ticks; ++i) {
+    MotionTick tick;
+    tick.time_s = i * kTick_s;
+    tick.dt_s = kTick_s;
+    fill(tick);
+    meter.Take(tick);
+  }
+  ScoreSheet sheet = MakeSheet({});
+  meter.Finish(DiscSaw{}, nullptr, nullptr, {}, sheet);
+  return sheet;
+}
+
+TEST(MotionMeter, AStraightEvenWayIsAsLongAndAsFastAsItIs) {
+  const ScoreSheet sheet = MeasureMotion(4, 0, [](MotionTick& tick) {
+    tick.X_WT.p_AB = tick.time_s * Vec3(3, 0, 4);
+    tick.contact = true;
+  });
+  // Blocks of 20 ms: half of one is missing at each end.
+  EXPECT_NEAR(sheet.Get("path_length_mm").value(), 20, 0.11);
+  EXPECT_NEAR(sheet.Get("feed_mean_mm_per_s").value(), 5, 0.01);
+  EXPECT_NEAR(sheet.Get("feed_cv").value(), 0, 0.01);
+  EXPECT_NEAR(sheet.Get("jitter_mm").value(), 0, 1e-9);
+  EXPECT_NEAR(sheet.Get("time_total_s").value(), 4, 1e-9);
+  EXPECT_NEAR(sheet.Get("time_active_s").value(), 4, 1e-9);
+  EXPECT_EQ(sheet.Get("strokes").value(), 1);
+  EXPECT_FALSE(sheet.Get("nerve_distance_mm"));
+  EXPECT_FALSE(sheet.Get("force_over_s"));
+}
+
+TEST(MotionMeter, JitterIsTheMedianOfATremor) {
+  for (const double Hz : {8.0, 10.0, 12.0}) {
+    const double amplitude_mm = 0.4;
+    const ScoreSheet sheet = MeasureMotion(5, 0, [&](MotionTick& tick) {
+      tick.X_WT.p_AB = Vec3(2 * tick.time_s, amplitude_mm * std::sin(2 * kPi * Hz * tick.time_s), 0);
+      tick.contact = true;
+    });
+    // |A sin| is below A / sqrt(2) half of the time; a mean over 0.1 s leaves up to a quarter of 8 or 12 Hz in it.
+    EXPECT_NEAR(sheet.Get("jitter_mm").value(), amplitude_mm / std::sqrt(2.0), Hz == 10.0 ? 0.02 : 0.08) << Hz;
+  }
+}
+
+TEST(MotionMeter, ForcesAreThoseInContact) {
+  const ScoreSheet sheet = MeasureMotion(2, 5, [](MotionTick& tick) {
+    tick.contact = tick.time_s <= 1;
+    tick.force_N = tick.time_s <= 0.5 ? 4 : tick.time_s <= 1 ? 8 : 0.5;
+  });
+  EXPECT_NEAR(sheet.Get("force_mean_N").value(), 6, 0.02);  // a tick
+  EXPECT_NEAR(sheet.Get("force_rms_N").value(), std::sqrt(40.0), 0.02);
+  EXPECT_EQ(sheet.Get("force_peak_N").value(), 8);
+  EXPECT_NEAR(sheet.Get("force_over_s").value(), 0.5, 0.002);
+}
+
+TEST(MotionMeter, StrokesAreContactsThatAreApart) {
+  const ScoreSheet sheet = MeasureMotion(10, 0, [](MotionTick& tick) {
+    // Three contacts of 2 s, the second with a gap of 0.1 s in it.
+    const double t = std::fmod(tick.time_s, 3.2);
+    tick.contact = tick.time_s < 9.6 && t < 2 && !(tick.time_s > 4 && tick.time_s < 4.1);
+  });
+  EXPECT_EQ(sheet.Get("strokes").value(), 3);
+}
+
+/// A block of 8 mm height; the tool goes down past its far side by 2 mm and by 1 mm, and 0.04 mm in between.
+TEST(MotionMeter, PlungesAreCountedAndMeasured) {
+  BlockParams block;
+  block.size_mm = {16, 10, 8};
+  block.voxel_mm = 0.25;
+  block.layers = {{6, 24}, {2, 34}};
+  const Bone bone = MakeBlock(block, DefaultMandibleTable());
+  SceneExercise exercise;
+  exercise.start_mm = {-3, 0, 0};
+  exercise.end_mm = {3, 0, 0};
+  DiscSaw saw;
+  saw.diameter_mm = 24;
+  const WantedCut cut = MakeWantedCut(exercise, saw);
+  const DepthGauge gauge(bone, cut);
+  const RegionDistance nerve(bone, Tissue::kCanal);
+  MotionMeter meter(0);
+  for (int i = 1; i <= 6000; ++i) {
+    MotionTick tick;
+    tick.time_s = i * kTick_s;
+    tick.dt_s = kTick_s;
+    const double past_mm = i <= 2000 ? 2 : i <= 4000 ? 0.04 : 1;
+    tick.X_WT = cut.CalcToolPose(0, 4 + (4 + past_mm) * std::sin(kPi * (i % 2000) / 2000.0));
+    if (i % 2000 > 900 && i % 2000 < 1100) tick.regions_cut[0] = std::uint64_t{1} << 34;
+    meter.Take(tick);
+  }
+  ScoreSheet sheet = MakeSheet({});
+  meter.Finish(saw, &gauge, &nerve, FindRegionsOf(bone, Tissue::kCanal), sheet);
+  // The gauge is true to a twentieth of a millimetre.
+  EXPECT_NEAR(sheet.Get("plunge_max_mm").value(), 2, 0.05);
+  EXPECT_NEAR(sheet.Get("plunge_mean_mm").value(), 1.5, 0.05);
+  EXPECT_EQ(sheet.Get("plunges").value(), 2);
+  EXPECT_EQ(sheet.Get("breaches").value(), 3);
+  // The canal is the lowest 2 mm: the deepest place in it is 1 mm from its border. Within 2 mm of it from 4 mm on.
+  EXPECT_NEAR(sheet.Get("nerve_distance_mm").value(), -1, 0.25);
+  EXPECT_NEAR(sheet.Get("near_miss_s").value(), 6, 0.1);
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,348 @@
+// Pixels of the window that are known beforehand. With KERF_VIEW_PICTURES=folder in the environment the pictures are
+// left there to be looked at.
+#include "view/live/viewport.h"
+
+#include <gtest/gtest.h>
+#include <vtkRenderWindow.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <glm/geometric.hpp>
+
+#include "bone/grid/ct_modulus.h"
+#include "kerf/error.h"
+#include "kerf/simulation.h"
+#include "support/chunks.h"
+#include "support/view_scene.h"
+#include "view/live/surface_worker.h"
+#include "view/picture/offscreen.h"
+
+namespace kerf {
+namespace {
+
+void Leave(const Image& image, const std::string& name) {
+  if (const char* folder = std::getenv("KERF_VIEW_PICTURES"))
+    WritePng(image, std::string(folder) + "/" + name + ".png");
+}
+
+void Upload(Viewport& view, SurfaceWorker& worker) {
+  worker.WaitIdle();
+  for (auto meshes = worker.Fetch(1000); !meshes.empty(); meshes = worker.Fetch(1000)) {
+    for (const ChunkMesh& mesh : meshes) view.SetChunk(mesh);
+  }
+}
+
+// A window onto a plate of 16 x 10 x 10 mm, its top at z = 0; panels off, and the whole picture still.
+class OnePlate : public ::testing::Test {
+ protected:
+  static constexpr int kWidth = 640;
+  static constexpr int kHeight = 400;
+  static constexpr double kHeight_mm = 40;
+  static constexpr double kMmPerPixel = kHeight_mm / kHeight;
+
+  OnePlate() : bone(test::MakePlate(0.25)), offscreen(kWidth, kHeight), view(offscreen.window()), worker(bone, 2) {
+    view.BeginBone(bone.materials(), worker.origin_W(), worker.bounds_W(), bone.voxel_mm());
+    Upload(view, worker);
+    HudState hud;
+    hud.show_values = false;
+    hud.show_plot = false;
+    view.SetHud(hud);
+    view.set_show_scale_bar(false);
+    view.set_show_orientation(false);
+    view.SetFineness(0.5, 0.5, 1'000'000);
+    view.camera().set_parallel(true);
+    view.camera().Look(View::kTop);
+    view.camera().set_target_W({0, 0, 0});
+    view.camera().set_height_mm(kHeight_mm);
+  }
+  Image Draw() {
+    view.Render();
+    return view.Grab();
+  }
+  // Pixels above the status line in which two pictures differ, and their middle.
+  struct Difference {
+    double count = 0;
+    double x = 0;
+    double y = 0;
+  };
+  static Difference Compare(const Image& a, const Image& b) {
+    Difference d;
+    for (int row = 0; row < a.height - 30; ++row) {
+      for (int column = 0; column < a.width; ++column) {
+        if (a.At(column, row) == b.At(column, row)) continue;
+        ++d.count;
+        d.x += column + 0.5;
+        d.y += row + 0.5;
+      }
+    }
+    if (d.count > 0) {
+      d.x /= d.count;
+      d.y /= d.count;
+    }
+    return d;
+  }
+
+  Bone bone;
+  OffscreenWindow offscreen;
+  Viewport view;
+  SurfaceWorker worker;
+};
+
+TEST_F(OnePlate, ThePlateCoversItsAreaAndIsSeenThroughNoGap) {
+  const Image with = Draw();
+  view.set_bone_hidden(true);
+  const Difference d = Compare(with, Draw());
+  // 16 x 10 mm; along the outline of 52 mm each pixel may go either way.
+  EXPECT_NEAR(d.count * kMmPerPixel * kMmPerPixel, 160, 52 * kMmPerPixel);
+  EXPECT_NEAR(d.x, 0.5 * kWidth, 1);
+  EXPECT_NEAR(d.y, 0.5 * kHeight, 1);
+  EXPECT_GT(view.stats().surface_bytes, 10000u);
+}
+
+TEST_F(OnePlate, NothingThatFacesTheEyeIsLeftOut) {
+  // Chunks of 3.2 mm: some lie within a face and all of them turns one way.
+  const Bone fine = test::MakePlate(0.1);
+  SurfaceWorker fine_worker(fine, 2);
+  view.BeginBone(fine.materials(), fine_worker.origin_W(), fine_worker.bounds_W(), fine.voxel_mm());
+  Upload(view, fine_worker);
+  view.camera().set_target_W({0, 0, -5});
+  std::size_t fewest = 1'000'000;
+  for (const bool parallel : {true, false}) {
+    view.camera().set_parallel(parallel);
+    for (const Vec3& toward :
+         {Vec3{0.2, -0.3, 1}, Vec3{1, -0.4, 0.1}, Vec3{0.5, 1, 0.15}, Vec3{-1, 0.05, -0.3}, Vec3{-0.4, -0.5, -1}}) {
+      view.camera().Look(toward, {0.1, 0.2, 0.9});
+      view.set_bone_hidden(false);
+      const Image with = Draw();
+      fewest = std::min(fewest, view.stats().drawn);
+      view.set_bone_hidden(true);
+      const double mm2 = Compare(with, Draw()).count * kMmPerPixel * kMmPerPixel;
+      const Vec3 d = glm::normalize(toward);
+      const double shadow = 160 * std::abs(d.z) + 160 * std::abs(d.y) + 100 * std::abs(d.x);
+      // Along an outline of at most 60 mm a pixel; in perspective what is nearer is up to a fifth larger.
+      EXPECT_GT(mm2, (parallel ? 1.0 : 0.9) * shadow - 60 * kMmPerPixel);
+      EXPECT_LT(mm2, (parallel ? 1.0 : 1.2) * shadow + 60 * kMmPerPixel);
+    }
+  }
+  EXPECT_LT(fewest, view.stats().chunks);
+}
+
+TEST_F(OnePlate, TheDiscStandsWhereItIsProjected) {
+  view.set_bone_hidden(true);
+  const Image without = Draw();
+  DiscSaw saw;
+  saw.diameter_mm = 12;
+  view.SetTool(saw);
+  for (const double rpm : {0.0, 7500.0}) {
+    for (const Vec3& p_W : {Vec3{0, 0, 5}, Vec3{-14, 6, 2}, Vec3{12, -9, 8}}) {
+      view.SetToolPose({{1, 0, 0, 0}, p_W}, rpm, 0.4);
+      const Difference d = Compare(Draw(), without);
+      const auto at = view.camera().Project(p_W);
+      ASSERT_TRUE(at);
+      // Still: the circle without half of its gullets, a tenth of the radius deep at most. Turning: all of it.
+      const double area = 3.14159265 * 36 / (kMmPerPixel * kMmPerPixel);
+      EXPECT_LT(d.count, 1.02 * area);
+      EXPECT_GT(d.count, (rpm > 0 ? 0.97 : 0.8) * area);
+      EXPECT_NEAR(d.x, at->x, 1.5);
+      EXPECT_NEAR(d.y, at->y, 1.5);
+    }
+  }
+  view.ClearTool();
+  EXPECT_EQ(Compare(Draw(), without).count, 0);
+}
+
+TEST_F(OnePlate, ACutShowsTheTissuesThatItLaysOpen) {
+  Leave(Draw(), "plate");
+  EXPECT_TRUE(view.legend().empty());
+  DiscSaw saw;
+  saw.thickness_mm = 3;
+  SimulationParams params;
+  params.tool = saw;
+  Pose start{{std::sqrt(0.5), 0, std::sqrt(0.5), 0}, {0, 0, 15}};
+  Simulation simulation(bone, params, start);
+  for (int i = 1; i <= 120; ++i) {
+    TickInput in;
+    in.X_WT = start;
+    in.X_WT.p_AB.z -= 0.1 * i;
+    simulation.Tick(in);
+  }
+  LeafMessage message;
+  for (int i = 0; i < simulation.changed_count(); ++i) {
+    message.index = simulation.changed(i).index;
+    std::copy_n(simulation.changed(i).values, 512, message.values.begin());
+    worker.Offer(message);
+  }
+  Upload(view, worker);
+  view.camera().Look({0.9, -0.2, 0.7}, {0, 0, 1});
+  const Image image = Draw();
+  Leave(image, "cut");
+  // Of the slot's far wall the lower part is cancellous: redder than anything of the uncut bone.
+  std::size_t cancellous = 0;
+  for (const Rgb8& c : image.pixels) cancellous += c[0] > c[2] + 60 && c[0] > 1.35 * c[1] ? 1 : 0;
+  EXPECT_GT(cancellous, 100u);
+  const auto legend = view.legend();
+  ASSERT_EQ(legend.size(), 2u);
+  EXPECT_EQ(legend[0].text, "cortical");
+  EXPECT_EQ(legend[1].text, "cancellous");
+}
+
+TEST_F(OnePlate, TranslucentBoneLetsTheCanalBeSeen) {
+  InnerSurfaces inner;
+  inner.canal_W = *test::MakeCube({0, 0, -5}, 2);
+  view.SetInnerSurfaces(inner);
+  const auto bluest = [](const Image& image) {
+    int most = -255;
+    for (const Rgb8& c : image.pixels) most = std::max(most, c[2] - c[0]);
+    return most;
+  };
+  const int solid = bluest(Draw());
+  view.set_translucent(true);
+  const Image through = Draw();
+  EXPECT_GT(bluest(through), solid + 40);
+  view.set_translucent(false);
+  EXPECT_EQ(bluest(Draw()), solid);
+}
+
+TEST_F(OnePlate, RegionsAreColouredOnDemandWithoutNewMeshes) {
+  view.set_colour_by(ColourBy::kRegion);
+  const Image image = Draw();
+  const Rgb8& middle = image.At(kWidth / 2, kHeight / 2);
+  const Rgb8 colour = RegionColour(24);
+  // Lit from the front: the hue is kept, whatever the light.
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (colour[i] > colour[j] + 20) {
+        EXPECT_GT(middle[i], middle[j]);
+      }
+    }
+  }
+  EXPECT_EQ(view.legend().size(), 2u);
+  view.set_colour_by(ColourBy::kPlain);
+  EXPECT_TRUE(view.legend().empty());
+}
+
+TEST_F(OnePlate, PiecesArePickedWhereTheyAreDrawn) {
+  PieceShape piece;
+  piece.id = 7;
+  piece.mesh_W = test::MakeCube({0, 0, 0}, 4);
+  piece.X_WP.p_AB = {10, 3, 6};
+  const Image before = Draw();
+  view.SetPieces({piece});
+  const Image with = Draw();
+  const Difference d = Compare(with, before);
+  EXPECT_NEAR(d.count * kMmPerPixel * kMmPerPixel, 16, 16 * kMmPerPixel);
+  const auto hit = view.PickPiece({d.x, d.y});
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(hit->id, 7);
+  EXPECT_NEAR(glm::length(hit->p_W - Vec3(10, 3, 8)), 0, 0.15);
+  EXPECT_FALSE(view.PickPiece({5, 5}));
+  piece.selected = true;
+  view.SetPieces({piece});
+  EXPECT_GT(Compare(Draw(), with).count, 0.9 * d.count);
+  piece.hidden = true;
+  view.SetPieces({piece});
+  EXPECT_FALSE(view.PickPiece({d.x, d.y}));
+  EXPECT_EQ(Compare(Draw(), before).count, 0);
+  const auto on_bone = worker.Pick(view.camera().CalcRay({0.5 * kWidth, 0.5 * kHeight}));
+  ASSERT_TRUE(on_bone);
+  EXPECT_NEAR(on_bone->z, 0, 1e-3);
+}
+
+TEST_F(OnePlate, ThePictureDoesNotChangeWhenNothingDoes) {
+  const Image once = Draw();
+  EXPECT_EQ(Compare(Draw(), once).count, 0);
+  view.Resize(0, 0, 1);  // minimised
+  EXPECT_EQ(Compare(Draw(), once).count, 0);
+  EXPECT_THROW(view.Resize(800, 500, 0.5), Error);
+  view.Resize(800, 500, 1);
+  EXPECT_EQ(Draw().width, 800);
+  view.Resize(kWidth, kHeight, 1);
+  EXPECT_EQ(Compare(Draw(), once).count, 0);
+}
+
+TEST_F(OnePlate, PanelsAreFoundUnderTheMouse) {
+  HudState hud = test::MakeFullHud();
+  view.Resize(2560, 1440, 2);
+  view.SetHud(hud);
+  Draw();
+  EXPECT_TRUE(view.IsOnPanel({40, 40}));
+  EXPECT_FALSE(view.IsOnPanel({1280, 700}));
+  bool found = false;
+  for (double y = 0; y < 1440; y += 4) found = found || view.PickPieceRow({100, y}) == std::optional<int>(1);
+  EXPECT_TRUE(found);
+  hud.menu = HudMenu{"Exercises", {{"one", "", true}, {"two", "", true}}, 0, ""};
+  view.SetHud(hud);
+  found = false;
+  for (double y = 0; y < 1440; y += 4) found = found || view.PickMenuRow({1280, y}) == std::optional<int>(1);
+  EXPECT_TRUE(found);
+  EXPECT_FALSE(view.PickPieceRow({100, 600}));
+}
+
+// Everything at once, at both sizes that are promised: for the eye, and that nothing throws.
+TEST_F(OnePlate, EverythingAtOnce) {
+  SetHu(
+      bone, [](const Vec3& p) { return p.z > -4 ? 1500 : 250 + 60 * std::sin(3 * p.x) * std::cos(2 * p.y + p.z); },
+      0.25);
+  view.SetTool(DiscSaw{});
+  const Pose X_WT{{std::sqrt(0.5), 0, std::sqrt(0.5), 0}, {1, 0, 8}};
+  view.SetToolPose(X_WT, 7500, 0);
+  view.SetGhost(Pose{X_WT.R_AB, {1, 0, 6}});
+  view.SetForce(ForceArrow{{1, 0, -3}, {0, 0.5, 2}});
+  view.SetPlanes({{"plane 1", {1, 0, -5}, {1, 0.1, 0}, 24, 24, {0, 0, 1}, {0, 114, 178}, true},
+                  {"plane 2", {-5, 0, -5}, {1, 0, 0}, 24, 24, {0, 0, 1}, {204, 121, 167}, false}});
+  view.SetDepthStops({{"stop at 6 mm", {1, 0, -6}, {0, 0, 1}, 14, true}});
+  view.SetGuides({{{{-8, 3, 0}, {-2, 3, 0}, {4, 2, 0}, {8, 0, 0}}}});
+  view.SetMeasures({{{{-8, -5, 0}, {8, -5, 0}}, "16.0 mm"}, {{{8, -5, 0}, {8, 5, 0}, {8, 5, -10}}, "90.0 deg"}});
+  view.SetSlices(CalcCtSlices(bone, DiscSaw{}, X_WT, 40, 240));
+  view.camera().set_parallel(false);
+  view.camera().Look(View::kThreeQuarter);
+  view.camera().set_height_mm(50);
+  HudState hud = test::MakeFullHud();
+  hud.banner = HudBanner{HudBanner::Kind::kWarning, "The nerve is near: 1.4 mm", ""};
+  hud.legend = {{"cortical", {255, 224, 150}}, {"cancellous", TissueColour(Tissue::kCancellous)}};
+  hud.legend_title = "Cut faces";
+  struct Size {
+    int width, height;
+    double scale;
+    const char* name;
+  };
+  for (const Size& size : {Size{1280, 720, 1, "1x"}, Size{2560, 1440, 2, "2x"}}) {
+    view.Resize(size.width, size.height, size.scale);
+    view.set_show_scale_bar(true);
+    view.set_show_orientation(true);
+    view.SetHud(hud);
+    const Image image = Draw();
+    EXPECT_EQ(image.width, size.width);
+    Leave(image, std::string("all_") + size.name);
+    view.set_smooth_edges(true);
+    const Image smooth = Draw();
+    Leave(smooth, std::string("smooth_") + size.name);
+    // Edges only: most pixels are as they were.
+    EXPECT_GT(Compare(smooth, image).count, 100);
+    EXPECT_LT(Compare(smooth, image).count, 0.1 * size.width * size.height);
+    view.set_smooth_edges(false);
+    HudState modal = hud;
+    modal.show_help = true;
+    modal.help = test::MakeHelp();
+    view.SetHud(modal);
+    Leave(Draw(), std::string("help_") + size.name);
+    modal.show_help = false;
+    modal.result = test::MakeResult();
+    view.SetHud(modal);
+    Leave(Draw(), std::string("result_") + size.name);
+    modal.menu = HudMenu{"Exercises",
+                         {{"Groove of a given depth", "level 1 of 5, best 82", true},
+                          {"Stop before the far cortex", "level 2 of 5, best 61", true},
+                          {"Beside the canal", "opens after level 2 of the groove", false}},
+                         1,
+                         "Up and down choose, Enter begins, Esc goes back"};
+    view.SetHud(modal);
+    Leave(Draw(), std::string("menu_") + size.name);
+    modal.progress = HudProgress{"Loading body_osteotomy.toml", "surface", 0.42};
+    view.SetHud(modal);
+    Leave(Draw(), std::string("progress_") + size.name);
+  }
+}
+
+}  // namespace
+}  // namespace kerf

@@ -1,0 +1,39 @@
+// The STL that kerf writes against the one of VTK's own writer.
+#include <gtest/gtest.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+#include <vtkSTLWriter.h>
+#include <vtkSmartPointer.h>
+
+#include <filesystem>
+#include <random>
+
+#include "bone/mesh/meshfile.h"
+#include "support/folder.h"
+#include "view/picture/vtk_mesh.h"
+
+namespace kerf {
+namespace {
+
+TEST(Stl, HasTheBytesOfVtksWriter) {
+  const test::Folder folder;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> coordinate(-80, 80);
+  TriangleMesh mesh;
+  for (int i = 0; i < 300; ++i) mesh.points.emplace_back(coordinate(random), coordinate(random), coordinate(random));
+  for (std::uint32_t i = 0; i + 2 < 300; ++i) mesh.triangles.push_back({i, i + 1, i + 2});
+  mesh.triangles.push_back({3, 3, 4});  // without a normal
+  const std::string ours = folder.file("ours.stl");
+  const std::string theirs = folder.file("theirs.stl");
+  WriteMesh(mesh, ours);
+  const vtkNew<vtkSTLWriter> writer;
+  writer->SetFileTypeToBinary();
+  writer->SetInputData(MakePolyData(mesh));
+  writer->SetFileName(theirs.c_str());
+  ASSERT_EQ(writer->Write(), 1);
+  EXPECT_EQ(std::filesystem::file_size(ours), 84 + 50 * mesh.triangles.size());
+  EXPECT_EQ(test::ReadBytes(ours), test::ReadBytes(theirs));
+}
+
+}  // namespace
+}  // namespace kerf
