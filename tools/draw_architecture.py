@@ -1,133 +1,182 @@
 #!/usr/bin/env python3
-"""Draws docs/architecture.svg from docs/layers.txt: a box for each folder, an arrow to each folder that it includes.
+"""Draws docs/layers.txt: the groups of src (docs/architecture.svg), and the folders of each group (docs/architecture/GROUP.svg).
 
-    tools/draw_architecture.py            writes the picture
-    tools/draw_architecture.py --table    prints the rows of the table in docs/architecture.md
-    tools/draw_architecture.py --check    exit 1 when the picture or the table in docs/architecture.md is old (a test)
+    tools/draw_architecture.py            writes the pictures
+    tools/draw_architecture.py --table    prints the rows of the tables in docs/architecture.md and in each src/GROUP/README.md
+    tools/draw_architecture.py --check    exit 1 when a picture or a table is old (a test)
 """
 
 import pathlib
 import sys
+import textwrap
 from xml.sax.saxutils import escape
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tools"))
 from check_layers import read_table  # noqa: E402
 
-BOX_W, BOX_H, GAP_X, GAP_Y, MARGIN, TOP = 128, 50, 34, 62, 28, 64
+GAP_X, GAP_Y, MARGIN, TOP, LINE = 30, 48, 24, 64, 16
 SHOWN = {"openvdb": "OpenVDB", "vtk": "VTK", "itk": "ITK, GDCM", "toml": "toml++", "cli": "CLI11", "sndfile": "libsndfile", "glfw": "GLFW",
-         "sqlite": "SQLite", "alsa": "ALSA"}
+         "sqlite": "SQLite", "alsa": "ALSA", "tbb": "TBB", "hwy": "Highway", "embree": "Embree", "json": "nlohmann-json", "usb": "libusb",
+         "boost": "Boost", "zstd": "Zstandard", "sodium": "libsodium", "sleef": "SLEEF"}
 PURE, IMPURE, EDGE, TEXT, NOTE = "#dcebf7", "#f4e9d8", "#8a949e", "#1c2733", "#5b6670"
 
 
-def direct_uses(folders):
-    """Without what a folder reaches through another one: the picture shows only what it must."""
-    return {name: {u for u in f.uses if not any(u in folders[v].uses for v in f.uses)} for name, f in folders.items()}
+class Box:
+    def __init__(self, pure, libraries, notes):
+        self.pure, self.lines = pure, [(text, "italic") for text in libraries] + [(text, "normal") for text in notes]
 
 
-def rank_of(folders):
-    rank = {}
-    for name, folder in folders.items():
-        rank[name] = 1 + max((rank[u] for u in folder.uses), default=-1)
-    return rank
+def direct_uses(table):
+    """Without what an entry reaches through another one: the pictures show only what they must."""
+    return {name: {u for u in entry.uses if not any(u in table[v].uses for v in entry.uses)} for name, entry in table.items()}
 
 
-def columns_of(folders, uses, rank):
-    """Where each box stands in its row, in boxes: each near the middle of what it is joined to, none over another."""
-    rows = {}
-    for name in folders:
-        rows.setdefault(rank[name], []).append(name)
-    widest = max(len(row) for row in rows.values())
-    joined = {name: set(uses[name]) | {other for other in folders if name in uses[other]} for name in folders}
-    column = {name: (i + 0.5) * widest / len(row) for row in rows.values() for i, name in enumerate(row)}
+def is_pure(folder):
+    return not folder.system - {"threads"}
+
+
+def place(names, uses, width):
+    """Each box's row (0 at the bottom) and middle, and each arrow as the list of what it passes. An arrow over several rows has a
+    place of its own, (from, to, row), in each row between: no box stands in its way."""
+    # What no arrow touches has the lowest row to itself.
+    row_of, alone = {}, [name for name in names if not uses[name] and not any(name in uses[other] for other in names)]
+    for name in names:
+        row_of[name] = 0 if name in alone else 1 + max((row_of[used] for used in uses[name]), default=0 if alone else -1)
+    rows = [[name for name in names if row_of[name] == row] for row in range(max(row_of.values()) + 1)]
+    arrows = []
+    for name in names:
+        for used in sorted(uses[name]):
+            between = [(name, used, row) for row in range(row_of[name] - 1, row_of[used], -1)]
+            for passed in between:
+                rows[passed[2]].append(passed)
+            arrows.append([name, *between, used])
+    joined = {spot: [] for row in rows for spot in row}
+    for arrow in arrows:
+        for above, below in zip(arrow, arrow[1:]):
+            joined[above].append(below)
+            joined[below].append(above)
+    middle = {spot: (i - len(row) / 2) * width for row in rows for i, spot in enumerate(row)}
     for turn in range(200):
-        for level in sorted(rows, reverse=turn % 2 == 1):
-            row = rows[level]
-            wish = {name: sum(column[o] for o in joined[name]) / max(len(joined[name]), 1) for name in row}
-            row.sort(key=lambda name: (wish[name], name))
-            # As near to the wishes as boxes that don't touch can be: neighbours in conflict share the difference.
-            place = [wish[name] for name in row]
+        for row in rows[::-1] if turn % 2 else rows:
+            wish = {spot: sum(middle[o] for o in joined[spot] or [spot]) / max(len(joined[spot]), 1) for spot in row}
+            row.sort(key=lambda spot: (wish[spot], str(spot)))
+            at = [wish[spot] for spot in row]
+            # As near to the wishes as spots that do not touch can be: neighbours in conflict share the difference.
             for _ in range(200):
                 for i in range(len(row) - 1):
-                    short = 1 - (place[i + 1] - place[i])
+                    boxes = isinstance(row[i], str) + isinstance(row[i + 1], str)
+                    short = boxes * width / 2 + GAP_X - (at[i + 1] - at[i])
                     if short > 0:
-                        place[i] -= short / 2
-                        place[i + 1] += short / 2
-            for name, at in zip(row, place):
-                column[name] = at
-    left = min(column.values())
-    return {name: round(at - left, 2) for name, at in column.items()}
+                        at[i] -= short / 2
+                        at[i + 1] += short / 2
+            middle.update(zip(row, at))
+    # From left to right, a gap through all rows is closed.
+    reach, shift = -GAP_X, min(middle.values()) - width
+    for spot in sorted((spot for spot in middle if spot not in alone), key=middle.get):
+        half = width / 2 if isinstance(spot, str) else 0
+        shift = max(shift, middle[spot] - half - reach - GAP_X)
+        middle[spot] -= shift
+        reach = max(reach, middle[spot] + half)
+    for i, name in enumerate(alone):
+        middle[name] = (reach - len(alone) * (width + GAP_X) + GAP_X + width) / 2 + i * (width + GAP_X)
+    left = min(at - (width / 2 if isinstance(spot, str) else 0) for spot, at in middle.items())
+    return row_of, {spot: middle[spot] - left + MARGIN for spot in middle}, arrows
 
 
-def draw():
-    folders = read_table((ROOT / "docs/layers.txt").read_text(encoding="utf-8"))
-    uses, rank = direct_uses(folders), rank_of(folders)
-    x = {name: round(at * (BOX_W + GAP_X)) for name, at in columns_of(folders, uses, rank).items()}
-    top_rank = max(rank.values())
-    width = max(x.values()) + BOX_W + 2 * MARGIN
-    height = TOP + (top_rank + 1) * BOX_H + top_rank * GAP_Y + MARGIN
-
-    def corner(name):
-        return MARGIN + x[name], TOP + (top_rank - rank[name]) * (BOX_H + GAP_Y)
-
-    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
+def draw(title, boxes, uses, width):
+    row_of, middle, arrows = place(list(boxes), uses, width)
+    heights = [max(34 + LINE * len(boxes[name].lines) for name in boxes if row_of[name] == row) for row in range(max(row_of.values()) + 1)]
+    top = [TOP + sum(h + GAP_Y for h in heights[row + 1:]) for row in range(len(heights))]
+    right = max([middle[name] + width / 2 for name in boxes] + list(middle.values())) + MARGIN
+    legend = [(PURE, "pure: no file, clock, window or device"), (IMPURE, "touches the system: files, clock, ...")]
+    right, bottom = max(right, MARGIN + 290 * len(legend), 2 * MARGIN + 8.5 * len(title)), top[0] + heights[0] + MARGIN
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {right:.0f} {bottom}" width="{right:.0f}" height="{bottom}" '
            'font-family="DejaVu Sans, Helvetica, Arial, sans-serif">',
            '<!-- Drawn by tools/draw_architecture.py from docs/layers.txt. -->',
-           f'<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
-           f'<path d="M0,0 L8,4 L0,8 z" fill="{EDGE}"/></marker></defs>',
-           f'<rect width="{width}" height="{height}" fill="white"/>',
-           f'<text x="{MARGIN}" y="26" font-size="15" fill="{TEXT}">The folders of src. An arrow goes to what a folder includes.</text>']
-    for i, (colour, text) in enumerate([(PURE, "pure: no file, clock, window or device"), (IMPURE, "reads and writes files, or talks to people")]):
-        out.append(f'<rect x="{MARGIN + i * 300}" y="36" width="14" height="14" rx="3" fill="{colour}" stroke="{EDGE}"/>'
-                   f'<text x="{MARGIN + 20 + i * 300}" y="48" font-size="12" fill="{NOTE}">{text}</text>')
-    for name in folders:
-        for used in sorted(uses[name]):
-            (x1, y1), (x2, y2) = corner(name), corner(used)
-            # Ends spread over the edge of the box, in the order of what they go to.
-            a = x1 + BOX_W * (0.5 + max(-0.35, min(0.35, (x2 - x1) / 900)))
-            b = x2 + BOX_W * (0.5 + max(-0.35, min(0.35, (x1 - x2) / 900)))
-            start, end = y1 + BOX_H, y2 - 2
-            bend = (end - start) * 0.5
-            out.append(f'<path d="M{a:.0f},{start} C{a:.0f},{start + bend:.0f} {b:.0f},{end - bend:.0f} {b:.0f},{end}" fill="none" '
-                       f'stroke="{EDGE}" stroke-width="1.3" marker-end="url(#tip)"/>')
-    for name, folder in folders.items():
-        left, top = corner(name)
-        libraries = ", ".join(SHOWN[library] for library in sorted(folder.libraries) if library in SHOWN)
-        middle = left + BOX_W / 2
-        pure = not folder.system - {"threads"}
-        out.append(f'<rect x="{left}" y="{top}" width="{BOX_W}" height="{BOX_H}" rx="8" fill="{PURE if pure else IMPURE}" '
-                   f'stroke="{EDGE}"/>')
-        out.append(f'<text x="{middle:.0f}" y="{top + (22 if libraries else 31)}" font-size="16" font-weight="bold" fill="{TEXT}" '
-                   f'text-anchor="middle">{escape(name)}</text>')
-        if libraries:
-            out.append(f'<text x="{middle:.0f}" y="{top + 40}" font-size="12" fill="{NOTE}" text-anchor="middle">{escape(libraries)}</text>')
-    out.append("</svg>")
-    return "\n".join(out) + "\n"
+           f'<rect width="{right:.0f}" height="{bottom}" fill="white"/>',
+           f'<text x="{MARGIN}" y="26" font-size="15" fill="{TEXT}">{escape(title)}</text>']
+    for i, (colour, text) in enumerate(legend):
+        out.append(f'<rect x="{MARGIN + i * 290}" y="36" width="14" height="14" rx="3" fill="{colour}" stroke="{EDGE}"/>'
+                   f'<text x="{MARGIN + 20 + i * 290}" y="48" font-size="12" fill="{NOTE}">{text}</text>')
+
+    def end_of(arrow, ends):
+        """Arrows of one box are spread over its edge, in the order of what they go to."""
+        near, far = arrow[ends[0]], arrow[ends[1]]
+        others = sorted(middle[a[ends[1]]] for a in arrows if a[ends[0]] == near)
+        return middle[near] + width * ((others.index(middle[far]) + 1) / (len(others) + 1) - 0.5)
+
+    for arrow in arrows:
+        x, y = end_of(arrow, (0, 1)), top[row_of[arrow[0]]] + heights[row_of[arrow[0]]]
+        path = f"M{x:.0f},{y}"
+        for spot in arrow[1:]:
+            last = isinstance(spot, str)
+            row = row_of[spot] if last else spot[2]
+            to_x, to_y = (end_of(arrow, (-1, -2)), top[row] - 7) if last else (middle[spot], top[row])
+            path += f" C{x:.0f},{(y + to_y) // 2} {to_x:.0f},{(y + to_y) // 2} {to_x:.0f},{to_y}"
+            x, y = to_x, to_y if last else to_y + heights[row]
+            path += "" if last else f" L{x:.0f},{y}"
+        out.append(f'<path d="{path}" fill="none" stroke="{EDGE}" stroke-width="1.3"/>'
+                   f'<path d="M{x - 4:.0f},{y} L{x + 4:.0f},{y} L{x:.0f},{y + 7} z" fill="{EDGE}"/>')
+    for name, box in boxes.items():
+        row, at = row_of[name], middle[name]
+        out.append(f'<rect x="{at - width / 2:.0f}" y="{top[row]}" width="{width}" height="{heights[row]}" rx="8" '
+                   f'fill="{PURE if box.pure else IMPURE}" stroke="{EDGE}"/>')
+        y = top[row] + 22 + (heights[row] - 34 - LINE * len(box.lines)) / 2
+        out.append(f'<text x="{at:.0f}" y="{y:.0f}" font-size="16" font-weight="bold" fill="{TEXT}" text-anchor="middle">{name}</text>')
+        for i, (text, style) in enumerate(box.lines, 1):
+            out.append(f'<text x="{at:.0f}" y="{y + 2 + LINE * i:.0f}" font-size="12" font-style="{style}" fill="{NOTE}" '
+                       f'text-anchor="middle">{escape(text)}</text>')
+    return "\n".join(out + ["</svg>", ""])
 
 
-def purposes():
-    """A row of the table in docs/architecture.md for each folder."""
-    rows = []
-    for line in (ROOT / "docs/layers.txt").read_text(encoding="utf-8").splitlines():
-        if line.strip() and not line.startswith("#"):
-            cells = [cell.strip() for cell in line.split("|")]
-            rows.append(f"| `{cells[0]}` | {cells[5]} |")
+def pictures(groups, folders):
+    uses = direct_uses(groups)
+    boxes = {name: Box(all(is_pure(f) for f in folders.values() if f.group == name), [], textwrap.wrap(group.purpose, 52))
+             for name, group in groups.items()}
+    drawn = {"docs/architecture.svg": draw("The groups of src. An arrow goes to what a group includes.", boxes, uses, 370)}
+    uses = direct_uses(folders)
+    for group in groups:
+        inside = {name: folder for name, folder in folders.items() if folder.group == group}
+        boxes = {}
+        for name, folder in inside.items():
+            libraries = textwrap.wrap(", ".join(SHOWN[library] for library in sorted(folder.libraries)), 28)
+            lower = []
+            for other in groups:
+                used = [u for u in folders if u in uses[name] and folders[u].group == other != group]
+                lower += textwrap.wrap(f"{other}: {', '.join(used)}", 28) if used else []
+            boxes[name] = Box(is_pure(folder), libraries, lower)
+        inner = direct_uses({name: type(folder)(group, name, folder.uses & set(inside), *[None] * 4) for name, folder in inside.items()})
+        title = f"The folders of src/{group}: libraries in italics, then what each uses of lower groups."
+        drawn[f"docs/architecture/{group}.svg"] = draw(title, boxes, inner, 200)
+    return drawn
+
+
+def tables(groups, folders):
+    """The rows of each document's table."""
+    rows = {"docs/architecture.md": [f"| [`{name}`](../src/{name}/README.md) | {group.purpose} |" for name, group in groups.items()]}
+    for group in groups:
+        rows[f"src/{group}/README.md"] = [f"| `{name}` | {f.purpose} |" for name, f in folders.items() if f.group == group]
     return rows
 
 
 def main(arguments):
-    picture = ROOT / "docs/architecture.svg"
-    if arguments == ["--check"]:
-        same = picture.is_file() and picture.read_text(encoding="utf-8") == draw()
-        print("docs/architecture.svg is " + ("that of docs/layers.txt" if same else "old: run tools/draw_architecture.py"))
-        document = (ROOT / "docs/architecture.md").read_text(encoding="utf-8")
-        old = [line for line in purposes() if line not in document]
-        print(*(f"docs/architecture.md lacks: {line}" for line in old), sep="\n", end="")
-        return 0 if same and not old else 1
+    table = read_table((ROOT / "docs/layers.txt").read_text(encoding="utf-8"))
+    drawn, rows = pictures(*table), tables(*table)
     if arguments == ["--table"]:
-        print("\n".join(purposes()))
+        for document in rows:
+            print(document, *rows[document], "", sep="\n")
         return 0
-    picture.write_text(draw(), encoding="utf-8")
+    if arguments == ["--check"]:
+        def text_of(path):
+            return (ROOT / path).read_text(encoding="utf-8") if (ROOT / path).is_file() else ""
+        faults = [f"{path} is old: run tools/draw_architecture.py" for path, text in drawn.items() if text_of(path) != text]
+        faults += [f"{path} lacks: {row}" for path in rows for row in rows[path] if row not in text_of(path).splitlines()]
+        print(*faults, f"draw_architecture: {len(faults)} faults against docs/layers.txt", sep="\n")
+        return 1 if faults else 0
+    for path, text in drawn.items():
+        (ROOT / path).parent.mkdir(exist_ok=True)
+        (ROOT / path).write_text(text, encoding="utf-8")
     return 0
 
 

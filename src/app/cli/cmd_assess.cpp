@@ -239,7 +239,7 @@ void Run(const Options& options) {
                    .provenance = subject.provenance,
                    .recording = subject.recording};
     StageBars bars;
-    if (!options.no_pictures) {
+    if (!options.no_pictures && kPicturesBuilt) {
       bars.Show("drawing", 0);
       taken.pictures = DrawAssessment(subject.title, assessment, *pieces, subject.of_patient);
     }

@@ -12,6 +12,7 @@
 #include "device/devices/falcon/falcon_usb.h"
 #include "device/devices/hid/wooden_driver.h"
 #include "device/drivers/device_servo.h"
+#include "device/drivers/far_drivers.h"
 #include "device/drivers/libusb_bus.h"
 #include "kerf/error.h"
 
@@ -73,7 +74,7 @@ constexpr FarKind kFarKinds[] = {
      [](const DriverOptions& options, bool hurry) -> std::unique_ptr<DeviceDriver> {
        BridgeOptions bridge = options.bridge;
        if (hurry) bridge.start_timeout_ms = std::min(bridge.start_timeout_ms, options.ask_for_ms);
-       return std::make_unique<BridgeDriver>(bridge);
+       return MakeBridgeDriver(bridge);
      },
      {"no bridge program listens", "no bridge program listens"},
      "End the bridge program and start it again (docs/bridge.md)."},
@@ -82,7 +83,7 @@ constexpr FarKind kFarKinds[] = {
      [](const DriverOptions& options, bool hurry) -> std::unique_ptr<DeviceDriver> {
        HaplyOptions haply = options.haply;
        if (hurry) haply.start_timeout_ms = std::min(haply.start_timeout_ms, options.ask_for_ms);
-       return std::make_unique<HaplyDriver>(haply);
+       return MakeHaplyDriver(haply);
      },
      {"no Haply service listens", "does not speak the JSON of Haply"},
      "Look whether Haply's own program shows the Inverse3, and start its service anew (docs/wooden.md)."},
@@ -221,6 +222,10 @@ std::vector<FoundDevice> ListKnown(UsbBus& bus) {
 }
 
 }  // namespace
+
+std::string DeviceNode(const UsbDeviceInfo& device) {
+  return fmt::format("/dev/bus/usb/{:03}/{:03}", device.bus, device.address);
+}
 
 const std::vector<KnownDevice>& KnownDevices() {
   static const std::vector<KnownDevice> devices = MakeKnownDevices();

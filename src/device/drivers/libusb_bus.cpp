@@ -262,10 +262,6 @@ UsbProblem ProblemOf(int error) {
 
 }  // namespace
 
-std::string DeviceNode(const UsbDeviceInfo& device) {
-  return fmt::format("/dev/bus/usb/{:03}/{:03}", device.bus, device.address);
-}
-
 std::vector<UsbDeviceInfo> LibusbBus::List() {
   const Context context = MakeContext();
   std::vector<UsbDeviceInfo> devices;

@@ -499,7 +499,7 @@ void WriteBoneResults(const Scene& scene, LoopSummary& summary, const std::strin
   for (const PieceSummary& piece : summary.pieces) {
     if (!piece.file.empty()) files.push_back(piece.file);
   }
-  if (!scene.output.pictures) return;
+  if (!AreDrawn(scene, summary.warnings)) return;
   if (!summary.moments.empty()) {
     results.Write("the pictures of the bone", [&] {
       RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
@@ -546,10 +546,10 @@ void WriteLoopReport(const Scene& scene, LoopSummary& summary, const std::string
   // First what was lost while the loop ran.
   WriteLogs(summary, folder, results);
   write_one("scene.toml", [&](const std::string& path) { WriteTextFile(path, ResolvedToml(scene)); });
-  if (!summary.virtual_time && !summary.lateness_bars.empty()) {
+  if (kPicturesBuilt && !summary.virtual_time && !summary.lateness_bars.empty()) {
     write_one("lateness.png", [&](const std::string& path) { WritePlot(MakeLatenessPlot(summary), path); });
   }
-  if (!summary.force_curve.points().empty()) {
+  if (kPicturesBuilt && !summary.force_curve.points().empty()) {
     write_one("force.png", [&](const std::string& path) { WritePlot(MakeForcePlot(summary), path); });
   }
   // Kept, that is; nothing of the bone may be left.

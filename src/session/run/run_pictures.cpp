@@ -167,6 +167,13 @@ PieceSurface MakePieceSurface(const Bone& piece, double error_mm) {
   return surface;
 }
 
+bool AreDrawn(const Scene& scene, std::vector<std::string>& warnings) {
+  if (scene.output.pictures && !kPicturesBuilt) {
+    warnings.emplace_back("No pictures: this kerf was built without them (KERF_WITH_PICTURES=OFF).");
+  }
+  return scene.output.pictures && kPicturesBuilt;
+}
+
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress,
                                           std::vector<std::string>& warnings) {
   std::vector<std::string> written;

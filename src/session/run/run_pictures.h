@@ -45,6 +45,9 @@ struct RunPictures {
 std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::function<void(double)>& progress,
                                           std::vector<std::string>& warnings);
 
+/// Whether the scene asks for pictures and this build can draw them; a sentence in `warnings` where it can't.
+bool AreDrawn(const Scene& scene, std::vector<std::string>& warnings);
+
 /// Whether the scene's bone lies as in a patient: orientation and captions go by it.
 bool IsOfPatient(const Scene& scene);
 

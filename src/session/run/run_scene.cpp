@@ -200,7 +200,7 @@ RunSummary RunScene(const Scene& scene, const std::string& folder, const RunProg
   }
   if (session.replay != nullptr) summary.warnings = session.replay->FindWarnings();
   for (const std::string& warning : FindRunWarnings(scene, summary)) summary.warnings.push_back(warning);
-  if (scene.output.pictures) {
+  if (AreDrawn(scene, summary.warnings)) {
     RunPictures pictures{scene, result.ticks, before, result.bone, split.pieces, folder};
     pictures.apart = !summary.fragments;  // fragments.png shows that
     pictures.surfaces = surfaces;

@@ -120,6 +120,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   summary.surface_error_mm = surface_error_mm;
   if (session.replay != nullptr) summary.warnings = session.replay->FindWarnings();
   for (const std::string& warning : FindSlabRunWarnings(scene, summary)) summary.warnings.push_back(warning);
+  const bool drawn = AreDrawn(scene, summary.warnings);
 
   const auto write_text = [&](const std::string& name, const std::string& text) {
     WriteTextFile(folder + "/" + name, text);
@@ -151,7 +152,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
       }
       stage("cutting the bone into its three parts")(static_cast<double>(summary.parts.size()) / 3);
     }
-    if (scene.output.pictures) {
+    if (drawn) {
       stage("drawing the pictures")(0);
       WritePicture(MakeSlabPicture(scene, parts, summary, params, run.ticks.back().X_WT), folder + "/slab.png");
       summary.files.emplace_back("slab.png");
@@ -159,7 +160,7 @@ SlabSummary RunSlabScene(const Scene& scene, const std::string& folder, const Ru
   }
   const bool touched =
       std::any_of(run.ticks.begin(), run.ticks.end(), [](const TickRecord& t) { return t.out.engaged_teeth > 0; });
-  if (scene.output.pictures && touched) {
+  if (drawn && touched) {
     const std::string name = scene.title.empty() ? scene.name : scene.title;
     PlotSpec plot = MakeForcePlot(run.ticks, bone.materials(), name);
     plot.title = name + ": force on the hand, slab mode, law " + std::string(ToString(params.reading));

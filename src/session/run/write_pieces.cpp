@@ -23,7 +23,7 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
                                       const std::function<void(double)>& progress, std::span<PieceSummary> summaries) {
   std::vector<PieceSurface> surfaces(in_bone.size());
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const bool drawn = scene.output.pictures && pieces[i].out == nullptr;
+    const bool drawn = scene.output.pictures && kPicturesBuilt && pieces[i].out == nullptr;
     if (!scene.output.pieces && !drawn) continue;
     PieceSurface surface = MakePieceSurface(*pieces[i].bone, error_mm);
     if (scene.output.pieces) {

@@ -311,6 +311,8 @@ Layout::Layout(const PictureSpec& spec) : unit(std::clamp(spec.height / 720.0, 0
   }
 }
 
+const bool kPicturesBuilt = true;
+
 Image RenderPicture(const PictureSpec& spec) {
   const ViewFrame frame = CalcViewFrame(spec);
   const Layout layout(spec);

@@ -95,6 +95,8 @@ ViewFrame CalcViewFrame(const PictureSpec& spec);
 
 /// Throws Error when the spec is out of range or this machine can't draw (no EGL).
 Image RenderPicture(const PictureSpec& spec);
+/// Whether this build can draw: KERF_WITH_PICTURES.
+extern const bool kPicturesBuilt;
 /// RenderPicture as a PNG.
 void WritePicture(const PictureSpec& spec, const std::string& path);
 

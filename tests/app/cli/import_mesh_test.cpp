@@ -1,4 +1,5 @@
 // kerf import of surfaces, from outside.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +27,7 @@ class ImportMesh : public test::ProgramTest {
       constexpr int kFaces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
       for (const auto& f : kFaces) {
         faces += "f";
-        for (int n = 0; n < 4; ++n) faces += " " + std::to_string(first + f[edge < 0 ? 3 - n : n]);
+        for (int n = 0; n < 4; ++n) faces += fmt::format(" {}", first + f[edge < 0 ? 3 - n : n]);
         faces += "\n";
       }
       first += 8;

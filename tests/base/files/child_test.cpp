@@ -2,6 +2,7 @@
 #include "base/files/child.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -159,7 +160,7 @@ TEST(Child, ForbidsWhatReadingDoesNotNeed) {
 TEST(Child, WithinAChildTheWorkRunsInTheSame) {
   const std::string pids = InChild([](ChildReport&) {
     const std::string outer = std::to_string(getpid());
-    return outer + InChild([](ChildReport&) { return " " + std::to_string(getpid()); });
+    return outer + InChild([](ChildReport&) { return fmt::format(" {}", getpid()); });
   });
   const std::string pid = pids.substr(0, pids.find(' '));
   EXPECT_EQ(pids, pid + " " + pid);

@@ -165,7 +165,7 @@ TEST(PlaneMarkups, ManyPointsAreFittedByLeastSquares) {
   const Vec3 corners[] = {Vec3(0), u, u + v, v};
   for (int i = 0; i < 4; ++i) {
     const Vec3 p = Vec3(10, -20, 30) + corners[i] + (i % 2 ? 1.0 : -1.0) * n;
-    points += (i ? "," : "") + t.Point(p.x, p.y, p.z);
+    points.append(i ? "," : "").append(t.Point(p.x, p.y, p.z));
   }
   ExpectPlane(ReadPlaneText(t.File(t.Points(points), "Fiducial")), 1e-9);
 }

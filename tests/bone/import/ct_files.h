@@ -210,7 +210,8 @@ inline std::string DicomSlice(const Volume& ct, int k, const SliceSpec& spec) {
   } else {
     data += element(0x7fe0, 0x10, "OW", pixels);
   }
-  return std::string(128, '\0') + "DICM" + meta + data;
+  std::string file(128, '\0');
+  return file.append("DICM").append(meta).append(data);
 }
 
 /// Of a slice whose pixels are packed by RLE: two segments, high bytes and low bytes, each as literal runs of up to

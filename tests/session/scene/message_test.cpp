@@ -1,4 +1,5 @@
 // What a scene's reader says of mistakes: where, what, and what to do.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -138,7 +139,7 @@ TEST(SceneMessages, EveryFaultIsToldInTheOrderOfTheFile) {
 
 TEST(SceneMessages, ManyFaultsAreCountedNotPoured) {
   std::string text = test::ShortScene() + "[tool]\n";
-  for (int i = 0; i < 300; ++i) text += "a" + std::to_string(i) + " = 1\n";
+  for (int i = 0; i < 300; ++i) text += fmt::format("a{} = 1\n", i);
   const std::string message = test::MessageFor(text);
   EXPECT_EQ(std::count(message.begin(), message.end(), '\n'), 50);
   EXPECT_THAT(message, HasSubstr("s.toml: and 250 faults more"));
@@ -194,8 +195,8 @@ TEST(SceneMessages, DotsThatMakeNoKeyAreNotCounted) {
 TEST(SceneMessages, LongKeysWithinEachOtherAreRefused) {
   // toml++ counts the values within each other, not the parts of their keys: 250 of 16 parts it reads.
   for (const std::size_t depth : {10u, 100u, 250u, 300u, 3000u}) {
-    std::string text = "[" + DottedKey(16) + "]\nx = [";
-    for (std::size_t n = 0; n < depth; ++n) text += "{" + DottedKey(16) + " =\t";
+    std::string text = fmt::format("[{}]\nx = [", DottedKey(16));
+    for (std::size_t n = 0; n < depth; ++n) text += fmt::format("{{{} =\t", DottedKey(16));
     const std::string message = test::MessageFor(text + "1" + std::string(depth, '}') + "]\n");
     EXPECT_THAT(message, StartsWith("s.toml:2:")) << depth;
     if (depth <= 250) {

@@ -1,0 +1,35 @@
+// In place of what reads CT scans and surfaces in a build without ITK.
+#include "bone/import/import.h"
+
+#include "base/core/not_built.h"
+#include "bone/import/dicom.h"
+
+namespace kerf {
+namespace {
+
+[[noreturn]] void Fail() {
+  FailNotBuilt("reading CT scans and surfaces", "KERF_WITH_IMPORT");
+}
+
+}  // namespace
+
+bool IsSurfacePath(const std::string&) {
+  return false;
+}
+ImportResult Import(const std::string&, const ImportOptions&) {
+  Fail();
+}
+Volume ReadCt(const std::string&, const ImportOptions&, ImportReport&) {
+  Fail();
+}
+std::vector<DicomSeries> ListDicomSeries(const std::string&) {
+  Fail();
+}
+const DicomSeries& ChooseSeries(const std::vector<DicomSeries>&, const std::string&, const std::string&) {
+  Fail();
+}
+Volume ReadDicomSeries(const DicomSeries&, const std::function<void(double)>&) {
+  Fail();
+}
+
+}  // namespace kerf
