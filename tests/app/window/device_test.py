@@ -15,7 +15,7 @@ import sys
 
 from drive import Display, Window, skip_without_display_programs, workspace
 
-SOURCE = pathlib.Path(__file__).parent.parent.parent
+SOURCE = pathlib.Path(__file__).resolve().parents[3]
 # As the window looks at first (render/view_frame.cpp, three-quarter; window/practice.cpp): towards the eye, in the world.
 TOWARDS_EYE = (0.75, -1.0, 0.55)
 TOWARDS_EYE_AT_EXERCISE = (0.0, -1.0, 0.6)
