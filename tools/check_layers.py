@@ -31,6 +31,7 @@ LIBRARIES = [
     ("glfw", re.compile(r"^GLFW/")),
     ("alsa", re.compile(r"^alsa/")),
     ("sqlite", re.compile(r"^sqlite3\.h")),
+    ("zlib", re.compile(r"^zlib\.h")),
     ("zstd", re.compile(r"^zstd\.h")),
     ("sodium", re.compile(r"^sodium\.h")),
     ("sleef", re.compile(r"^sleef\.h")),

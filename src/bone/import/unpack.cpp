@@ -1,8 +1,7 @@
 #include "bone/import/unpack.h"
 
-#include <itk_zlib.h>
-
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cstddef>

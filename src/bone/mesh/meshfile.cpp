@@ -98,7 +98,7 @@ std::string FormatStl(const TriangleMesh& mesh) {
   constexpr std::size_t kHeaderBytes = 80;
   std::string bytes = "Visualization Toolkit generated SLA File";
   bytes.reserve(kHeaderBytes + 4 + 50 * mesh.triangles.size());
-  bytes.resize(kHeaderBytes, ' ');
+  bytes.resize(kHeaderBytes);
   Append(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const auto& [a, b, c] : mesh.triangles) {
     const Vec3 normal = glm::cross(mesh.points[c] - mesh.points[b], mesh.points[a] - mesh.points[b]);
