@@ -150,10 +150,6 @@ double CalcScatter(double blur_mm, double spacing_mm) {
 
 }  // namespace
 
-double SurfaceError::CalcExpected() const {
-  return std::hypot(offset_mm, scatter_mm);
-}
-
 SurfaceError CalcSurfaceError(const CtSolid& solid, const Isolation& isolation,
                               const std::vector<std::uint8_t>& cavities) {
   const Vec3& h = isolation.ct.spacing_mm;

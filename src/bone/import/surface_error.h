@@ -1,6 +1,7 @@
 // How far the surface of a bone made from a CT is expected to lie from the scanned body's.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -22,7 +23,8 @@ struct SurfaceError {
   double blur_mm = 0;         // standard deviation of the CT's blur, across the edges that are sampled most finely
   double half_height_hu = 0;  // median: the iso value that would give an offset of 0
 
-  double CalcExpected() const;  // root mean square, mm: offset and scatter together
+  /// Root mean square, mm: offset and scatter together.
+  double CalcExpected() const { return std::hypot(offset_mm, scatter_mm); }
 };
 
 /// Measures offset and blur on the HU along about 4000 normals, and derives the scatter from blur and spacing.

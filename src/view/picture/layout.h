@@ -5,6 +5,8 @@
 
 namespace kerf {
 
+inline constexpr double kLegendLine = 1.5;  // distance of its lines, in letter heights
+
 /// Sizes in pixels of the finished picture. They follow its height, so that words stay legible when a picture is scaled
 /// to a page.
 struct Layout {
