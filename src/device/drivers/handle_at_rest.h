@@ -18,7 +18,7 @@ class HandleAtRest {
   static constexpr double kMiddle = 0.5;  // of the workspace's radius
   static constexpr double kStill_mm = 2;
   static constexpr double kStill_s = 0.5;
-  static constexpr double kUnseen_s = 0.1;  // between samples: nobody knows where it was
+  static constexpr double kUnseen_s = 0.1;  // between samples: where it was meanwhile is unknown
   double reach_mm_;
   Vec3 place_D_mm_{1e9};
   double since_s_ = 0;

@@ -18,7 +18,7 @@ TEST(HandleAtRest, IsOneThatWasSeenToBeStill) {
     return at_rest.Take(sample);
   };
   EXPECT_FALSE(take(10));
-  EXPECT_FALSE(take(10.6));  // nobody knows where it was meanwhile
+  EXPECT_FALSE(take(10.6));  // where it was meanwhile is unknown
   for (int i = 1; i <= 10; ++i) EXPECT_FALSE(take(10.6 + 0.05 * i - 1e-9)) << i;
   EXPECT_TRUE(take(11.15));
   sample.sample.X_DH.p_AB.x += 3;
