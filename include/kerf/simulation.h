@@ -20,7 +20,7 @@ struct SimulationParams {
   int rim_samples_per_pitch = 16;  // 1 to 256; how finely the rim looks for bone
   EffectChoices effects = {};      // those that need a hand are left out
   int substeps = 1;                // each tick in at least so many steps, 1 to 64
-  int carve_interval_ticks = 1;    // bone is removed every so many ticks, 1 to 64 (src/cut/removal/paced_cutter.h)
+  int carve_interval_ticks = 1;    // ticks between two removals of bone, 1 to 64 (src/cut/removal/paced_cutter.h)
 };
 
 class EffectPlan;

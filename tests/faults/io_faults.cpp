@@ -7,6 +7,10 @@
 //   KERF_FAULT_ERROR   its errno
 //   KERF_FAULT_LASTS   1: all such calls after it fail too
 //   KERF_FAULT_REPORT  a file that gets two 64-bit numbers: how many such calls there were, and how many failed
+//   KERF_FAULT_SITES   a file that gets a 64-bit number for each place that calls operator new: a sum of its call
+//   stack,
+//                      the same in each run without address randomisation (setarch -R)
+//   KERF_FAULT_SITE    such a number, decimal: the first call from that place fails, whatever KERF_FAULT_AT says
 //   KERF_IO_LOG        a file that gets what was done to files below the root, a line "WHAT INODE A B NAME|NAME" each:
 //                      O made or emptied (A = 1), W written (B bytes at A, which follow), T truncated to A,
 //                      S synced (its B bytes follow), D a folder synced, R renamed, U unlinked
@@ -14,6 +18,7 @@
 // "alloc": malloc() and its like of 64 kB and more; "new": each operator new. Counted from the start of main() until it
 // returns.
 #include <dlfcn.h>
+#include <execinfo.h>
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -50,6 +55,8 @@ struct Settings {
   int error = EIO;
   bool lasts = false;
   int log = -1;
+  int sites = -1;
+  std::uint64_t site = 0;
 };
 Settings settings;
 std::atomic<bool> active{false};
@@ -75,6 +82,44 @@ bool Fails(const char* call) {
   const std::uint64_t number = ++report->calls;
   if (settings.at == 0 || number < settings.at || (number > settings.at && !settings.lasts)) return false;
   ++report->failed;
+  errno = settings.error;
+  return true;
+}
+
+constexpr int kMostFrames = 7;  // of a place
+constexpr std::uint32_t kMostSites = 1 << 16;
+std::atomic<std::uint64_t> sites[kMostSites];  // a hash table
+thread_local bool is_tracing = false;          // backtrace() may allocate
+
+/// A sum of the call stack; never 0.
+std::uint64_t SumCallStack() {
+  void* frames[kMostFrames];
+  const int count = backtrace(frames, kMostFrames);
+  std::uint64_t sum = 0xcbf29ce484222325U;
+  for (int i = 0; i < count; ++i) sum = (sum ^ reinterpret_cast<std::uint64_t>(frames[i])) * 0x100000001b3U;
+  return sum == 0 ? 1 : sum;
+}
+
+/// Whether the place was not in the table, where it is now.
+bool IsNewSite(std::uint64_t sum) {
+  for (std::uint32_t i = 0; i < kMostSites; ++i) {
+    std::atomic<std::uint64_t>& place = sites[(sum + i) % kMostSites];
+    std::uint64_t there = 0;
+    if (place.compare_exchange_strong(there, sum)) return true;
+    if (there == sum) return false;
+  }
+  return false;
+}
+
+/// Of operator new, by its place: notes it, or says whether it is to fail.
+bool FailsAtSite() {
+  const bool is_wanted = settings.sites >= 0 || settings.site != 0;
+  if (!is_wanted || is_tracing || !active.load(std::memory_order_relaxed)) return false;
+  is_tracing = true;
+  const std::uint64_t sum = SumCallStack();
+  if (settings.sites >= 0 && IsNewSite(sum) && write(settings.sites, &sum, sizeof(sum)) != sizeof(sum)) std::abort();
+  is_tracing = false;
+  if (sum != settings.site || report->failed.fetch_add(1) != 0) return false;
   errno = settings.error;
   return true;
 }
@@ -187,6 +232,12 @@ auto WithLog(Call&& call) {
     settings.log = fcntl(file, F_DUPFD_CLOEXEC, 900);
     close(file);
   }
+  settings.site = std::strtoull(get("KERF_FAULT_SITE"), nullptr, 10);
+  if (const char* sites_file = get("KERF_FAULT_SITES"); sites_file[0] != '\0') {
+    const int file = Next<decltype(open)>("open")(sites_file, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+    settings.sites = fcntl(file, F_DUPFD_CLOEXEC, 901);
+    close(file);
+  }
   const char* name = get("KERF_FAULT_REPORT");
   if (name[0] == '\0') return;
   const int file = Next<decltype(open)>("open")(name, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
@@ -219,7 +270,10 @@ bool FailsLarge(std::size_t size, const void* caller) {
 #define FAILS_LARGE(size) FailsLarge(size, __builtin_return_address(0))
 
 void* Allocate(std::size_t size, std::size_t alignment) {
-  if (Fails("new")) return nullptr;
+  if (FailsAtSite() || Fails("new")) {
+    if (const std::new_handler handler = std::get_new_handler()) handler();
+    return nullptr;
+  }
   return alignment > alignof(max_align_t) ? __libc_memalign(alignment, size) : __libc_malloc(size == 0 ? 1 : size);
 }
 void* AllocateOrThrow(std::size_t size, std::size_t alignment) {

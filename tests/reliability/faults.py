@@ -58,7 +58,8 @@ class Program:
         environment.update(HOME=str(root / "home"), KERF_DATA=str(root / "home"), TMPDIR=str(root / "tmp"))
         if settings:
             environment.update(LD_PRELOAD=self.library, KERF_FAULT_ROOT=str(root), **settings)
-        return subprocess.run([self.kerf, *arguments], cwd=root, env=environment, capture_output=True, check=False, timeout=300,
+        # The same addresses each time, by which a place that asks for memory is known.
+        return subprocess.run(["setarch", "-R", self.kerf, *arguments], cwd=root, env=environment, capture_output=True, check=False, timeout=300,
                               stdin=subprocess.DEVNULL)
 
 

@@ -36,6 +36,7 @@ void HandleLackOfMemory() {
     EndWithoutMemory();
   }
   terminate_before = std::set_terminate(Terminate);
+  SetEndWithoutMemory(EndWithoutMemory);
 }
 
 void EndWithoutMemory() {

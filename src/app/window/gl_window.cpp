@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "base/files/memory.h"
 #include "kerf/error.h"
 #include "view/picture/vtk_mesh.h"
 
@@ -59,6 +60,7 @@ Key KeyOf(int key) {
 }  // namespace
 
 struct GlWindow::State {
+  EndsWithoutMemory ends;  // the last to go
   GLFWwindow* window = nullptr;
   vtkNew<vtkGenericOpenGLRenderWindow> vtk;
   std::vector<WindowEvent> events;

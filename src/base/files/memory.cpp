@@ -9,6 +9,8 @@
 #include <fstream>
 #include <initializer_list>
 #include <limits>
+#include <mutex>
+#include <new>
 #include <optional>
 
 #include "kerf/error.h"
@@ -18,6 +20,10 @@ namespace {
 
 /// For stacks of threads and the like, that are asked for and hardly used.
 constexpr std::uint64_t kSlackBytes = std::uint64_t{256} << 20;
+
+void (*end_without_memory)() = nullptr;
+std::mutex ends_mutex;
+int ends = 0;  // how many EndsWithoutMemory there are
 
 constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 
@@ -118,6 +124,20 @@ void CheckMemory(double bytes, const std::string& what, const std::string& remed
   if (!(bytes > free)) return;
   throw Error(fmt::format("{} needs about {:.1f} GB of memory and {:.1f} GB are free; {}", what, bytes / 1e9,
                           free / 1e9, remedy));
+}
+
+void SetEndWithoutMemory(void (*end)()) {
+  end_without_memory = end;
+}
+
+EndsWithoutMemory::EndsWithoutMemory() {
+  const std::lock_guard lock(ends_mutex);
+  if (ends++ == 0 && end_without_memory != nullptr) std::set_new_handler(end_without_memory);
+}
+
+EndsWithoutMemory::~EndsWithoutMemory() {
+  const std::lock_guard lock(ends_mutex);
+  if (--ends == 0 && end_without_memory != nullptr) std::set_new_handler(nullptr);
 }
 
 }  // namespace kerf

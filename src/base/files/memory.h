@@ -22,4 +22,17 @@ std::uint64_t LimitMemory();
 /// are free; REMEDY". For asking before long work; a prediction may be off by a half.
 void CheckMemory(double bytes, const std::string& what, const std::string& remedy);
 
+/// What ends the program for EndsWithoutMemory; it needs no memory itself. For the start of a program.
+void SetEndWithoutMemory(void (*end)());
+/// While one exists, in any thread, a request for memory that fails ends this program by the function that was set,
+/// instead of throwing std::bad_alloc. For libraries whose objects an exception leaves half made, as VTK's: taking them
+/// down again is a fault of memory. Does nothing where no function was set.
+class EndsWithoutMemory {
+ public:
+  EndsWithoutMemory();
+  ~EndsWithoutMemory();
+  EndsWithoutMemory(const EndsWithoutMemory&) = delete;
+  EndsWithoutMemory& operator=(const EndsWithoutMemory&) = delete;
+};
+
 }  // namespace kerf

@@ -92,7 +92,7 @@ class BoneField {
   int spare_leaves() const;
 
   // ---- between ticks: may allocate
-  /// Is handed what leaves were before they change (src/bone/grid/leaf_history.h); null: nobody is. It must outlive
+  /// Gets what leaves were before they change (src/bone/grid/leaf_history.h); null: nothing does. It must outlive
   /// this.
   void set_history(LeafHistory* history);
   /// Of the table of leaves: how many places, and that of a leaf.

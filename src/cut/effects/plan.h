@@ -49,7 +49,7 @@ class EffectPlan {
   }
 
   // ---- any time but within a tick
-  /// Is told of each effect's work; null: nobody is.
+  /// Is notified of each effect's work; null: nothing is.
   void set_observer(TickObserver* observer) { observer_ = observer; }
   struct Entry {
     const EffectInfo* info;

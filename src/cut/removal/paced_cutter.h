@@ -1,4 +1,4 @@
-// Removal that may wait: every so many ticks, to save time at the price of a tool that is a little ahead of its cut.
+// Removal that may wait for some ticks, to save time at the price of a tool that is a little ahead of its cut.
 #pragma once
 
 #include "cut/removal/cutter.h"

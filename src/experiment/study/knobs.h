@@ -12,7 +12,7 @@ struct StudySettings {
   int rim_samples_per_pitch = 16;
   int substeps = 1;  // at least so many in each tick
   double rate_hz = 1000;
-  int carve_interval_ticks = 1;  // bone is removed every so many ticks
+  int carve_interval_ticks = 1;  // ticks between two removals of bone
   std::string law = "hertz_chip";
   std::string material = "regions";
   int precision_bits = 24;       // significand of the distances in the voxels: 24 float, 11 half

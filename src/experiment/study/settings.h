@@ -17,7 +17,7 @@ void Describe(StudySettings& p, V&& visit) {
   visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256}, "how finely the rim looks for bone");
   visit("substeps", p.substeps, Range{1, 64}, "steps in each tick, at least");
   visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks a second");
-  visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64}, "bone is removed every so many ticks");
+  visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64}, "ticks between two removals of bone");
   visit("law", p.law, Choices{{"hertz_chip", "hertz_constant_bite", "edge_plus_chip"}}, "force on a tooth");
   visit("material", p.material, Choices{{"regions", "uniform", "ct"}},
         "where E comes from; ct: of bones with CT numbers");

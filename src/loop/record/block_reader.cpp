@@ -92,6 +92,8 @@ bool BlockReader::ReadAt(std::uint64_t at, char* to, std::size_t count) {
   in_.clear();
   in_.seekg(static_cast<std::streamoff>(at));
   in_.read(to, static_cast<std::streamsize>(count));
+  // Not the file's end but the disk's fault: what is there is not known, so it is not called damaged.
+  if (in_.bad()) throw Error(fmt::format("{}: can't be read: {}", path_, std::generic_category().message(errno)));
   return static_cast<bool>(in_);
 }
 

@@ -225,7 +225,7 @@ std::string DescribeNoise(const LoopSummary& summary);
 
 /// Stable keys with units.
 std::string FormatLoopJson(const Scene& scene, const LoopSummary& summary);
-/// A row a tick (or every so many); units in the header.
+/// A row for each tick, or for every n-th; units in the header.
 std::string FormatLoopCsv(const LoopSummary& summary);
 /// For people, Markdown. `pictures`: with the pictures that WriteLoopReport makes.
 std::string FormatLoopReport(const Scene& scene, const LoopSummary& summary, bool pictures);

@@ -152,7 +152,8 @@ void Describe(SceneSimulation& p, V&& visit) {
   visit("rim_samples_per_pitch", p.rim_samples_per_pitch, Range{1, 256}, "how finely the rim looks for bone");
   visit("substeps", p.substeps, Range{1, 64}, "each tick is worked out in at least so many steps");
   visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64},
-        "bone is removed every so many ticks, or when the tool has gone a quarter of a voxel");
+        "ticks between two removals of bone; it is removed sooner when the tool has gone a quarter of a "
+        "voxel");
 }
 
 template <typename V>
@@ -196,7 +197,7 @@ void Describe(SceneOutput& p, V&& visit) {
   visit("pieces", p.pieces, "each separate piece as STL");
   visit("bone", p.bone, "the bone after the cut as .vdb");
   visit("smallest_piece_mm3", p.smallest_piece_mm3, Range{0, 1e6}, "smaller pieces are counted as dust, not written");
-  visit("forces_every_ticks", p.forces_every_ticks, Range{1, 1000000}, "forces.csv has a row for every so many ticks");
+  visit("forces_every_ticks", p.forces_every_ticks, Range{1, 1000000}, "ticks for each row of forces.csv");
 }
 
 template <typename V>

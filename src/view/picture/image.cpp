@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "base/files/files.h"
+#include "base/files/memory.h"
 #include "kerf/error.h"
 #include "view/picture/vtk_mesh.h"
 
@@ -19,6 +20,7 @@ void WritePng(const Image& image, const std::string& path) {
   if (std::filesystem::path(path).extension() != ".png")
     throw Error(fmt::format("{}: a picture's name must end in .png", path));
   QuietVtk();
+  const EndsWithoutMemory ends;
   const vtkNew<vtkImageData> data;
   data->SetDimensions(image.width, image.height, 1);
   data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);

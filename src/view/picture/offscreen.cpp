@@ -11,6 +11,7 @@
 #include <vtkRendererCollection.h>
 #include <vtkUnsignedCharArray.h>
 
+#include "base/files/memory.h"
 #include "kerf/error.h"
 #include "view/picture/vtk_mesh.h"
 
@@ -84,6 +85,7 @@ class EglContext {
 }  // namespace
 
 struct OffscreenWindow::State {
+  EndsWithoutMemory ends;  // the last to go
   EglContext context;
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   int width = 0;

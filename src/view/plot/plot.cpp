@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "base/files/files.h"
+#include "base/files/memory.h"
 #include "kerf/error.h"
 #include "view/picture/offscreen.h"
 #include "view/picture/overlay.h"
@@ -457,6 +458,7 @@ void WritePlot(const PlotSpec& spec, const std::string& path) {
 
 std::string FormatPlotSvg(const PlotSpec& spec, PlotFrame* frame) {
   CheckSize(spec);
+  const EndsWithoutMemory ends;
   const vtkNew<vtkRenderer> renderer;
   SvgCanvas canvas(*renderer, spec.width, spec.height, kSupersampling);
   const PlotFrame drawn = PlotDrawing(spec, canvas).Draw();

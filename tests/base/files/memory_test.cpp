@@ -1,0 +1,47 @@
+// What happens when there is no memory.
+#include "base/files/memory.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <optional>
+
+namespace kerf {
+namespace {
+
+// More than any machine has, and unknown to the compiler.
+volatile std::size_t too_many_bytes = std::size_t{1} << 62;
+
+void AskForTooMuch() {
+  ::operator delete(::operator new(too_many_bytes));
+}
+
+TEST(EndsWithoutMemory, EndsTheProgramWhileOneExistsAndNoLonger) {
+  EXPECT_EXIT(
+      {
+        SetEndWithoutMemory([] { std::_Exit(7); });
+        EXPECT_THROW(AskForTooMuch(), std::bad_alloc);
+        std::optional<EndsWithoutMemory> first(std::in_place);
+        std::optional<EndsWithoutMemory> second(std::in_place);
+        second.reset();
+        first.reset();
+        EXPECT_THROW(AskForTooMuch(), std::bad_alloc);
+        if (::testing::Test::HasFailure()) std::_Exit(1);
+        first.emplace();
+        second.emplace();
+        first.reset();
+        AskForTooMuch();
+        std::_Exit(0);
+      },
+      testing::ExitedWithCode(7), "");
+}
+
+TEST(EndsWithoutMemory, LeavesTheExceptionWhereNoFunctionWasSet) {
+  const EndsWithoutMemory ends;
+  EXPECT_THROW(AskForTooMuch(), std::bad_alloc);
+}
+
+}  // namespace
+}  // namespace kerf
