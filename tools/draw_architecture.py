@@ -2,7 +2,7 @@
 """Draws docs/layers.txt: the groups of src (docs/architecture.svg), and the folders of each group (docs/architecture/GROUP.svg).
 
     tools/draw_architecture.py            writes the pictures
-    tools/draw_architecture.py --table    prints the rows of the tables in docs/architecture.md and in each src/GROUP/README.md
+    tools/draw_architecture.py --table    prints the rows of the tables in docs/architecture.md, src/README.md and each src/GROUP/README.md
     tools/draw_architecture.py --check    exit 1 when a picture or a table is old (a test)
 """
 
@@ -155,6 +155,7 @@ def pictures(groups, folders):
 def tables(groups, folders):
     """The rows of each document's table."""
     rows = {"docs/architecture.md": [f"| [`{name}`](../src/{name}/README.md) | {group.purpose} |" for name, group in groups.items()]}
+    rows["src/README.md"] = [f"| [`{name}`]({name}/README.md) | {group.purpose} |" for name, group in groups.items()]
     for group in groups:
         rows[f"src/{group}/README.md"] = [f"| `{name}` | {f.purpose} |" for name, f in folders.items() if f.group == group]
     return rows

@@ -7,6 +7,7 @@
 
 #include "base/core/describe.h"
 #include "experiment/study/knobs.h"
+#include "session/scene/schema.h"
 
 namespace kerf {
 
@@ -18,7 +19,7 @@ void Describe(StudySettings& p, V&& visit) {
   visit("substeps", p.substeps, Range{1, 64}, "steps in each tick, at least");
   visit("rate_hz", p.rate_hz, Range{250, 4000}, "ticks a second");
   visit("carve_interval_ticks", p.carve_interval_ticks, Range{1, 64}, "ticks between two removals of bone");
-  visit("law", p.law, Choices{{"hertz_chip", "hertz_constant_bite", "edge_plus_chip"}}, "force on a tooth");
+  visit("law", p.law, Choices{ForceLawWords()}, "force on a tooth");
   visit("material", p.material, Choices{{"regions", "uniform", "ct"}},
         "where E comes from; ct: of bones with CT numbers");
   visit("precision_bits", p.precision_bits, Range{4, 24}, "significand of the distances in the voxels");
