@@ -163,7 +163,8 @@ def sweep(case, most, say):
             injected += failed > 0
             sentences += failed > 0 and code == 1
             harmless += failed > 0 and code == 0
-        name = f"{call.replace('_', ' ')}, {errno.errorcode[error]}{', lasting' if lasts else ''}"
+        what = {"new_at": "new, by place"}.get(call, call.replace("_", " "))
+        name = f"{what}, {errno.errorcode[error]}{', lasting' if lasts else ''}"
         say(f"{case.name}: {name}: {count} calls, {injected} failed: {sentences} sentences, {harmless} harmless, {len(failures)} not survived")
         yield name, count, injected, sentences, harmless, failures
 

@@ -51,6 +51,7 @@ class ProgramTest : public testing::Test {
     result.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     result.out = Slurp(folder_ / "stdout.txt");
     result.err = Slurp(folder_ / "stderr.txt");
+    SkipIfNotBuilt(result);
     return result;
   }
 
@@ -67,6 +68,15 @@ class ProgramTest : public testing::Test {
   }
 
   std::filesystem::path folder_;
+
+ private:
+  /// Ends the test as skipped when the program says that this build leaves out what was asked of it
+  /// (KERF_WITH_...=OFF).
+  static void SkipIfNotBuilt(const ProgramResult& result) {
+    if (result.err.find("this kerf was built without ") == std::string::npos) return;
+    [&] { GTEST_SKIP() << result.err; }();
+    throw testing::AssertionException(testing::TestPartResult(testing::TestPartResult::kSkip, __FILE__, __LINE__, ""));
+  }
 };
 
 }  // namespace kerf::test
