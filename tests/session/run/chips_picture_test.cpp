@@ -11,11 +11,13 @@
 
 #include "kerf/simulation.h"
 #include "support/cuts.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {
 
 TEST(ChipsPicture, ShowsTheTickWithTheMost) {
+  if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   SimulationParams params;
   SetEffect(params.effects, "chips", "life_s", 0.05);
   const auto at = [](int tick) { return test::DiscPose({}, {0, 0.03, 5 + 11 + 0.2 - 0.005 * std::min(tick, 300)}); };

@@ -14,6 +14,7 @@
 #include "session/run/force_noise.h"
 #include "session/run/run_loop.h"
 #include "support/result_folder.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {
@@ -43,6 +44,7 @@ disc_normal = [1.0, 0.0, 0.0]
 using LoopLogs = test::ResultFolderTest;
 
 TEST_F(LoopLogs, AFolderGetsTheBytesThatMemoryWouldHaveGiven) {
+  if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const std::string kept = folder_ + "/kept", grown = folder_ + "/grown";
   for (const int every : {1, 7}) {
     Scene scene = ParseScene(kScene, "s.toml");
@@ -87,6 +89,7 @@ TEST_F(LoopLogs, WithoutAFolderNothingIsKept) {
 }
 
 TEST_F(LoopLogs, AFolderThatIsTakenAwayIsToldAndTheRestIsThere) {
+  if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   MakeFolder(folder_);
   LoopOptions options;
   options.virtual_time = true;

@@ -19,6 +19,7 @@
 #include "support/far_apart.h"
 #include "support/motion.h"
 #include "support/result_folder.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {
@@ -284,6 +285,7 @@ TEST_F(LoopReport, PiecesAreWithinTheStatedErrorOfTheFullOnesAndSmaller) {
 }
 
 TEST_F(LoopReport, FilesAgreeWithTheSummary) {
+  if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   Scene scene = ParseScene(kScene, "s.toml");
   scene.output.forces_every_ticks = 3;
   LoopOptions options = Virtual(6);

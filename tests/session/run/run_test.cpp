@@ -19,6 +19,7 @@
 #include "session/run/spectrum_picture.h"
 #include "support/far_apart.h"
 #include "support/result_folder.h"
+#include "test_paths.h"
 
 namespace kerf {
 namespace {
@@ -145,6 +146,7 @@ TEST_F(Run, IsHeard) {
 }
 
 TEST_F(Run, ShowsSpectrumAndGuide) {
+  if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const Scene scene = ParseScene(
       std::string(kScene) +
           "[output]\nbone = false\npieces = false\n[effects.tooth_vibration]\n[effects.guide]\nslot_length_mm = 2.0\n",
@@ -217,6 +219,7 @@ TEST_F(Run, WorkIsTheForceAlongThePath) {
 }
 
 TEST_F(Run, PicturesAreWrittenAndNamed) {
+  if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const Scene scene = ParseScene(kScene, "scene.toml");
   const RunSummary summary = RunScene(scene, folder_, {});
   for (const char* name : {"before.png", "after.png", "cut.png", "apart.png", "force.png"}) {
@@ -283,6 +286,7 @@ TEST_F(Run, WarningsAreInTheSummary) {
 }
 
 TEST_F(Run, TellsOfTheFragmentsAndChangesNothing) {
+  if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
   const std::string plain = std::string(kScene) + "[output]\npieces = false\nbone = false\n";
   const RunSummary without = RunScene(ParseScene(plain + "pictures = false\n", "scene.toml"), folder_, {});
   EXPECT_FALSE(without.fragments.has_value());
