@@ -80,6 +80,7 @@ class FullDisk : public test::ProgramTest, public testing::WithParamInterface<Co
     // tune edits its scene.
     Write("whole/s.toml", kScene);
     const ProgramResult whole = Shell("cd whole && PROGRAM");
+    SkipIfNotBuilt(whole);
     ASSERT_EQ(whole.code, 0) << whole.err;
     for (const auto& file : fs::recursive_directory_iterator(folder_ / "whole")) {
       if (file.is_regular_file()) files_.push_back(fs::relative(file.path(), folder_ / "whole").string());
