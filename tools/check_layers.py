@@ -15,6 +15,7 @@ import tempfile
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 TYPE = re.compile(r"^(?:class|struct|enum class|enum|union) (\w+)\b(?!::)[^;\n]*$", re.MULTILINE)
+COMMANDS = re.compile(r"\b(kerf_folder|target_link_libraries)\(([^()]*)\)")
 LINKS = re.compile(r"^\s*kerf_folder\((\w+)(?:\s+DEPENDS((?:\s+[a-z_]+)+))?", re.MULTILINE)
 
 LIBRARIES = [
@@ -128,6 +129,13 @@ def check_link_graph(root, folders):
             for used in depends.split():
                 if used not in folders[name].uses:
                     faults.append(f"{where}: {name} may not link {used}")
+        # DEPENDS is the one way to link a folder of ours; a program may take any that it can see.
+        for command, arguments in COMMANDS.findall(lists.read_text(encoding="utf-8")):
+            name, *words = arguments.split()
+            target = name.removeprefix("kerf_")
+            used = [w.removeprefix("kerf_") for w in words if w.removeprefix("kerf_") in folders and w.startswith("kerf_")]
+            if target in folders and used:
+                faults.append(f"{where}: {target} links {used[0]} by {command}, not by DEPENDS")
     return faults
 
 
@@ -206,6 +214,8 @@ def check(root):
         me = folders[folder_of(path)]
         where = path.relative_to(root)
         for number, name in includes[path]:
+            if name.startswith("."):
+                faults.append(f"{where}:{number}: includes are written from src or include ({name})")
             target = target_of(name)
             if target is not None:
                 other = folder_of(target)
@@ -258,6 +268,12 @@ def self_test():
         ("src/base/core/io.cpp", "#include <unistd.h>\n", "src/base/core/io.cpp:1: core may not touch terminal (<unistd.h>)"),
         ("src/bone/CMakeLists.txt", "kerf_folder(grid DEPENDS core sim LIBS X::y)\n", "src/bone/CMakeLists.txt: grid may not link sim"),
         ("src/bone/CMakeLists.txt", "kerf_folder(other)\n", "src/bone/CMakeLists.txt: other is not in docs/layers.txt"),
+        ("src/bone/CMakeLists.txt", "kerf_folder(grid DEPENDS core LIBS kerf_sim X::y)\n",
+         "src/bone/CMakeLists.txt: grid links sim by kerf_folder, not by DEPENDS"),
+        ("src/bone/CMakeLists.txt", "target_link_libraries(kerf_grid PRIVATE\n  kerf_sim)\n",
+         "src/bone/CMakeLists.txt: grid links sim by target_link_libraries, not by DEPENDS"),
+        ("src/bone/grid/dots.cpp", '#include "../../cut/sim/sim.h"\n',
+         "src/bone/grid/dots.cpp:1: includes are written from src or include (../../cut/sim/sim.h)"),
         ("src/cut/CMakeLists.txt", "kerf_folder(grid)\n", "src/cut/CMakeLists.txt: grid is not in docs/layers.txt"),
         ("src/bone/new/x.cpp", "\n", "src/bone/new/x.cpp: its folder is not in docs/layers.txt"),
         ("src/cut/grid/x.cpp", "\n", "src/cut/grid/x.cpp: its folder is not in docs/layers.txt"),
@@ -298,9 +314,18 @@ def self_test():
 
 
 def main(arguments):
+    if arguments in (["-h"], ["--help"]):
+        print(__doc__)
+        return 0
+    if len(arguments) > 1 or (arguments and arguments[0].startswith("-") and arguments != ["--self-test"]):
+        print("usage: tools/check_layers.py [ROOT | --self-test]", file=sys.stderr)
+        return 2
     if arguments == ["--self-test"]:
         return 1 if self_test() else 0
     root = pathlib.Path(arguments[0] if arguments else pathlib.Path(__file__).parent.parent).resolve()
+    if not (root / "docs/layers.txt").is_file():
+        print(f"check_layers: {root}: has no docs/layers.txt", file=sys.stderr)
+        return 1
     faults = check(root)
     for fault in faults:
         print(fault)

@@ -162,6 +162,12 @@ def tables(groups, folders):
 
 
 def main(arguments):
+    if arguments in (["-h"], ["--help"]):
+        print(__doc__)
+        return 0
+    if arguments not in ([], ["--table"], ["--check"]):
+        print("usage: tools/draw_architecture.py [--table | --check]", file=sys.stderr)
+        return 2
     table = read_table((ROOT / "docs/layers.txt").read_text(encoding="utf-8"))
     drawn, rows = pictures(*table), tables(*table)
     if arguments == ["--table"]:

@@ -14,7 +14,7 @@ namespace {
 }  // namespace
 
 bool IsSurfacePath(const std::string&) {
-  return false;
+  Fail();
 }
 ImportResult Import(const std::string&, const ImportOptions&) {
   Fail();
