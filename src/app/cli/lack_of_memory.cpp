@@ -20,6 +20,11 @@ std::terminate_handler terminate_before = nullptr;
       std::rethrow_exception(why);
     } catch (const std::bad_alloc&) {
       EndWithoutMemory();
+    } catch (const std::exception& e) {
+      // As a thread that could not be started, in a destructor.
+      std::fprintf(stderr, "kerf: %s\n", e.what());
+      std::fflush(stdout);
+      EndAtOnceWith(1);
     } catch (...) {  // as before
     }
   }

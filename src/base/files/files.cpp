@@ -83,8 +83,12 @@ std::string ReadTextFile(const std::string& path, std::size_t max_bytes) {
                               max_bytes >> 20));
     }
   }
-  if (in.bad()) throw Error(fmt::format("{}: can't be read to its end", path));
+  CheckReadable(in, path);
   return content;
+}
+
+void CheckReadable(const std::istream& in, const std::string& path) {
+  if (in.bad()) throw Error(fmt::format("{}: can't be read: {}", path, Reason(errno)));
 }
 
 struct PendingFile::State {

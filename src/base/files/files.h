@@ -1,7 +1,9 @@
 // Reading and writing whole files safely.
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <iosfwd>
 #include <map>
 #include <memory>
 #include <string>
@@ -9,6 +11,10 @@
 #include <vector>
 
 namespace kerf {
+
+/// Right after a read of `path`: throws Error with the system's reason when the disk failed, rather than the file
+/// ended. What such a file holds is not known, so it is not to be called damaged.
+void CheckReadable(const std::istream& in, const std::string& path);
 
 /// The file's bytes. Throws Error when it can't be read or is larger than `max_bytes`.
 std::string ReadTextFile(const std::string& path, std::size_t max_bytes = std::size_t{256} << 20);

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <new>
 #include <optional>
+#include <tuple>
 
 #include "kerf/error.h"
 
@@ -86,10 +87,17 @@ std::uint64_t ReadGroupBytes() {
   return Less(*most, Less(*used, files));
 }
 
-std::uint64_t ReadUserBytes() {
+/// What a limit of this program leaves beside the pages that count towards it.
+template <typename Resource>
+std::uint64_t ReadLimit(Resource resource, std::uint64_t pages) {
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kNoLimit;
-  return Less(limit.rlim_cur, ReadOwnPages().all * PageBytes());
+  if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kNoLimit;
+  return Less(limit.rlim_cur, pages * PageBytes());
+}
+
+std::uint64_t ReadUserBytes() {
+  const Pages own = ReadOwnPages();
+  return std::min(ReadLimit(RLIMIT_AS, own.all), ReadLimit(RLIMIT_DATA, own.data));
 }
 
 }  // namespace
@@ -124,6 +132,16 @@ void CheckMemory(double bytes, const std::string& what, const std::string& remed
   if (!(bytes > free)) return;
   throw Error(fmt::format("{} needs about {:.1f} GB of memory and {:.1f} GB are free; {}", what, bytes / 1e9,
                           free / 1e9, remedy));
+}
+
+void CheckLimits(double address_bytes, double data_bytes, const std::string& what, const std::string& remedy) {
+  const Pages own = ReadOwnPages();
+  for (const auto& [needed, left, option] : {std::tuple{address_bytes, ReadLimit(RLIMIT_AS, own.all), 'v'},
+                                             std::tuple{data_bytes, ReadLimit(RLIMIT_DATA, own.data), 'd'}}) {
+    if (static_cast<double>(left) >= needed) continue;
+    throw Error(fmt::format("{} needs about {:.1f} GB of memory, and {:.2f} GB are left ('ulimit -{}'); {}", what,
+                            needed / 1e9, static_cast<double>(left) / 1e9, option, remedy));
+  }
 }
 
 void SetEndWithoutMemory(void (*end)()) {

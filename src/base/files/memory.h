@@ -13,7 +13,7 @@ std::size_t ReadResidentBytes();
 /// pages have no part in it.
 std::size_t ReadHeapBytes();
 /// What this program may still ask for, bytes: the least of what the machine has free (with its swap), what its control
-/// group leaves and what `ulimit -v` leaves. The largest number where the system does not tell.
+/// group leaves and what `ulimit -v` and `ulimit -d` leave. The largest number where the system does not tell.
 std::uint64_t ReadAvailableBytes();
 /// From here on a request for more than there is fails (std::bad_alloc) instead of ending this program or another one
 /// by the system's hand. For the start of a program. Returns ReadAvailableBytes().
@@ -22,6 +22,9 @@ std::uint64_t LimitMemory();
 /// are free; REMEDY". For asking before long work; a prediction may be off by a half.
 void CheckMemory(double bytes, const std::string& what, const std::string& remedy);
 
+/// The same for what the limits of this program leave (`ulimit -v`: address space; `ulimit -d`, which LimitMemory()
+/// sets: data), for libraries that crash where they get none.
+void CheckLimits(double address_bytes, double data_bytes, const std::string& what, const std::string& remedy);
 /// What ends the program for EndsWithoutMemory; it needs no memory itself. For the start of a program.
 void SetEndWithoutMemory(void (*end)());
 /// While one exists, in any thread, a request for memory that fails ends this program by the function that was set,

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "base/files/files.h"
 #include "bone/import/limits.h"
 #include "bone/import/unpack.h"
 #include "kerf/error.h"
@@ -54,6 +55,7 @@ std::string ReadHead(const std::string& path) {
   if (!in) throw Error(fmt::format("{}: the file can't be opened", path));
   std::string head(kMaxImageHeaderBytes, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  CheckReadable(in, path);
   head.resize(static_cast<std::size_t>(in.gcount()));
   return head;
 }

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "base/files/files.h"
 #include "bone/import/image_header.h"
 #include "bone/import/unpack.h"
 #include "kerf/error.h"
@@ -34,6 +35,7 @@ std::vector<char> ReadRaw(const ImageLayout& layout, std::size_t size) {
   in.seekg(static_cast<std::streamoff>(layout.offset));
   std::vector<char> bytes(size);
   in.read(bytes.data(), static_cast<std::streamsize>(size));
+  CheckReadable(in, layout.data_file);
   bytes.resize(static_cast<std::size_t>(in.gcount()));
   return bytes;
 }

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/files/files.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -39,6 +40,7 @@ Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, doub
   int state = Z_OK;
   while (result.bytes < most && (state == Z_OK || state == Z_BUF_ERROR) && in) {
     in.read(packed.data(), static_cast<std::streamsize>(packed.size()));
+    if (in.bad()) break;
     z.next_in = reinterpret_cast<unsigned char*>(packed.data());
     z.avail_in = static_cast<uInt>(in.gcount());
     if (z.avail_in == 0) break;
@@ -58,6 +60,7 @@ Unpacked Unpack(const std::string& path, std::uint64_t offset, double most, doub
     } while (state == Z_OK && (z.avail_out == 0 || z.avail_in > 0) && result.bytes < most);
   }
   inflateEnd(&z);
+  CheckReadable(in, path);
   // What follows a whole member and is none itself does not belong to the stream.
   result.damaged = within_member && (state == Z_DATA_ERROR || state == Z_NEED_DICT);
   result.cut_off = within_member && !result.damaged && result.bytes < most;

@@ -213,8 +213,10 @@ Bone ReadBone(std::istream& in, const std::string& path, const ReadBoneOptions& 
   } catch (const Error&) {
     throw;
   } catch (const std::ios_base::failure&) {
+    CheckReadable(in, path);
     Refuse(path, "not a whole OpenVDB file (it ends early)");
   } catch (const std::exception& e) {
+    CheckReadable(in, path);
     // OpenVDB's own exceptions, and the standard library's when a damaged file names absurd sizes.
     Refuse(path, fmt::format("not a whole OpenVDB file ({})", e.what()));
   }

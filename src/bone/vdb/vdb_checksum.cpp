@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/compress/pack.h"
+#include "base/files/files.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -90,6 +91,7 @@ void CheckVdbChecksum(std::istream& in, const std::string& path, const VdbChecks
     in.seekg(0);
     fits = fmt::format("{:08x}", CalcSum(in, entry.place)) == entry.value.substr(0, kDigits);
   }
+  CheckReadable(in, path);
   if (fits) return;
   throw Error(fmt::format(
       "{}: is damaged: its bytes are not those that kerf wrote, as their checksum shows; use another copy of the file, "

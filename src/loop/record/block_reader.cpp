@@ -10,6 +10,7 @@
 
 #include "base/compress/bytes.h"
 #include "base/compress/pack.h"
+#include "base/files/files.h"
 #include "kerf/error.h"
 
 namespace kerf {
@@ -92,8 +93,7 @@ bool BlockReader::ReadAt(std::uint64_t at, char* to, std::size_t count) {
   in_.clear();
   in_.seekg(static_cast<std::streamoff>(at));
   in_.read(to, static_cast<std::streamsize>(count));
-  // Not the file's end but the disk's fault: what is there is not known, so it is not called damaged.
-  if (in_.bad()) throw Error(fmt::format("{}: can't be read: {}", path_, std::generic_category().message(errno)));
+  CheckReadable(in_, path_);
   return static_cast<bool>(in_);
 }
 

@@ -50,6 +50,9 @@ bool IsDiskFull(const std::string& file, sqlite3* db, int code) {
 
 [[noreturn]] void Fail(const std::string& file, sqlite3* db, int code) {
   if (IsDiskFull(file, db, code)) throw Error(fmt::format("{}: can't be written: the disk is full", file));
+  if (db != nullptr && sqlite3_system_errno(db) == EIO) {
+    throw Error(fmt::format("{}: can't be read or written: {}", file, std::generic_category().message(EIO)));
+  }
   switch (code & 0xff) {
     case SQLITE_NOTADB:
       throw Error(fmt::format("{}: is no history of kerf; move it away and a new one is begun", file));

@@ -490,25 +490,24 @@ void WriteBoneResults(const Scene& scene, LoopSummary& summary, const std::strin
   if (scene.output.bone) write_one("bone.vdb", [&](const std::string& path) { WriteBone(summary.after, path); });
   const std::span<const PieceOut> out = summary.fragments ? summary.fragments->out : std::span<const PieceOut>{};
   summary.surface_error_mm = surface_error_mm;
-  std::vector<PieceSurface> surfaces;
-  results.Write("the pieces", [&] {
-    const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, out);
-    surfaces = WritePieces(scene, summary.piece_bones, pieces, surface_error_mm, folder, show("writing the pieces"),
-                           summary.pieces);
-  });
+  const ResultSink sink = [&results](const std::string& name, const std::function<void()>& write) {
+    results.Write(name, write);
+  };
+  const std::vector<ResultPiece> pieces = ListPieces(summary.piece_bones, out);
+  const std::vector<PieceSurface> surfaces = WritePieces(scene, summary.piece_bones, pieces, surface_error_mm, folder,
+                                                         show("writing the pieces"), summary.pieces, sink);
   for (const PieceSummary& piece : summary.pieces) {
     if (!piece.file.empty()) files.push_back(piece.file);
   }
   if (!AreDrawn(scene, summary.warnings)) return;
   if (!summary.moments.empty()) {
-    results.Write("the pictures of the bone", [&] {
-      RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
-      pictures.apart = !summary.fragments && !results.HasLost("the pieces");  // fragments.png shows that
-      pictures.out = out;
-      pictures.surfaces = surfaces;
-      for (const std::string& name : WriteRunPictures(pictures, show("drawing the pictures"), summary.warnings))
-        files.push_back(name);
-    });
+    RunPictures pictures{scene, summary.moments, summary.before, summary.after, summary.piece_bones, folder, false};
+    pictures.apart = !summary.fragments;  // fragments.png shows that
+    pictures.out = out;
+    pictures.surfaces = surfaces;
+    pictures.sink = sink;
+    for (const std::string& name : WriteRunPictures(pictures, show("drawing the pictures"), summary.warnings))
+      files.push_back(name);
   }
   if (summary.heat && summary.heat->section.columns > 0) {
     write_one("heat.png", [&](const std::string& path) { WriteHeatPicture(*summary.heat, title, path); });

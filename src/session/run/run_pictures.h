@@ -25,6 +25,9 @@ struct PieceSurface {
 /// Reduced to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that. As it is for 0.
 PieceSurface MakePieceSurface(const Bone& piece, double error_mm);
 
+/// Gets each result by its name and what writes it; may catch what that throws. Empty: it is just written.
+using ResultSink = std::function<void(const std::string& name, const std::function<void()>& write)>;
+
 /// What the pictures are made from.
 struct RunPictures {
   const Scene& scene;
@@ -37,6 +40,7 @@ struct RunPictures {
   bool apart = true;                            // the pieces apart from each other
   std::span<const PieceOut> out = {};           // taken out; those set aside are drawn there
   std::span<const PieceSurface> surfaces = {};  // of `pieces`, in their order
+  ResultSink sink = {};                         // each picture goes through it
 };
 
 /// Writes before.png and after.png; cut.png and, if asked for, force.png when the saw met bone; apart.png when there is

@@ -20,7 +20,8 @@ std::size_t WriteReduced(const TriangleMesh& full, double error_mm, const std::s
 
 std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> in_bone,
                                       std::span<const ResultPiece> pieces, double error_mm, const std::string& folder,
-                                      const std::function<void(double)>& progress, std::span<PieceSummary> summaries) {
+                                      const std::function<void(double)>& progress, std::span<PieceSummary> summaries,
+                                      const ResultSink& sink) {
   std::vector<PieceSurface> surfaces(in_bone.size());
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const bool drawn = scene.output.pictures && kPicturesBuilt && pieces[i].out == nullptr;
@@ -31,8 +32,15 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
       const std::string name = fmt::format("piece_{}.stl", i + 1);
       summary.triangles = surface.mesh_W.triangles.size();
       for (Vec3& p : surface.mesh_W.points) p += summary.move_mm;
-      WriteMesh(surface.mesh_W, fmt::format("{}/{}", folder, name));
-      summary.file = name;
+      const auto write = [&] {
+        WriteMesh(surface.mesh_W, fmt::format("{}/{}", folder, name));
+        summary.file = name;
+      };
+      if (sink) {
+        sink(name, write);
+      } else {
+        write();
+      }
     }
     surface.mesh_W = {};
     if (drawn) surfaces[static_cast<std::size_t>(pieces[i].bone - in_bone.data())] = std::move(surface);

@@ -17,9 +17,11 @@ std::size_t WriteReduced(const TriangleMesh& full, double error_mm, const std::s
 
 /// As the scene asks, piece_N.stl of each piece, reduced to `error_mm` (0: not at all). Fills `file` and `triangles` of
 /// `summaries`, which has one for each piece. Returns the surfaces of `in_bone`, in its order, for the pictures; empty
-/// ones when the scene asks for neither. `progress` is called with 0..1; may be empty. Throws Error.
+/// ones when the scene asks for neither. Each file goes through `sink`; one that it lost has no name in `summaries`.
+/// `progress` is called with 0..1; may be empty. Throws Error.
 std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> in_bone,
                                       std::span<const ResultPiece> pieces, double error_mm, const std::string& folder,
-                                      const std::function<void(double)>& progress, std::span<PieceSummary> summaries);
+                                      const std::function<void(double)>& progress, std::span<PieceSummary> summaries,
+                                      const ResultSink& sink = {});
 
 }  // namespace kerf

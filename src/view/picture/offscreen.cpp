@@ -11,12 +11,23 @@
 #include <vtkRendererCollection.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <atomic>
+
 #include "base/files/memory.h"
 #include "kerf/error.h"
 #include "view/picture/vtk_mesh.h"
 
 namespace kerf {
 namespace {
+
+/// Mesa's software driver and its compiler crash where they get less. They keep it, so that the pictures after the
+/// first need little. Found by trial with `ulimit` in steps of 40 to 60 MB: 0.95 and 0.75 GB are enough.
+void CheckDriverMemory() {
+  static std::atomic<bool> is_started{false};
+  if (is_started.load()) return;
+  CheckLimits(1.1e9, 0.8e9, "drawing a picture", "raise the limit, close other programs, or leave pictures out");
+  is_started.store(true);
+}
 
 [[noreturn]] void FailEgl(const char* what) {
   throw Error(
@@ -109,6 +120,7 @@ OffscreenWindow::OffscreenWindow(int width, int height) {
         fmt::format("a picture of {} x {} pixels can't be drawn; each side must be 1 to {}", width, height, kLargest));
   }
   QuietVtk();
+  CheckDriverMemory();
   state_ = std::make_unique<State>();
   state_->width = width;
   state_->height = height;

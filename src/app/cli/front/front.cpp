@@ -1,5 +1,6 @@
 // The program `kerf` as it is started: answers --version and --help itself, and is replaced by kerf_program, which lies
 // beside it, for all else. That one loads a hundred shared libraries, which takes a tenth of a second and more.
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,6 +12,9 @@
 #include "front_texts.h"  // generated: what kerf_program prints
 
 namespace {
+
+// Below it kerf_program can't load its libraries, and could not say so.
+constexpr rlim_t kLeastBytes = rlim_t{400} << 20;
 
 bool Print(const char* text) {
   return std::fputs(text, stdout) >= 0 && std::fflush(stdout) == 0;
@@ -32,6 +36,13 @@ int main(int argc, char** argv) {
   if (argc == 2 && std::strcmp(argv[1], "--version") == 0 && Print(kFrontVersion)) return 0;
   if (argc == 2 && (std::strcmp(argv[1], "--help") == 0 || std::strcmp(argv[1], "-h") == 0) && Print(kFrontHelp)) {
     return 0;
+  }
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur < kLeastBytes) {
+    std::fprintf(stderr, "kerf: not enough memory to start: 'ulimit -v' allows %llu kB, and %llu are needed\n",
+                 static_cast<unsigned long long>(limit.rlim_cur >> 10),
+                 static_cast<unsigned long long>(kLeastBytes >> 10));
+    return 1;
   }
   std::string program;
   try {

@@ -1,0 +1,82 @@
+// A result that can't be written takes no other with it, and no picture is made of less than there is.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/program.h"
+
+namespace kerf::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+class LostResult : public ProgramTest {
+ protected:
+  void SetUp() override {
+    ProgramTest::SetUp();
+    if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
+    Write("s.toml", R"([bone]
+model = "block"
+[bone.block]
+size_x_mm = 6.0
+size_y_mm = 4.0
+size_z_mm = 3.0
+voxel_mm = 0.25
+[tool]
+diameter_mm = 12.0
+thickness_mm = 0.5
+teeth = 16
+[[path.stroke]]
+start_mm = [0.0, 0.0, 6.5]
+end_mm = [0.0, 0.0, 4.5]
+feed_mm_per_s = 6.0
+disc_normal = [1.0, 0.0, 0.0]
+)");
+  }
+  ProgramResult Loop(const std::string& folder) const {
+    return Kerf("loop s.toml --virtual --seconds 0.6 -o " + folder);
+  }
+};
+
+TEST_F(LostResult, APieceThatCanNotBeWrittenIsDrawnAllTheSame) {
+  ASSERT_EQ(Loop("whole").code, 0);
+  std::filesystem::create_directories(folder_ / "lost/piece_1.stl");
+  const ProgramResult lost = Loop("lost");
+  EXPECT_EQ(lost.code, 1);
+  EXPECT_EQ(lost.err, "kerf: lost/piece_1.stl: can't be written: it is a folder\n");
+  for (const char* picture : {"after.png", "cut.png"}) {
+    EXPECT_EQ(Slurp(folder_ / "lost" / picture), Slurp(folder_ / "whole" / picture)) << picture;
+  }
+}
+
+TEST_F(LostResult, APictureThatCanNotBeWrittenLeavesTheOthers) {
+  std::filesystem::create_directories(folder_ / "out/after.png");
+  const ProgramResult lost = Loop("out");
+  EXPECT_EQ(lost.code, 1);
+  EXPECT_EQ(lost.err, "kerf: out/after.png: can't be written: it is a folder\n");
+  const auto files = nlohmann::json::parse(Slurp(folder_ / "out/loop.json"))["files"];
+  for (const char* name : {"before.png", "cut.png", "piece_1.stl"}) {
+    EXPECT_TRUE(Exists(std::string("out/") + name)) << name;
+    EXPECT_NE(std::find(files.begin(), files.end(), name), files.end()) << name;
+  }
+  EXPECT_EQ(std::find(files.begin(), files.end(), "after.png"), files.end());
+  EXPECT_THAT(Slurp(folder_ / "out/report.md"), Not(HasSubstr("after.png")));
+}
+
+/// Mesa's driver ends the program, or crashes, where it gets no memory; so drawing needs some that is free.
+TEST_F(LostResult, WithoutMemoryForDrawingASentenceSaysSo) {
+  ASSERT_EQ(Kerf("model block --size 6,4,3 --voxel 0.25 -o b.vdb").code, 0);
+  for (const int kB : {200000, 300000, 450000, 600000, 700000, 800000, 900000, 1000000}) {
+    const ProgramResult result =
+        KerfWithin("ulimit -v " + std::to_string(kB) + ";", "picture b.vdb -o p.png --size 400x300");
+    EXPECT_EQ(result.code, 1) << kB;
+    EXPECT_THAT(result.err, testing::StartsWith("kerf: ")) << kB;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << kB << ": " << result.err;
+    EXPECT_FALSE(Exists("p.png"));
+  }
+}
+
+}  // namespace
+}  // namespace kerf::test
