@@ -36,6 +36,8 @@
 #include <mutex>
 #include <new>
 
+// The C library's own names.
+// NOLINTBEGIN(bugprone-reserved-identifier)
 extern "C" {
 void* __libc_malloc(size_t);
 void* __libc_calloc(size_t, size_t);
@@ -515,3 +517,4 @@ KERF_MMAP(mmap, off_t)
 KERF_MMAP(mmap64, off64_t)
 
 }  // extern "C"
+// NOLINTEND(bugprone-reserved-identifier)
