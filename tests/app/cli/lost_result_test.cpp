@@ -65,12 +65,13 @@ TEST_F(LostResult, APictureThatCanNotBeWrittenLeavesTheOthers) {
   EXPECT_THAT(Slurp(folder_ / "out/report.md"), Not(HasSubstr("after.png")));
 }
 
-/// Mesa's driver ends the program, or crashes, where it gets no memory; so drawing needs some that is free.
+/// One core: each thread takes address space. Mesa's driver ends the program, or crashes, where it gets no memory; so
+/// drawing needs some that is free.
 TEST_F(LostResult, WithoutMemoryForDrawingASentenceSaysSo) {
   ASSERT_EQ(Kerf("model block --size 6,4,3 --voxel 0.25 -o b.vdb").code, 0);
   for (const int kB : {200000, 300000, 450000, 600000, 700000, 800000, 900000, 1000000}) {
     const ProgramResult result =
-        KerfWithin("ulimit -v " + std::to_string(kB) + ";", "picture b.vdb -o p.png --size 400x300");
+        KerfWithin("ulimit -v " + std::to_string(kB) + "; taskset -c 0", "picture b.vdb -o p.png --size 400x300");
     EXPECT_EQ(result.code, 1) << kB;
     EXPECT_THAT(result.err, testing::StartsWith("kerf: ")) << kB;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << kB << ": " << result.err;
