@@ -1,7 +1,6 @@
 #include "app/cli/lack_of_memory.h"
 
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <new>
 
@@ -12,24 +11,26 @@ namespace kerf::cli {
 namespace {
 
 double free_GB = 0;
-std::terminate_handler terminate_before = nullptr;
+
+[[noreturn]] void EndSaying(const char* what) {
+  std::fprintf(stderr, "kerf: %s\n", what);
+  std::fflush(stdout);
+  EndAtOnceWith(1);
+}
 
 [[noreturn]] void Terminate() {
-  if (const std::exception_ptr why = std::current_exception()) {
-    try {
-      std::rethrow_exception(why);
-    } catch (const std::bad_alloc&) {
-      EndWithoutMemory();
-    } catch (const std::exception& e) {
-      // As a thread that could not be started, in a destructor.
-      std::fprintf(stderr, "kerf: %s\n", e.what());
-      std::fflush(stdout);
-      EndAtOnceWith(1);
-    } catch (...) {  // as before
-    }
+  const std::exception_ptr why = std::current_exception();
+  // As log4cplus does, OpenVDB's logger, when its pool of threads gets no memory.
+  if (!why) EndSaying("a library left a thread running, which happens when memory runs out");
+  try {
+    std::rethrow_exception(why);
+  } catch (const std::bad_alloc&) {
+    EndWithoutMemory();
+  } catch (const std::exception& e) {
+    EndSaying(e.what());  // as of a thread that could not be started, in a destructor
+  } catch (...) {
+    EndSaying("ended by an error of an unknown kind");
   }
-  terminate_before();
-  std::abort();
 }
 
 }  // namespace
@@ -40,7 +41,7 @@ void HandleLackOfMemory() {
   } catch (const std::bad_alloc&) {
     EndWithoutMemory();
   }
-  terminate_before = std::set_terminate(Terminate);
+  std::set_terminate(Terminate);
   SetEndWithoutMemory(EndWithoutMemory);
 }
 

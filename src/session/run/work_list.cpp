@@ -40,10 +40,10 @@ bool WorkList::Run(int threads, const std::atomic<bool>* stop,
   };
   if (threads <= 0) threads = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U));
   threads = std::min(threads, static_cast<int>(items_.size()));
-  std::vector<std::thread> others;
+  std::vector<std::jthread> others;  // joined also when `progress` throws
   for (int i = 1; i < threads; ++i) others.emplace_back(work);
   work();
-  for (std::thread& other : others) other.join();
+  others.clear();
   if (failure) std::rethrow_exception(failure);
   return ended == items_.size();
 }

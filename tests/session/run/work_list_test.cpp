@@ -35,6 +35,18 @@ TEST(WorkList, ThrowsWhatAWorkThrewAndBeginsNoMore) {
   EXPECT_EQ(done, 0);
 }
 
+TEST(WorkList, WaitsForTheOthersWhenProgressThrows) {
+  WorkList list;
+  std::atomic<int> done = 0;
+  const std::thread::id mine = std::this_thread::get_id();
+  for (int i = 0; i < 10; ++i) list.Add("", 1, [&] { ++done; });
+  const auto throws_here = [&](const std::string&, double) {
+    if (std::this_thread::get_id() == mine) throw std::runtime_error("no memory");
+  };
+  EXPECT_THROW(list.Run(3, nullptr, throws_here), std::runtime_error);
+  EXPECT_EQ(done, 10);
+}
+
 TEST(WorkList, EndsEarlyWhenTold) {
   WorkList list;
   std::atomic<bool> stop = false;
