@@ -2,8 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string>
 
+#include "support/block_scene.h"
 #include "support/program.h"
 
 namespace kerf::test {
@@ -17,23 +20,7 @@ class LostResult : public ProgramTest {
   void SetUp() override {
     ProgramTest::SetUp();
     if (!KERF_WITH_PICTURES) GTEST_SKIP() << "this build draws no pictures";
-    Write("s.toml", R"([bone]
-model = "block"
-[bone.block]
-size_x_mm = 6.0
-size_y_mm = 4.0
-size_z_mm = 3.0
-voxel_mm = 0.25
-[tool]
-diameter_mm = 12.0
-thickness_mm = 0.5
-teeth = 16
-[[path.stroke]]
-start_mm = [0.0, 0.0, 6.5]
-end_mm = [0.0, 0.0, 4.5]
-feed_mm_per_s = 6.0
-disc_normal = [1.0, 0.0, 0.0]
-)");
+    Write("s.toml", MakeBlockScene({6.5, 4.5, 6}, ""));
   }
   ProgramResult Loop(const std::string& folder) const {
     return Kerf("loop s.toml --virtual --seconds 0.6 -o " + folder);
