@@ -20,8 +20,8 @@ double free_GB = 0;
 
 [[noreturn]] void Terminate() {
   const std::exception_ptr why = std::current_exception();
-  // As log4cplus does, OpenVDB's logger, when its pool of threads gets no memory.
-  if (!why) EndSaying("a library left a thread running, which happens when memory runs out");
+  // A std::thread was destroyed while it ran: seen where one allocation failed (tests/reliability/io_faults.py).
+  if (!why) EndSaying("ended in the middle, as happens when memory runs out");
   try {
     std::rethrow_exception(why);
   } catch (const std::bad_alloc&) {

@@ -12,7 +12,6 @@
 #include <mutex>
 #include <new>
 #include <optional>
-#include <tuple>
 
 #include "kerf/error.h"
 
@@ -136,11 +135,15 @@ void CheckMemory(double bytes, const std::string& what, const std::string& remed
 
 void CheckLimits(double address_bytes, double data_bytes, const std::string& what, const std::string& remedy) {
   const Pages own = ReadOwnPages();
-  for (const auto& [needed, left, option] : {std::tuple{address_bytes, ReadLimit(RLIMIT_AS, own.all), 'v'},
-                                             std::tuple{data_bytes, ReadLimit(RLIMIT_DATA, own.data), 'd'}}) {
-    if (static_cast<double>(left) >= needed) continue;
-    throw Error(fmt::format("{} needs about {:.1f} GB of memory, and {:.2f} GB are left ('ulimit -{}'); {}", what,
-                            needed / 1e9, static_cast<double>(left) / 1e9, option, remedy));
+  const auto address_left = static_cast<double>(ReadLimit(RLIMIT_AS, own.all));
+  const auto data_left = static_cast<double>(ReadLimit(RLIMIT_DATA, own.data));
+  if (address_left < address_bytes) {
+    throw Error(fmt::format("{} needs about {:.1f} GB of address space and 'ulimit -v' leaves {:.2f} GB; {}", what,
+                            address_bytes / 1e9, address_left / 1e9, remedy));
+  }
+  if (data_left < data_bytes) {
+    throw Error(fmt::format("{} needs about {:.1f} GB of memory and {:.2f} GB are free; {}", what, data_bytes / 1e9,
+                            data_left / 1e9, remedy));
   }
 }
 

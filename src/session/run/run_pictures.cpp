@@ -185,16 +185,12 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   const Tool tool = MakeTool(run.scene);
   const Camera overview = OverviewCamera(run.before, peak.X_WT.p_AB);
   const std::string name = run.scene.title.empty() ? run.scene.name : run.scene.title;
-  const auto one = [&](const std::string& file, const std::function<void()>& write_one) {
-    if (run.sink) return run.sink(file, write_one);
-    write_one();
-  };
   const auto write = [&](const PictureSpec& spec, const char* file) {
     if (!ShowsBone(spec)) {
       left_out.emplace_back(file);
       return;
     }
-    one(file, [&] {
+    run.sink(file, [&] {
       WritePicture(spec, run.folder + "/" + file);
       written.emplace_back(file);
     });
@@ -276,7 +272,7 @@ std::vector<std::string> WriteRunPictures(const RunPictures& run, const std::fun
   }
 
   if (moments.any && run.force_plot) {
-    one("force.png", [&] {
+    run.sink("force.png", [&] {
       WritePlot(MakeForcePlot(run.ticks, run.after.materials(), name), run.folder + "/force.png");
       written.emplace_back("force.png");
     });

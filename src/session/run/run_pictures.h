@@ -25,8 +25,11 @@ struct PieceSurface {
 /// Reduced to `error_mm` (mesh/reduce.h), and for the pictures to a quarter of that. As it is for 0.
 PieceSurface MakePieceSurface(const Bone& piece, double error_mm);
 
-/// Gets each result by its name and what writes it; may catch what that throws. Empty: it is just written.
+/// Gets each result by its name and what writes it; may catch what that throws.
 using ResultSink = std::function<void(const std::string& name, const std::function<void()>& write)>;
+inline void JustWrite(const std::string&, const std::function<void()>& write) {
+  write();
+}
 
 /// What the pictures are made from.
 struct RunPictures {
@@ -40,7 +43,7 @@ struct RunPictures {
   bool apart = true;                            // the pieces apart from each other
   std::span<const PieceOut> out = {};           // taken out; those set aside are drawn there
   std::span<const PieceSurface> surfaces = {};  // of `pieces`, in their order
-  ResultSink sink = {};                         // each picture goes through it
+  ResultSink sink = JustWrite;                  // each picture goes through it
 };
 
 /// Writes before.png and after.png; cut.png and, if asked for, force.png when the saw met bone; apart.png when there is

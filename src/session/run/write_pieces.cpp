@@ -32,15 +32,10 @@ std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> 
       const std::string name = fmt::format("piece_{}.stl", i + 1);
       summary.triangles = surface.mesh_W.triangles.size();
       for (Vec3& p : surface.mesh_W.points) p += summary.move_mm;
-      const auto write = [&] {
+      sink(name, [&] {
         WriteMesh(surface.mesh_W, fmt::format("{}/{}", folder, name));
         summary.file = name;
-      };
-      if (sink) {
-        sink(name, write);
-      } else {
-        write();
-      }
+      });
     }
     surface.mesh_W = {};
     if (drawn) surfaces[static_cast<std::size_t>(pieces[i].bone - in_bone.data())] = std::move(surface);

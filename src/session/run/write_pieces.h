@@ -22,6 +22,6 @@ std::size_t WriteReduced(const TriangleMesh& full, double error_mm, const std::s
 std::vector<PieceSurface> WritePieces(const Scene& scene, std::span<const Bone> in_bone,
                                       std::span<const ResultPiece> pieces, double error_mm, const std::string& folder,
                                       const std::function<void(double)>& progress, std::span<PieceSummary> summaries,
-                                      const ResultSink& sink = {});
+                                      const ResultSink& sink = JustWrite);
 
 }  // namespace kerf

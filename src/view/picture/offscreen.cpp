@@ -25,7 +25,7 @@ namespace {
 void CheckDriverMemory() {
   static std::atomic<bool> is_started{false};
   if (is_started.load()) return;
-  CheckLimits(1.1e9, 0.8e9, "drawing a picture", "raise the limit, close other programs, or leave pictures out");
+  CheckLimits(1.1e9, 0.8e9, "drawing a picture", "free some, or leave pictures out");
   is_started.store(true);
 }
 
